@@ -1,0 +1,57 @@
+// MRPT SLAM on raw scans and odometry: localization in a frozen map, or mapping that closes loops. No MRPT type is named here.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/pose.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// Occupancy as SLAM leaves it. Row 0 is at the lowest y.
+struct GridMap {
+  std::string id;              ///< SHA-256 of the cells, hex: the map id of models and poses
+  double resolution = 0.05;    ///< m
+  double x_min = 0, y_min = 0; ///< m, map frame, corner of cell (0, 0)
+  int width = 0, height = 0;   ///< cells
+  std::vector<float> occupied; ///< probability 0..1, 0.5 unknown
+  std::vector<Eigen::Vector3d> path;  ///< x, y, yaw driven while mapping, for pictures; may be empty
+};
+
+/// ROS map YAML + PGM (map_server's trinary format), both ways.
+Status save_ros_map(const GridMap& map, const std::string& prefix);
+Result<GridMap> load_ros_map(const std::string& yaml_path);
+
+struct SlamOptions {
+  std::uint64_t seed = 1;
+  std::optional<Eigen::Vector3d> start;  ///< x, y, yaw in the map; without it: global localization
+  double resolution = 0.05;              ///< m, of a map being built
+};
+
+/// Causal: each scan is answered with what is known then.
+class Slam {
+ public:
+  virtual ~Slam() = default;
+  virtual void add(const Odometry& odometry) = 0;
+  /// The word on this scan; nullopt where there is none yet (before the first odometry; global localization before it has
+  /// converged answers with state initializing).
+  virtual std::optional<PoseEstimate> add(const Scan& scan) = 0;
+  /// Mapping: optimises what is left (loops), and gives the final trajectory (causal = false), one per scan taken.
+  virtual std::vector<PoseEstimate> finish() = 0;
+  virtual GridMap grid_map() const = 0;
+  /// MRPT's .simplemap (mapping only).
+  virtual Status save_simplemap(const std::string& path) const = 0;
+};
+
+Result<std::unique_ptr<Slam>> make_mapper(const RobotDescription& robot, const SlamOptions& options);
+/// `map_path`: .simplemap or ROS map YAML.
+Result<std::unique_ptr<Slam>> make_localizer(const RobotDescription& robot, const std::string& map_path,
+                                             const SlamOptions& options);
+
+}  // namespace parhelion

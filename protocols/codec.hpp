@@ -1,0 +1,82 @@
+// LCM bytes to structs and back. Every decoder validates: fingerprint, length, counts, finite numbers, ranges, stamps.
+// Its Error names the channel, what was found and what was expected.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/command.hpp"
+#include "protocols/event.hpp"
+#include "protocols/image.hpp"
+#include "protocols/pose.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/status.hpp"
+#include "protocols/telemetry.hpp"
+#include "protocols/world.hpp"
+
+namespace parhelion {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// NaN, infinities and negative ranges are what a sensor may write and pass; a count that lies, a step of zero, a
+/// non-finite angle, more than 100,000 beams or a stamp outside 1970..2200 do not.
+Status decode(std::string_view channel, Bytes bytes, Scan& scan);
+Status decode(std::string_view channel, Bytes bytes, Image& image);
+Status decode(std::string_view channel, Bytes bytes, Odometry& odometry);
+Status decode(std::string_view channel, Bytes bytes, PoseEstimate& estimate);
+Status decode(std::string_view channel, Bytes bytes, PoseStamped& pose);
+Status decode(std::string_view channel, Bytes bytes, TwistCommand& command);
+Status decode(std::string_view channel, Bytes bytes, AgentCommand& command);
+Status decode(std::string_view channel, Bytes bytes, Event& event);
+Status decode(std::string_view channel, Bytes bytes, SessionHeader& header);
+Status decode(std::string_view channel, Bytes bytes, ScanInfo& info);
+Status decode(std::string_view channel, Bytes bytes, LoopDecision& decision);
+Status decode(std::string_view channel, Bytes bytes, ServerStatus& status);
+
+/// ROBOT: utime and YAML.
+struct RobotMessage {
+  SensorTime stamp;
+  std::string yaml;
+};
+Status decode(std::string_view channel, Bytes bytes, RobotMessage& message);
+
+/// MR_WORLD on the wire: names instead of ids, so that a reader needs nothing else.
+struct WorldMessage {
+  struct Entry {
+    std::string entity, part;
+    AgentKind kind = AgentKind::box;
+    BodyOwner owner = BodyOwner::agent;
+    std::uint32_t epoch = 0;
+    Transform<Map, Body> T_map_body;
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();
+  };
+  SensorTime stamp;  ///< simulation time of the poses, on the server's clock
+  std::uint64_t step = 0;
+  std::vector<Entry> bodies;
+};
+Status decode(std::string_view channel, Bytes bytes, WorldMessage& world);
+
+/// Encoders write into `bytes` (resized; no allocation once it is large enough).
+void encode(const Scan& scan, std::vector<std::uint8_t>& bytes);
+void encode(const Image& image, std::vector<std::uint8_t>& bytes);
+void encode(const Odometry& odometry, std::vector<std::uint8_t>& bytes);
+void encode(const PoseEstimate& estimate, std::vector<std::uint8_t>& bytes);
+void encode(const PoseStamped& pose, std::vector<std::uint8_t>& bytes);
+void encode(const TwistCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const Event& event, std::vector<std::uint8_t>& bytes);
+void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes);
+void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes);
+void encode(const LoopDecision& decision, std::vector<std::uint8_t>& bytes);
+void encode(const ServerStatus& status, std::vector<std::uint8_t>& bytes);
+void encode(const RobotMessage& message, std::vector<std::uint8_t>& bytes);
+void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes);
+
+/// One line of text for `topic echo`: decodes by fingerprint; unknown types are said with fingerprint and size.
+std::string describe(std::string_view channel, Bytes bytes);
+
+}  // namespace parhelion

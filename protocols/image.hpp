@@ -1,0 +1,67 @@
+// An image with its encoding, and the camera that took it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocols/frames.hpp"
+#include "protocols/time.hpp"
+
+namespace parhelion {
+
+/// Values of image_t's pixelformat (V4L2 four-character codes, as in bot_core).
+enum class PixelFormat : std::int32_t {
+  gray = 1497715271,
+  rgb = 859981650,
+  bgr = 861030210,
+  mjpeg = 1196444237,
+  depth_mm = 540422490,  ///< 'Z16 ': 16-bit millimetres; metadata "encoding" says raw, png or zlib
+};
+
+struct ImageMetadata {
+  std::string key;
+  std::vector<std::uint8_t> value;
+};
+
+struct Image {
+  SensorTime stamp;  ///< middle of the exposure
+  int width = 0;
+  int height = 0;
+  int row_stride = 0;  ///< bytes, 0 for compressed formats
+  PixelFormat format = PixelFormat::mjpeg;
+  std::vector<std::uint8_t> bytes;  ///< pixels row by row, or the compressed stream
+  std::vector<ImageMetadata> metadata;
+
+  /// The text of a metadata entry, or nullptr.
+  const ImageMetadata* find_metadata(const std::string& key) const;
+};
+
+/// Pinhole with a lens model. Pixel centres at integer coordinates.
+struct CameraIntrinsics {
+  enum class Lens : std::uint8_t {
+    radial_tangential,  ///< Brown-Conrady, k1 k2 p1 p2 k3 (OpenCV's order)
+    fisheye,            ///< Kannala-Brandt, k1 k2 k3 k4 (OpenCV's fisheye)
+  };
+  int width = 0, height = 0;                 ///< pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels
+  Lens lens = Lens::radial_tangential;
+  std::array<double, 5> distortion{};        ///< in the lens model's order; zeros: none
+};
+
+struct CameraDescription {
+  CameraIntrinsics intrinsics;
+  Transform<Base, CameraOptical> T_base_optical;
+  double readout = 0;  ///< s, first to last row of a rolling shutter; 0: global
+  std::string source;  ///< what an imported source said beyond these fields
+};
+
+struct DepthCameraDescription {
+  CameraIntrinsics intrinsics;
+  Transform<Base, DepthOptical> T_base_optical;
+  double range_min = 0, range_max = 0;  ///< m
+  std::string source;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,49 @@
+// The robot description: what the scan, image and odometry types cannot say (channel ROBOT, `--robot FILE`).
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/image.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct RobotLimits {
+  double speed = 1.0;         ///< m/s
+  double yaw_rate = 1.5;      ///< rad/s
+  double deceleration = 1.0;  ///< m/s^2, what a stop is planned with
+  double reaction_time = 0.2; ///< s, from command to motion
+};
+
+struct RobotDescription {
+  enum class VelocityFrame { body, local };  ///< what pose_t.vel is expressed in
+
+  std::string name = "robot";
+  std::optional<LaserDescription> laser;
+  std::optional<CameraDescription> camera;
+  std::optional<DepthCameraDescription> depth;
+  std::vector<Eigen::Vector2d> footprint;  ///< convex, counter-clockwise, m, in base_link
+  double height = 0.5;                     ///< m, top of the body over the floor
+  double mass = 50;                        ///< kg
+  RobotLimits limits;
+  VelocityFrame velocity_frame = VelocityFrame::body;
+  /// 1 sigma of odometry per metre driven and per radian turned: m/m and rad/rad.
+  double odometry_error_translation = 0.05;
+  double odometry_error_rotation = 0.05;
+  std::string source;  ///< where an imported description came from
+};
+
+/// Reads YAML (schema robot.schema.json). `origin` names the file or channel in errors.
+Result<RobotDescription> parse_robot_description(const std::string& yaml, const std::string& origin);
+Result<RobotDescription> load_robot_description(const std::string& path);
+/// Writes YAML that parse_robot_description reads back to the same values, units included.
+std::string to_yaml(const RobotDescription& robot);
+
+/// Reads a laser preset by name ("lms-200", "s3000", "utm-30lx"), from fusion/scan/presets.
+Result<LaserDescription> load_laser_preset(const std::string& name);
+
+}  // namespace parhelion

@@ -1,0 +1,67 @@
+// A planar laser scan as the sensor wrote it, and how its numbers are to be read.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocols/frames.hpp"
+#include "protocols/time.hpp"
+
+namespace parhelion {
+
+/// One scan; beam i points at angle_first + i * angle_step in the laser's xy-plane.
+struct Scan {
+  SensorTime stamp;                ///< instant of the beam that LaserDescription::stamp_beam names
+  std::vector<float> ranges;       ///< metres, sentinels as the sensor writes them (never rewritten)
+  std::vector<float> intensities;  ///< empty, or one per beam; sensor's own unit
+  float angle_first = 0;           ///< rad
+  float angle_step = 0;            ///< rad, negative where the sensor sweeps clockwise
+};
+
+/// What one range on the wire means, in REP-117's terms.
+enum class BeamKind : std::uint8_t { hit, no_return /* +inf */, too_close /* -inf */, invalid /* NaN */ };
+
+/// How a sensor writes what is not a range.
+struct RangeConvention {
+  enum class Sentinel : std::uint8_t { value, infinity, nan };
+  float range_min = 0;  ///< m; a finite range below it is too close
+  float range_max = 0;  ///< m; a finite range at or above it is no return
+  Sentinel no_return = Sentinel::infinity;
+  float no_return_value = 0;  ///< m, where no_return is Sentinel::value (81.83 for an LMS-200 in CARMEN logs, 0 for others)
+  Sentinel too_close = Sentinel::value;
+  float too_close_value = 0;  ///< m, where too_close is Sentinel::value
+
+  BeamKind classify(float range) const;
+  float no_return_sentinel() const;
+  float too_close_sentinel() const;
+};
+
+/// A planar laser on a robot.
+struct LaserDescription {
+  enum class StampBeam : std::uint8_t { first, middle, last };
+
+  std::string preset;  ///< name of the preset it came from, or empty
+  Transform<Base, Laser> T_base_laser;
+  RangeConvention convention;
+  StampBeam stamp_beam = StampBeam::first;
+  /// Beam i is measured in pass i % passes, as beam i / passes of it: an LMS-200 at 0.5 degrees makes two interlaced passes.
+  int passes = 1;
+  double pass_period = 0;    ///< s between the starts of two passes
+  double beam_interval = 0;  ///< s between two beams of one pass
+  double scan_period = 0;    ///< s between two scans, 0 where unknown
+  double noise_sigma = 0;    ///< m, 1 sigma, of a range
+  double quantization = 0;   ///< m, step of a range on the wire, 0: none
+  /// For simulated lasers: what a scan looks like.
+  int beams = 0;
+  double angle_first = 0;  ///< rad
+  double angle_step = 0;   ///< rad
+  /// Text carried from an imported source that has no field here ("source" topic, CameraInfo and so on).
+  std::string source;
+
+  /// Instant of beam i of n, relative to the scan's stamp.
+  Duration beam_time(std::size_t i, std::size_t n) const;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,43 @@
+// A session's configuration: plain structs with working defaults, read from YAML with units and line numbers.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "protocols/command.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct InjectionLimits {
+  double max_error = 0.10;  ///< m, 1 sigma predicted at the agent; above it nothing is injected
+};
+
+struct ContactLimits {
+  double slow_distance = 1.0;    ///< m, virtual contact begins to reduce TELEOP
+  double stop_distance = 0.15;   ///< m, it is zero towards the body
+  double crawl_speed = 0.2;      ///< m/s, after pose loss and a released dead-man
+  double silence = 0.5;          ///< s without TELEOP: stop
+};
+
+struct Scenario {
+  std::string name;
+  int level = 3;  ///< 1, 2 or 3
+  std::uint64_t seed = 1;
+  double physics_rate = 240;  ///< Hz
+  std::string model;          ///< path of a semantic model, resolved against the scenario's folder; empty: open floor
+  std::string robot;          ///< path of a robot description; empty: the ROBOT channel
+  InjectionLimits injection;
+  ContactLimits contact;
+  std::vector<AgentDefinition> agents;
+  std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
+};
+
+/// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean 'agents'?".
+Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin);
+Result<Scenario> load_scenario(const std::string& path);
+std::string to_yaml(const Scenario& scenario);
+
+}  // namespace parhelion

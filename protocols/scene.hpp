@@ -1,0 +1,55 @@
+// The bodies of the world: rigid sets of simple shapes with materials. Constant; poses are in WorldSnapshot.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocols/frames.hpp"
+
+namespace parhelion {
+
+struct Material {
+  Eigen::Vector3f albedo{0.5F, 0.5F, 0.5F};  ///< linear RGB, 0..1
+  float roughness = 0.6F;                    ///< 0 mirror .. 1 matt
+  float metallic = 0;
+  float laser_reflectivity = 0.5F;           ///< 0..1, for scans that carry intensities
+};
+
+enum class ShapeKind : std::uint8_t {
+  box,       ///< size: full lengths along x, y, z
+  cylinder,  ///< size: radius, radius, full height along z
+  sphere,    ///< size: radius in each
+  capsule,   ///< size: radius, radius, height of the cylindrical part along z
+};
+
+struct Shape {
+  ShapeKind kind = ShapeKind::box;
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< m, see ShapeKind
+  Transform<Body, ShapeFrame> T_body_shape;
+  Material material;
+};
+
+enum class BodyOwner : std::uint8_t { agent, real_robot, building };
+
+using BodyId = std::uint32_t;  ///< unique in a session, never used again after a removal
+
+/// One rigid body. An agent is one body or several (a person: torso and legs; a robot: chassis and wheels).
+struct BodyDefinition {
+  BodyId id = 0;
+  std::string entity;  ///< name of the agent, robot or building element that it belongs to
+  std::string part;    ///< "chassis", "left_leg", ...
+  BodyOwner owner = BodyOwner::agent;
+  bool injectable = false;  ///< may appear in real scans and images: agents and drawn virtual walls only (promise 1)
+  std::vector<Shape> shapes;
+};
+
+/// Shared, immutable: a new one is made when a body comes or goes, `version` then increases.
+struct Scene {
+  std::uint64_t version = 0;
+  std::vector<std::shared_ptr<const BodyDefinition>> bodies;  ///< ascending id
+};
+
+}  // namespace parhelion

@@ -1,0 +1,49 @@
+// What the server says beside the scans and images themselves.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocols/time.hpp"
+
+namespace parhelion {
+
+/// MR_SESSION, the first event of a session log: everything that replay needs besides the inputs.
+struct SessionHeader {
+  SensorTime stamp;  ///< server's start
+  std::string scenario_yaml;
+  std::string model_yaml;
+  std::string robot_yaml;
+  std::uint64_t seed = 0;
+  std::string version;                      ///< of parhelion and the libraries that decide bytes
+  std::vector<std::string> input_channels;  ///< names on the bus that were inputs
+};
+
+/// MR_SCAN_INFO: which agent each beam of the MR_SCAN with the same utime hit.
+struct ScanInfo {
+  SensorTime stamp;                        ///< of the scan that it describes
+  bool live = false;                       ///< false: degraded, MR_SCAN equals SCAN
+  std::string reason;                      ///< why degraded, else empty
+  double predicted_error = 0;              ///< m, 1 sigma of a return at the nearest agent; infinity: no pose
+  std::vector<std::string> agents;         ///< names that beam_agent points into
+  std::vector<std::int16_t> beam_agent;    ///< per beam: index into agents, -1: none
+};
+
+/// LOOP: decisions that only wall time could make; replay obeys them.
+struct LoopDecision {
+  enum class Kind : std::int8_t { guard_fired = 0, steps_skipped = 1, frame_dropped = 2 };
+  SensorTime stamp;        ///< of the input that it is about, or the server's time
+  Kind kind = Kind::guard_fired;
+  std::int64_t count = 0;  ///< steps skipped; 1 otherwise
+};
+
+/// MR_STATUS: measured figures, outside promise 4.
+struct ServerStatus {
+  SensorTime stamp;
+  std::vector<std::pair<std::string, double>> values;
+  std::vector<std::pair<std::string, std::string>> notes;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,43 @@
+# What every target is compiled with. The flags of promise 4: portable baseline, no contraction, no fast maths.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+set(PARHELION_SANITIZE "" CACHE STRING "Sanitizers, as -fsanitize= takes them")
+option(PARHELION_FUZZ "Build the libFuzzer targets (clang only)" OFF)
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+include(GNUInstallDirs)
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
+
+add_library(parhelion_flags INTERFACE)
+target_include_directories(parhelion_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(parhelion_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+  -Woverloaded-virtual -Werror -ffp-contract=off)
+target_link_libraries(parhelion_flags INTERFACE Eigen3::Eigen Threads::Threads)
+if(PARHELION_SANITIZE)
+  target_compile_options(parhelion_flags INTERFACE -fsanitize=${PARHELION_SANITIZE} -fno-omit-frame-pointer
+    -fno-sanitize-recover=all)
+  target_link_options(parhelion_flags INTERFACE -fsanitize=${PARHELION_SANITIZE})
+endif()
+if(PARHELION_FUZZ)
+  target_compile_options(parhelion_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+# parhelion_library(name SOURCES... [PUBLIC targets] [PRIVATE targets] [SYSTEM include dirs])
+function(parhelion_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;SYSTEM" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_link_libraries(${name} PUBLIC parhelion_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  target_include_directories(${name} SYSTEM PRIVATE ${ARG_SYSTEM})
+endfunction()

@@ -1,0 +1,31 @@
+// The `parhelion` command: subcommands, exit codes 0 done, 1 failed, 2 usage.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "tools/command.hpp"
+
+int main(int argc, char** argv) try {
+  using namespace parhelion;
+  CLI::App app{
+      "Parhelion: virtual robots beside a real one, in its laser scans and its camera video.\n"
+      "Start here: parhelion demo"};
+  app.name("parhelion");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", PARHELION_VERSION);
+  Exit exit = Exit::done;
+  const AddCommand commands[] = {PARHELION_COMMANDS};
+  for (const AddCommand add : commands) add(app, exit);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& request) {
+    return app.exit(request);
+  } catch (const CLI::ParseError& error) {
+    app.exit(error);
+    return static_cast<int>(Exit::usage);
+  }
+  return static_cast<int>(exit);
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "parhelion: %s\n", error.what());
+  return 1;
+}
