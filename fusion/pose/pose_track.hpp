@@ -2,10 +2,12 @@
 // pose(t) = T_map_odom (last word of SLAM) * T_odom_base(t), with age and covariance.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "fusion/pose/pose2.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 
@@ -13,19 +15,20 @@ namespace parhelion {
 
 struct PoseAtInstant {
   Transform<Map, Base> T_map_base;
-  PoseCovariance covariance = PoseCovariance::Zero();  ///< map frame, grown by what odometry carried since the last word of SLAM
-  Duration age;     ///< since the stamp of the last word of SLAM
-  Twist2 twist;     ///< body frame, from odometry
+  PoseCovariance covariance =
+      PoseCovariance::Zero();  ///< map frame, grown by what odometry carried since the last word of SLAM
+  Duration age;  ///< since the stamp of the last word of SLAM; negative for an instant before it
+  Twist2 twist;  ///< body frame, from odometry (without odometry: from two words of SLAM)
 };
 
 /// Why there is no pose, in words for MR_SCAN_INFO and people.
 enum class NoPose : std::uint8_t {
-  no_odometry,      ///< nothing within the history at that instant
-  no_slam,          ///< SLAM has said nothing yet
+  no_odometry,  ///< nothing within the history at that instant
+  no_slam,      ///< SLAM has said nothing yet
   slam_lost,
-  relocalizing,     ///< a correction above 0.2 m or 5 degrees: off until the covariance recovers
+  relocalizing,  ///< a correction above 0.2 m or 5 degrees: off until the covariance recovers
   older_than_history,
-  too_far_ahead,    ///< more than `max_extrapolation` after the last odometry
+  too_far_ahead,  ///< more than `max_extrapolation` after the last odometry
   map_mismatch,
 };
 const char* to_string(NoPose why);
@@ -33,18 +36,33 @@ const char* to_string(NoPose why);
 struct PoseTrackOptions {
   Duration history = seconds(2.0);
   Duration max_extrapolation = milliseconds(500);
-  double relocalization_distance = 0.2;                          ///< m
+  double relocalization_distance = 0.2;                            ///< m
   double relocalization_angle = 5 * 3.14159265358979323846 / 180;  ///< rad
-  double recovered_sigma = 0.05;                                 ///< m, 1 sigma at which injection may return
-  std::string map_id;                                            ///< empty: any
+  double recovered_sigma = 0.05;  ///< m, 1 sigma at which injection may return
+  std::string map_id;             ///< empty: any
 };
 
-/// Fixed-size histories; adding never allocates after construction. All instants are SensorTime of the robot's clock.
+/// Fixed-size histories; adding never allocates after construction. All instants are SensorTime of the
+/// robot's clock.
+///
+/// Where odometry comes, it carries the pose between the words of SLAM: along arcs of constant twist between
+/// two samples, and with the last twist beyond them. A word of SLAM on an instant that odometry has not
+/// reached yet is placed by extrapolation and placed again when odometry gets there. Where no odometry has
+/// ever come (a hand-held camera), the words of SLAM carry themselves: interpolated between two of them,
+/// extrapolated beyond the last.
+///
+/// A stamp that jumps back by more than the history is taken as a new start of the sensor's clock: what was
+/// known is dropped.
 class PoseTrack {
  public:
   PoseTrack(const RobotDescription& robot, const PoseTrackOptions& options);
 
-  enum class Correction { first, small, relocalization, ignored /* stale, lost or of another map */ };
+  enum class Correction {
+    first,
+    small,
+    relocalization,
+    ignored /* stale, lost, of another map or not causal */
+  };
 
   /// Backward stamps are kept out and counted.
   void add(const Odometry& odometry);
@@ -52,17 +70,74 @@ class PoseTrack {
 
   /// The pose, or why there is none. Never an identity in its place.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
-  std::uint64_t rejected() const;  ///< inputs kept out
+  std::uint64_t rejected() const { return rejected_; }  ///< inputs kept out
+  bool carried_by_odometry() const { return odometry_.count > 0; }
 
  private:
-  struct CarriedPose;
+  /// Newest at age 0; the oldest is overwritten.
+  template <class T>
+  struct Ring {
+    std::vector<T> slots;
+    std::size_t count = 0;
+    std::size_t next = 0;
+    const T& newest(std::size_t age = 0) const {
+      return slots[(next + 2 * slots.size() - 1 - age) % slots.size()];
+    }
+    void push(const T& sample) {
+      slots[next] = sample;
+      next = (next + 1) % slots.size();
+      if (count < slots.size()) ++count;
+    }
+    void clear() { count = 0; }
+    /// Age of the newest sample with stamp <= t; count where there is none. Binary search.
+    std::size_t age_at(SensorTime t) const;
+  };
+  struct OdometrySample {
+    SensorTime stamp;
+    Pose2 T_odom_base;
+    double driven = 0;  ///< m, length of the path up to here
+    double turned = 0;  ///< rad, the same for rotation
+  };
+  struct EstimateSample {
+    SensorTime stamp;
+    Transform<Map, Base> T_map_base;
+    PoseCovariance covariance = PoseCovariance::Zero();
+    bool jumped = false;  ///< not to be interpolated from the one before
+  };
+  /// Odometry at an instant.
+  struct Carried {
+    Pose2 T_odom_base;
+    double driven = 0, turned = 0;
+    double ahead = 0;  ///< s beyond the last sample
+    Twist2 twist;
+  };
+
+  std::optional<Carried> odometry_at(SensorTime t, NoPose& why) const;
+  Twist2 twist_ending_at(std::size_t age) const;
+  std::optional<PoseAtInstant> from_odometry(SensorTime t, NoPose& why) const;
+  std::optional<PoseAtInstant> from_estimates(SensorTime t, NoPose& why) const;
+  std::optional<PoseAtInstant> predict(SensorTime t, NoPose& why) const;
+  Transform<Map, Base> expected_pose(SensorTime t) const;
+  PoseCovariance unsensed_growth(double dt) const;
+  bool place(const EstimateSample& estimate);
+  void restart();
+
   RobotDescription robot_;
   PoseTrackOptions options_;
-  // ... rings and the last correction
+  Ring<OdometrySample> odometry_;
+  Ring<EstimateSample> estimates_;
+  std::optional<Transform<Map, Odom>> T_map_odom_;
+  Carried at_correction_;     ///< odometry at the stamp of the last word of SLAM
+  bool provisional_ = false;  ///< that was extrapolated: place again when odometry gets there
+  bool lost_ = false;
+  bool relocalizing_ = false;
+  bool mismatch_ = false;
+  std::uint64_t rejected_ = 0;
 };
 
-/// Predicted error (1 sigma, m) of a return at p_map seen from the pose: sqrt of the largest eigenvalue of the planar
-/// position covariance that the pose's covariance causes at that place (lever arm of yaw included).
+/// Predicted error (1 sigma, m) of a return at p_map seen from the pose: sqrt of the largest eigenvalue of
+/// the planar position covariance that the pose's covariance causes at that place (lever arm of yaw
+/// included).
 double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map);
 
 }  // namespace parhelion

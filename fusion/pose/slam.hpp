@@ -1,4 +1,5 @@
-// MRPT SLAM on raw scans and odometry: localization in a frozen map, or mapping that closes loops. No MRPT type is named here.
+// MRPT SLAM on raw scans and odometry: localization in a frozen map, or mapping that closes loops. No MRPT
+// type is named here.
 #pragma once
 
 #include <functional>
@@ -16,11 +17,11 @@ namespace parhelion {
 
 /// Occupancy as SLAM leaves it. Row 0 is at the lowest y.
 struct GridMap {
-  std::string id;              ///< SHA-256 of the cells, hex: the map id of models and poses
-  double resolution = 0.05;    ///< m
-  double x_min = 0, y_min = 0; ///< m, map frame, corner of cell (0, 0)
-  int width = 0, height = 0;   ///< cells
-  std::vector<float> occupied; ///< probability 0..1, 0.5 unknown
+  std::string id;                     ///< SHA-256 of the cells, hex: the map id of models and poses
+  double resolution = 0.05;           ///< m
+  double x_min = 0, y_min = 0;        ///< m, map frame, corner of cell (0, 0)
+  int width = 0, height = 0;          ///< cells
+  std::vector<float> occupied;        ///< probability 0..1, 0.5 unknown
   std::vector<Eigen::Vector3d> path;  ///< x, y, yaw driven while mapping, for pictures; may be empty
 };
 
@@ -39,10 +40,11 @@ class Slam {
  public:
   virtual ~Slam() = default;
   virtual void add(const Odometry& odometry) = 0;
-  /// The word on this scan; nullopt where there is none yet (before the first odometry; global localization before it has
-  /// converged answers with state initializing).
+  /// The word on this scan; nullopt where there is none yet (before the first odometry; global localization
+  /// before it has converged answers with state initializing).
   virtual std::optional<PoseEstimate> add(const Scan& scan) = 0;
-  /// Mapping: optimises what is left (loops), and gives the final trajectory (causal = false), one per scan taken.
+  /// Mapping: optimises what is left (loops), and gives the final trajectory (causal = false), one per scan
+  /// taken.
   virtual std::vector<PoseEstimate> finish() = 0;
   virtual GridMap grid_map() const = 0;
   /// MRPT's .simplemap (mapping only).

@@ -1,0 +1,350 @@
+#include "fusion/pose/pose_track.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace parhelion {
+namespace {
+
+/// Two seconds at 1 kHz: faster odometry shortens the history.
+constexpr std::size_t odometry_slots = 2048;
+constexpr std::size_t estimate_slots = 256;
+/// A twist is taken over at least this span, so that the quantisation of fast odometry does not become
+/// velocity.
+constexpr Duration twist_span = milliseconds(40);
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+double angle_between(const Transform<Map, Base>& a, const Transform<Map, Base>& b) {
+  return a.quaternion().angularDistance(b.quaternion());
+}
+
+double position_sigma(const PoseCovariance& covariance) {
+  const Eigen::Matrix2d planar = covariance.topLeftCorner<2, 2>();
+  return std::sqrt(
+      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(planar).eigenvalues().maxCoeff()));
+}
+
+/// The covariance of a pose whose heading was known with `covariance` before it moved by `d_map`.
+PoseCovariance transported(const PoseCovariance& covariance, const Eigen::Vector3d& d_map) {
+  PoseCovariance F = PoseCovariance::Identity();
+  F.topRightCorner<3, 3>() = -cross_matrix(d_map);
+  return F * covariance * F.transpose();
+}
+
+double ratio(Duration part, Duration whole) {
+  return static_cast<double>(part.ns) / static_cast<double>(whole.ns);
+}
+
+/// Body-frame twist from a to b, dt seconds apart.
+Twist2 twist_between(const Pose2& a, const Pose2& b, double dt) {
+  const Twist2 step = twist_to(a.inverse() * b);
+  return {step.vx / dt, step.vy / dt, step.wz / dt};
+}
+
+}  // namespace
+
+const char* to_string(NoPose why) {
+  switch (why) {
+    case NoPose::no_odometry:
+      return "no odometry at that instant";
+    case NoPose::no_slam:
+      return "no pose from SLAM yet";
+    case NoPose::slam_lost:
+      return "SLAM is lost";
+    case NoPose::relocalizing:
+      return "relocalizing";
+    case NoPose::older_than_history:
+      return "older than the history of poses";
+    case NoPose::too_far_ahead:
+      return "too far ahead of the last odometry";
+    case NoPose::map_mismatch:
+      return "SLAM's map is not the model's";
+  }
+  return "unknown";
+}
+
+PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& options)
+    : robot_(robot), options_(options) {
+  odometry_.slots.resize(odometry_slots);
+  estimates_.slots.resize(estimate_slots);
+}
+
+template <class T>
+std::size_t PoseTrack::Ring<T>::age_at(SensorTime t) const {
+  std::size_t low = 0, high = count;
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    if (newest(middle).stamp <= t) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return low;
+}
+
+void PoseTrack::restart() {
+  odometry_.clear();
+  estimates_.clear();
+  T_map_odom_.reset();
+  provisional_ = lost_ = relocalizing_ = false;
+}
+
+void PoseTrack::add(const Odometry& odometry) {
+  OdometrySample sample{odometry.stamp, planar(odometry.T_odom_base)};
+  if (!sample.T_odom_base.finite()) {
+    ++rejected_;
+    return;
+  }
+  if (odometry_.count > 0) {
+    const OdometrySample& last = odometry_.newest();
+    if (odometry.stamp <= last.stamp) {
+      ++rejected_;
+      if (last.stamp - odometry.stamp <= options_.history) return;
+      restart();
+    } else {
+      const Pose2 step = last.T_odom_base.inverse() * sample.T_odom_base;
+      sample.driven = last.driven + step.position().norm();
+      sample.turned = last.turned + std::abs(step.yaw);
+    }
+  }
+  odometry_.push(sample);
+  if (provisional_) place(estimates_.newest());
+}
+
+PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
+  if (!estimate.causal || !estimate.T_map_base.finite() || !estimate.covariance.allFinite()) {
+    ++rejected_;
+    return Correction::ignored;
+  }
+  if (estimates_.count > 0 && estimate.stamp <= estimates_.newest().stamp) {
+    ++rejected_;
+    if (estimates_.newest().stamp - estimate.stamp <= options_.history) return Correction::ignored;
+    // Only where odometry agrees that the clock started anew is the old knowledge dropped.
+    if (odometry_.count > 0 && odometry_.newest().stamp - estimate.stamp > options_.history)
+      return Correction::ignored;
+    estimates_.clear();
+    T_map_odom_.reset();
+  }
+  mismatch_ = !options_.map_id.empty() && estimate.map_id != options_.map_id;
+  if (mismatch_) return Correction::ignored;
+  if (estimate.state != SlamState::tracking) {
+    lost_ = estimate.state == SlamState::lost || estimates_.count > 0;
+    return Correction::ignored;
+  }
+
+  EstimateSample sample{estimate.stamp, estimate.T_map_base, estimate.covariance};
+  const bool known = estimates_.count > 0;
+  if (known) {
+    const Transform<Map, Base> expected = expected_pose(estimate.stamp);
+    sample.jumped = (expected.translation() - estimate.T_map_base.translation()).norm() >
+                        options_.relocalization_distance ||
+                    angle_between(expected, estimate.T_map_base) > options_.relocalization_angle;
+  }
+  if (!place(sample)) {
+    ++rejected_;
+    return Correction::ignored;
+  }
+  estimates_.push(sample);
+  lost_ = false;
+  if (!known) return Correction::first;
+  if (sample.jumped) {
+    relocalizing_ = true;
+    return Correction::relocalization;
+  }
+  if (position_sigma(estimate.covariance) <= options_.recovered_sigma) relocalizing_ = false;
+  return Correction::small;
+}
+
+bool PoseTrack::place(const EstimateSample& estimate) {
+  provisional_ = false;
+  if (odometry_.count == 0) return true;
+  NoPose why{};
+  const auto carried = odometry_at(estimate.stamp, why);
+  if (!carried) return false;
+  at_correction_ = *carried;
+  provisional_ = carried->ahead > 0;
+  T_map_odom_ = estimate.T_map_base * transform<Odom, Base>(carried->T_odom_base).inverse();
+  return true;
+}
+
+Twist2 PoseTrack::twist_ending_at(std::size_t age) const {
+  const OdometrySample& end = odometry_.newest(age);
+  std::size_t start = age + 1;
+  if (start >= odometry_.count) return {};
+  while (start + 1 < odometry_.count && end.stamp - odometry_.newest(start).stamp < twist_span &&
+         end.stamp - odometry_.newest(start + 1).stamp <= options_.max_extrapolation) {
+    ++start;
+  }
+  const OdometrySample& first = odometry_.newest(start);
+  if (end.stamp - first.stamp > options_.max_extrapolation + options_.max_extrapolation) return {};
+  return twist_between(first.T_odom_base, end.T_odom_base, (end.stamp - first.stamp).seconds());
+}
+
+std::optional<PoseTrack::Carried> PoseTrack::odometry_at(SensorTime t, NoPose& why) const {
+  const OdometrySample& last = odometry_.newest();
+  if (t < last.stamp - options_.history) {
+    why = NoPose::older_than_history;
+    return std::nullopt;
+  }
+  const std::size_t age = odometry_.age_at(t);
+  if (age == odometry_.count) {
+    why = NoPose::no_odometry;
+    return std::nullopt;
+  }
+  const OdometrySample& before = odometry_.newest(age);
+  if (age == 0) {
+    if (t - before.stamp > options_.max_extrapolation) {
+      why = NoPose::too_far_ahead;
+      return std::nullopt;
+    }
+    Carried carried{before.T_odom_base, before.driven, before.turned, (t - before.stamp).seconds(),
+                    twist_ending_at(0)};
+    const Pose2 step = moved(carried.twist, carried.ahead);
+    carried.T_odom_base = before.T_odom_base * step;
+    carried.driven += step.position().norm();
+    carried.turned += std::abs(step.yaw);
+    return carried;
+  }
+  const OdometrySample& after = odometry_.newest(age - 1);
+  // In the middle of a gap nobody knows what the robot did.
+  if (t - before.stamp > options_.max_extrapolation && after.stamp - t > options_.max_extrapolation) {
+    why = NoPose::no_odometry;
+    return std::nullopt;
+  }
+  const double s = ratio(t - before.stamp, after.stamp - before.stamp);
+  return Carried{interpolate(before.T_odom_base, after.T_odom_base, s),
+                 before.driven + s * (after.driven - before.driven),
+                 before.turned + s * (after.turned - before.turned), 0, twist_ending_at(age - 1)};
+}
+
+PoseCovariance PoseTrack::unsensed_growth(double dt) const {
+  // The twist may change as fast as the robot can brake.
+  const RobotLimits& limits = robot_.limits;
+  const double position = 0.5 * limits.deceleration * dt * dt;
+  const double yaw = limits.speed > 0 ? position * limits.yaw_rate / limits.speed : 0;
+  PoseCovariance growth = PoseCovariance::Zero();
+  growth.topLeftCorner<2, 2>().diagonal().setConstant(position * position);
+  growth(5, 5) = yaw * yaw;
+  return growth;
+}
+
+std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why) const {
+  const auto carried = odometry_at(t, why);
+  if (!carried) return std::nullopt;
+  if (!T_map_odom_) {
+    why = NoPose::no_slam;
+    return std::nullopt;
+  }
+  const EstimateSample& estimate = estimates_.newest();
+  PoseAtInstant pose;
+  pose.T_map_base = *T_map_odom_ * transform<Odom, Base>(carried->T_odom_base);
+  const double driven = std::abs(carried->driven - at_correction_.driven);
+  const double turned = std::abs(carried->turned - at_correction_.turned);
+  const double position = robot_.odometry_error_translation * driven;
+  const double yaw = robot_.odometry_error_rotation * turned;
+  // The error of heading is counted as if made at once: it then bends the whole way since the word of SLAM.
+  PoseCovariance covariance = estimate.covariance;
+  covariance(5, 5) += yaw * yaw;
+  covariance = transported(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
+  covariance(0, 0) += position * position;
+  covariance(1, 1) += position * position;
+  pose.covariance = covariance + unsensed_growth(carried->ahead);
+  pose.age = t - estimate.stamp;
+  pose.twist = carried->twist;
+  return pose;
+}
+
+std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why) const {
+  const EstimateSample& last = estimates_.newest();
+  if (t < last.stamp - options_.history) {
+    why = NoPose::older_than_history;
+    return std::nullopt;
+  }
+  const std::size_t age = estimates_.age_at(t);
+  if (age == estimates_.count) {
+    why = NoPose::no_slam;
+    return std::nullopt;
+  }
+  if (age == 0 && t - last.stamp > options_.max_extrapolation) {
+    why = NoPose::too_far_ahead;
+    return std::nullopt;
+  }
+  // The pair that t lies between, or the last pair where it lies beyond.
+  const std::size_t end = age == 0 ? 0 : age - 1;
+  const EstimateSample& b = estimates_.newest(end);
+  PoseAtInstant pose{b.T_map_base, b.covariance, t - last.stamp, {}};
+  const double ahead = std::max(0.0, (t - last.stamp).seconds());
+  const bool pair = end + 1 < estimates_.count && !b.jumped &&
+                    b.stamp - estimates_.newest(end + 1).stamp <= options_.max_extrapolation;
+  if (!pair) {
+    if (t < b.stamp) {
+      why = b.jumped ? NoPose::relocalizing : NoPose::no_slam;
+      return std::nullopt;
+    }
+    // One word alone says nothing about motion: the robot may do what its limits allow.
+    const double reach = robot_.limits.speed * ahead, turn = robot_.limits.yaw_rate * ahead;
+    pose.covariance.topLeftCorner<2, 2>().diagonal().array() += reach * reach;
+    pose.covariance(5, 5) += turn * turn;
+    return pose;
+  }
+  const EstimateSample& a = estimates_.newest(end + 1);
+  const double s = ratio(t - a.stamp, b.stamp - a.stamp);
+  pose.T_map_base = interpolate(a.T_map_base, b.T_map_base, s);
+  pose.covariance = s <= 1 ? PoseCovariance((1 - s) * a.covariance + s * b.covariance)
+                           : PoseCovariance(b.covariance + (s - 1) * (s - 1) * (a.covariance + b.covariance) +
+                                            unsensed_growth(ahead));
+  pose.twist = twist_between(planar(a.T_map_base), planar(b.T_map_base), (b.stamp - a.stamp).seconds());
+  return pose;
+}
+
+std::optional<PoseAtInstant> PoseTrack::predict(SensorTime t, NoPose& why) const {
+  if (odometry_.count > 0) return from_odometry(t, why);
+  if (estimates_.count > 0) return from_estimates(t, why);
+  why = NoPose::no_slam;
+  return std::nullopt;
+}
+
+Transform<Map, Base> PoseTrack::expected_pose(SensorTime t) const {
+  NoPose why{};
+  if (T_map_odom_) {
+    if (const auto pose = from_odometry(t, why)) return pose->T_map_base;
+  } else if (const auto pose = from_estimates(t, why)) {
+    return pose->T_map_base;
+  }
+  return estimates_.newest().T_map_base;
+}
+
+std::optional<PoseAtInstant> PoseTrack::at(SensorTime t, NoPose* why) const {
+  NoPose reason = NoPose::no_slam;
+  std::optional<PoseAtInstant> pose;
+  if (mismatch_) {
+    reason = NoPose::map_mismatch;
+  } else if (lost_) {
+    reason = NoPose::slam_lost;
+  } else if (relocalizing_) {
+    reason = NoPose::relocalizing;
+  } else {
+    pose = predict(t, reason);
+  }
+  if (!pose && why != nullptr) *why = reason;
+  return pose;
+}
+
+double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map) {
+  const Eigen::Vector3d r = p_map - pose.T_map_base.translation();
+  Eigen::Matrix<double, 2, 3> J;
+  J << 1, 0, -r.y(), 0, 1, r.x();
+  constexpr int planar_rows[] = {0, 1, 5};
+  const Eigen::Matrix3d planar_covariance = pose.covariance(planar_rows, planar_rows);
+  const Eigen::Matrix2d at_place = J * planar_covariance * J.transpose();
+  return std::sqrt(
+      std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(at_place).eigenvalues().maxCoeff()));
+}
+
+}  // namespace parhelion

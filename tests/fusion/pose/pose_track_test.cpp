@@ -1,0 +1,308 @@
+#include "fusion/pose/pose_track.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <random>
+
+namespace {
+std::atomic<std::size_t> allocations{0};
+}
+
+// Counts what the track allocates; everything else of this program goes through here too.
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace parhelion {
+namespace {
+
+SensorTime at_seconds(double s) { return SensorTime{1'000'000'000'000'000} + seconds(s); }
+
+RobotDescription robot() {
+  RobotDescription r;
+  r.odometry_error_translation = 0.05;
+  r.odometry_error_rotation = 0.05;
+  return r;
+}
+
+Odometry odometry(double t, const Pose2& T_odom_base) {
+  return {at_seconds(t), transform<Odom, Base>(T_odom_base)};
+}
+
+PoseEstimate estimate(double t, const Pose2& T_map_base, double sigma = 0.01) {
+  PoseEstimate e;
+  e.stamp = at_seconds(t);
+  e.T_map_base = transform<Map, Base>(T_map_base);
+  e.covariance.diagonal().setConstant(sigma * sigma);
+  e.state = SlamState::tracking;
+  e.map_id = "a";
+  return e;
+}
+
+/// A robot on a circle: 1 m/s, 0.5 rad/s.
+Pose2 on_circle(double t) { return moved({1, 0, 0.5}, t); }
+
+double distance(const Pose2& a, const Pose2& b) { return (a.position() - b.position()).norm(); }
+
+/// The slow twin: keeps everything, searches linearly, computes afresh at each question.
+struct SlowTrack {
+  std::vector<std::pair<double, Pose2>> odometry;
+  std::vector<std::pair<double, Pose2>> estimates;
+
+  Pose2 T_odom_base(double t) const {
+    for (std::size_t i = 0; i + 1 < odometry.size(); ++i) {
+      const auto& [t0, p0] = odometry[i];
+      const auto& [t1, p1] = odometry[i + 1];
+      if (t < t1 || i + 2 == odometry.size()) {
+        if (t <= t1) return interpolate(p0, p1, (t - t0) / (t1 - t0));
+        break;
+      }
+    }
+    const auto& [t1, p1] = odometry.back();
+    std::size_t start = odometry.size() - 2;
+    while (start > 0 && t1 - odometry[start].first < 0.0399999) --start;
+    const auto& [t0, p0] = odometry[start];
+    return p1 * moved(twist_to(p0.inverse() * p1), (t - t1) / (t1 - t0));
+  }
+  Pose2 at(double t) const {
+    const auto& [stamp, T_map_base] = estimates.back();
+    return T_map_base * T_odom_base(stamp).inverse() * T_odom_base(t);
+  }
+};
+
+TEST(PoseTrack, AgreesWithItsSlowTwinOnRandomDrives) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int drive = 0; drive < 30; ++drive) {
+    PoseTrack track(robot(), {});
+    SlowTrack slow;
+    Pose2 pose{unit(random), unit(random), 6 * unit(random)};
+    double t = 0, next_estimate = 0.3 * unit(random);
+    int answered = 0;
+    for (int i = 0; i < 300; ++i) {
+      const double dt = 0.005 + 0.05 * unit(random);
+      pose = pose * moved({unit(random), 0, 2 * unit(random) - 1}, dt);
+      t += dt;
+      track.add(odometry(t, pose));
+      slow.odometry.emplace_back(t, pose);
+      if (t > next_estimate && i > 2) {
+        next_estimate = t + 0.1;
+        // Behind, on and ahead of the newest odometry.
+        const double stamp = t + 0.05 * (unit(random) - 0.8);
+        const Pose2 word =
+            Pose2{3, 4, 1} * slow.T_odom_base(stamp) * Pose2{0.01 * unit(random), 0, 0.01 * unit(random)};
+        if (slow.estimates.empty() || stamp > slow.estimates.back().first) {
+          ASSERT_NE(track.add(estimate(stamp, word)), PoseTrack::Correction::ignored);
+          slow.estimates.emplace_back(stamp, word);
+        }
+      }
+      if (slow.estimates.empty()) continue;
+      for (int question = 0; question < 4; ++question) {
+        const double asked = t + 0.4 - 1.2 * unit(random);
+        if (asked < slow.odometry.front().first) continue;
+        const auto fast = track.at(at_seconds(asked));
+        ASSERT_TRUE(fast) << asked;
+        EXPECT_LT(distance(planar(fast->T_map_base), slow.at(asked)), 1e-6);
+        EXPECT_NEAR(wrap_angle(fast->T_map_base.yaw() - slow.at(asked).yaw), 0, 1e-6);
+        ++answered;
+      }
+    }
+    EXPECT_GT(answered, 800);
+  }
+}
+
+TEST(PoseTrack, FollowsAnArcBetweenSlowOdometrySamples) {
+  PoseTrack track(robot(), {});
+  for (double t : {0.0, 0.25, 0.5}) track.add(odometry(t, on_circle(t)));
+  track.add(estimate(0.5, on_circle(0.5)));
+  const auto pose = track.at(at_seconds(0.37));
+  ASSERT_TRUE(pose);
+  EXPECT_LT(distance(planar(pose->T_map_base), on_circle(0.37)), 1e-6);
+  EXPECT_NEAR(pose->twist.vx, 1, 1e-6);
+  EXPECT_NEAR(pose->twist.wz, 0.5, 1e-6);
+  EXPECT_EQ(pose->age, at_seconds(0.37) - at_seconds(0.5));
+}
+
+TEST(PoseTrack, PlacesAnEarlyWordAgainWhenOdometryGetsThere) {
+  PoseTrack track(robot(), {});
+  track.add(odometry(0, {}));
+  track.add(odometry(0.1, {0.1, 0, 0}));
+  // The robot stops at 0.1 s: the extrapolated place of the word (0.15, ...) turns out to be (0.1, ...).
+  track.add(estimate(0.15, {5, 5, 0}));
+  track.add(odometry(0.2, {0.1, 0, 0}));
+  const auto pose = track.at(at_seconds(0.2));
+  ASSERT_TRUE(pose);
+  EXPECT_NEAR(pose->T_map_base.translation().x(), 5, 1e-9);
+}
+
+TEST(PoseTrack, CovarianceGrowsWithTheWayAndNeverShrinksWithout) {
+  PoseTrack track(robot(), {});
+  for (int i = 0; i <= 20; ++i) track.add(odometry(0.05 * i, on_circle(0.05 * i)));
+  track.add(estimate(0.2, on_circle(0.2)));
+  double before = 0;
+  for (double t = 0.2; t < 1.45; t += 0.05) {
+    const auto pose = track.at(at_seconds(t));
+    ASSERT_TRUE(pose) << t;
+    const double sigma = predicted_error(*pose, pose->T_map_base * Eigen::Vector3d(3, 0, 0));
+    EXPECT_GT(sigma, before);
+    before = sigma;
+    EXPECT_TRUE(pose->covariance.isApprox(pose->covariance.transpose(), 1e-12));
+  }
+}
+
+TEST(PoseTrack, StandingStillKeepsItsCertainty) {
+  PoseTrack track(robot(), {});
+  for (int i = 0; i <= 40; ++i) track.add(odometry(0.05 * i, {1, 2, 0.3}));
+  track.add(estimate(0.1, {7, 8, 0.5}));
+  const auto pose = track.at(at_seconds(2.0));
+  ASSERT_TRUE(pose);
+  EXPECT_NEAR(pose->covariance(0, 0), 1e-4, 1e-12);
+  EXPECT_NEAR(pose->twist.vx, 0, 1e-12);
+}
+
+TEST(PoseTrack, SaysWhyThereIsNoPose) {
+  PoseTrackOptions options;
+  options.map_id = "a";
+  PoseTrack track(robot(), options);
+  const auto why = [&track](double t) {
+    NoPose reason{};
+    EXPECT_FALSE(track.at(at_seconds(t), &reason));
+    return reason;
+  };
+  EXPECT_EQ(why(0), NoPose::no_slam);
+  for (int i = 0; i <= 60; ++i) track.add(odometry(0.1 * i, {0.1 * i, 0, 0}));
+  EXPECT_EQ(why(6), NoPose::no_slam);
+  PoseEstimate foreign = estimate(5.5, {5.5, 0, 0});
+  foreign.map_id = "b";
+  EXPECT_EQ(track.add(foreign), PoseTrack::Correction::ignored);
+  EXPECT_EQ(why(6), NoPose::map_mismatch);
+  EXPECT_EQ(track.add(estimate(5.6, {5.6, 0, 0})), PoseTrack::Correction::first);
+  EXPECT_TRUE(track.at(at_seconds(6)));
+  EXPECT_EQ(why(6.6), NoPose::too_far_ahead);
+  EXPECT_EQ(why(3.9), NoPose::older_than_history);
+  PoseEstimate lost = estimate(5.7, {5.7, 0, 0});
+  lost.state = SlamState::lost;
+  track.add(lost);
+  EXPECT_EQ(why(6), NoPose::slam_lost);
+  EXPECT_EQ(track.add(estimate(5.8, {5.8, 0, 0})), PoseTrack::Correction::small);
+  EXPECT_TRUE(track.at(at_seconds(6)));
+}
+
+TEST(PoseTrack, RelocalizationStaysOffUntilTheCovarianceRecovers) {
+  PoseTrack track(robot(), {});
+  for (int i = 0; i <= 40; ++i) track.add(odometry(0.05 * i, {0, 0, 0}));
+  track.add(estimate(0.5, {0, 0, 0}));
+  EXPECT_EQ(track.add(estimate(0.6, {0.19, 0, 0})), PoseTrack::Correction::small);
+  EXPECT_EQ(track.add(estimate(0.7, {0.5, 0, 0}, 0.2)), PoseTrack::Correction::relocalization);
+  NoPose why{};
+  EXPECT_FALSE(track.at(at_seconds(1), &why));
+  EXPECT_EQ(why, NoPose::relocalizing);
+  EXPECT_EQ(track.add(estimate(0.8, {0.5, 0, 0}, 0.2)), PoseTrack::Correction::small);
+  EXPECT_FALSE(track.at(at_seconds(1)));
+  EXPECT_EQ(track.add(estimate(0.9, {0.5, 0, 0}, 0.02)), PoseTrack::Correction::small);
+  EXPECT_TRUE(track.at(at_seconds(1)));
+  EXPECT_EQ(track.add(estimate(1.0, {0.5, 0, 0.1}, 0.02)), PoseTrack::Correction::relocalization)
+      << "more than 5 degrees";
+}
+
+TEST(PoseTrack, KeepsBackwardStampsOutAndCountsThem) {
+  PoseTrack track(robot(), {});
+  for (int i = 0; i <= 10; ++i) track.add(odometry(0.1 * i, {0.1 * i, 0, 0}));
+  track.add(estimate(1.0, {1, 0, 0}));
+  track.add(odometry(0.55, {100, 0, 0}));
+  EXPECT_EQ(track.add(estimate(0.9, {50, 0, 0})), PoseTrack::Correction::ignored);
+  PoseEstimate late = estimate(1.05, {50, 0, 0});
+  late.causal = false;
+  EXPECT_EQ(track.add(late), PoseTrack::Correction::ignored);
+  EXPECT_EQ(track.rejected(), 3U);
+  EXPECT_NEAR(track.at(at_seconds(0.55))->T_map_base.translation().x(), 0.55, 1e-6);
+}
+
+TEST(PoseTrack, StartsAnewWhenTheSensorsClockDoes) {
+  PoseTrack track(robot(), {});
+  track.add(odometry(3600, {0, 0, 0}));
+  track.add(estimate(3600, {1, 1, 0}));
+  for (int i = 0; i <= 10; ++i) track.add(odometry(0.1 * i, {0.1 * i, 0, 0}));
+  NoPose why{};
+  EXPECT_FALSE(track.at(at_seconds(0.9), &why));
+  EXPECT_EQ(why, NoPose::no_slam);
+  EXPECT_EQ(track.add(estimate(1.0, {9, 0, 0})), PoseTrack::Correction::first);
+  EXPECT_NEAR(track.at(at_seconds(0.9))->T_map_base.translation().x(), 8.9, 1e-6);
+}
+
+TEST(PoseTrack, KnowsNothingInTheMiddleOfAGap) {
+  PoseTrack track(robot(), {});
+  track.add(odometry(0, {}));
+  track.add(odometry(0.1, {0.1, 0, 0}));
+  track.add(odometry(1.9, {1.9, 0, 0}));
+  track.add(estimate(1.9, {1.9, 0, 0}));
+  NoPose why{};
+  EXPECT_FALSE(track.at(at_seconds(1.0), &why));
+  EXPECT_EQ(why, NoPose::no_odometry);
+  EXPECT_TRUE(track.at(at_seconds(1.5)));
+}
+
+TEST(PoseTrack, CarriesEstimatesAloneWhereNoOdometryEverComes) {
+  PoseTrack track(robot(), {});
+  NoPose why{};
+  track.add(estimate(0, {0, 0, 0}));
+  track.add(estimate(0.1, {0.1, 0, 0}));
+  EXPECT_NEAR(track.at(at_seconds(0.05))->T_map_base.translation().x(), 0.05, 1e-9);
+  EXPECT_NEAR(track.at(at_seconds(0.1))->T_map_base.translation().x(), 0.1, 1e-12);
+  const auto ahead = track.at(at_seconds(0.3));
+  ASSERT_TRUE(ahead);
+  EXPECT_NEAR(ahead->T_map_base.translation().x(), 0.3, 1e-9);
+  EXPECT_GT(ahead->covariance(0, 0), track.at(at_seconds(0.2))->covariance(0, 0));
+  EXPECT_GT(track.at(at_seconds(0.2))->covariance(0, 0), 1e-4);
+  EXPECT_FALSE(track.at(at_seconds(0.7), &why));
+  EXPECT_EQ(why, NoPose::too_far_ahead);
+  EXPECT_FALSE(track.carried_by_odometry());
+}
+
+TEST(PoseTrack, OdometryThatComesLateTakesOverWithoutARelocalization) {
+  PoseTrack track(robot(), {});
+  track.add(estimate(0, {0, 0, 0}));
+  track.add(estimate(0.1, {0.1, 0, 0}));
+  track.add(odometry(0.1, {50, 0, 0}));
+  track.add(odometry(0.2, {50.1, 0, 0}));
+  EXPECT_EQ(track.add(estimate(0.2, {0.2, 0, 0})), PoseTrack::Correction::small);
+  EXPECT_NEAR(track.at(at_seconds(0.15))->T_map_base.translation().x(), 0.15, 1e-9);
+}
+
+TEST(PoseTrack, AllocatesNothingAfterConstruction) {
+  PoseTrack track(robot(), {});
+  const PoseEstimate word = estimate(0, {});
+  const std::size_t before = allocations;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = 0.01 * i;
+    track.add(odometry(t, on_circle(t)));
+    if (i % 10 == 5) {
+      PoseEstimate e;
+      e.stamp = at_seconds(t);
+      e.T_map_base = transform<Map, Base>(on_circle(t));
+      e.state = SlamState::tracking;
+      track.add(e);
+    }
+    track.at(at_seconds(t + 0.02));
+  }
+  EXPECT_EQ(allocations - before, 0U);
+}
+
+TEST(PredictedError, HasTheLeverArmOfYaw) {
+  PoseAtInstant pose;
+  pose.covariance(0, 0) = pose.covariance(1, 1) = 0.0004;
+  pose.covariance(5, 5) = 0.0001;
+  EXPECT_NEAR(predicted_error(pose, {0, 0, 0}), 0.02, 1e-12);
+  EXPECT_NEAR(predicted_error(pose, {10, 0, 0}), std::sqrt(0.0004 + 0.01), 1e-12);
+  EXPECT_NEAR(predicted_error(pose, {0, -10, 1}), std::sqrt(0.0004 + 0.01), 1e-12);
+}
+
+}  // namespace
+}  // namespace parhelion
