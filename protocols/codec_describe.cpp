@@ -1,0 +1,216 @@
+// One line of text for any message, by its fingerprint.
+#include <algorithm>
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+
+#include "parhelion/agent_cmd_t.hpp"
+#include "parhelion/event_t.hpp"
+#include "parhelion/image_t.hpp"
+#include "parhelion/loop_t.hpp"
+#include "parhelion/planar_lidar_t.hpp"
+#include "parhelion/pose2D_t.hpp"
+#include "parhelion/pose_cov_t.hpp"
+#include "parhelion/pose_t.hpp"
+#include "parhelion/robot_t.hpp"
+#include "parhelion/scan_info_t.hpp"
+#include "parhelion/session_t.hpp"
+#include "parhelion/status_t.hpp"
+#include "parhelion/twist2D_t.hpp"
+#include "parhelion/world_t.hpp"
+#include "protocols/codec_wire.hpp"
+
+namespace parhelion {
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, pattern);
+  const int length = std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return std::string(text, static_cast<std::size_t>(std::min<int>(std::max(length, 0), sizeof text - 1)));
+}
+
+/// In quotes, cut at 120 characters; what a terminal would obey is written as \xNN.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text.substr(0, 120)) {
+    const auto byte = static_cast<unsigned char>(c);
+    out += byte < 0x20 || byte == 0x7f || c == '"' || c == '\\' ? format("\\x%02x", byte) : std::string(1, c);
+  }
+  return out + (text.size() > 120 ? format("\"... (%zu characters)", text.size()) : "\"");
+}
+
+template <class A, class B>
+std::string place(const Transform<A, B>& T) {
+  return format("x %.3f y %.3f z %.3f m yaw %.4f rad", T.translation().x(), T.translation().y(),
+                T.translation().z(), T.yaw());
+}
+
+std::string say(const Scan& scan) {
+  float nearest = INFINITY, farthest = -INFINITY;
+  for (const float range : scan.ranges) {
+    if (!std::isfinite(range)) continue;
+    nearest = std::min(nearest, range);
+    farthest = std::max(farthest, range);
+  }
+  return format("%zu beams from %.4f rad step %.6f rad, finite ranges %.3f..%.3f m, %zu intensities",
+                scan.ranges.size(), static_cast<double>(scan.angle_first),
+                static_cast<double>(scan.angle_step), static_cast<double>(nearest),
+                static_cast<double>(farthest), scan.intensities.size());
+}
+
+std::string say(const Image& image) {
+  const char* format_name = image.format == PixelFormat::mjpeg  ? "mjpeg"
+                            : image.format == PixelFormat::rgb  ? "rgb"
+                            : image.format == PixelFormat::bgr  ? "bgr"
+                            : image.format == PixelFormat::gray ? "gray"
+                                                                : "depth";
+  std::string text = format("%dx%d %s %zu bytes", image.width, image.height, format_name, image.bytes.size());
+  for (const ImageMetadata& entry : image.metadata) {
+    text += " " + quoted(entry.key) + "=" + quoted(std::string(entry.value.begin(), entry.value.end()));
+  }
+  return text;
+}
+
+std::string say(const Odometry& odometry) { return place(odometry.T_odom_base); }
+
+std::string say(const PoseEstimate& estimate) {
+  constexpr std::array<const char*, 3> states = {"initializing", "tracking", "lost"};
+  const auto sigma = [&](int i) { return std::sqrt(estimate.covariance(i, i)); };
+  return format("%s sigma %.3f %.3f m %.4f rad %s %s step %.2f ms map ", place(estimate.T_map_base).c_str(),
+                sigma(0), sigma(1), sigma(5), states.at(static_cast<std::size_t>(estimate.state)),
+                estimate.causal ? "causal" : "final", estimate.step_time.seconds() * 1e3) +
+         quoted(estimate.map_id);
+}
+
+std::string say(const PoseStamped& pose) {
+  return place(pose.T_map_base) +
+         format(" velocity %.3f %.3f %.3f m/s", pose.velocity.x(), pose.velocity.y(), pose.velocity.z());
+}
+
+std::string say(const TwistCommand& command) {
+  return format("vx %.3f vy %.3f m/s wz %.4f rad/s", command.twist.vx, command.twist.vy, command.twist.wz);
+}
+
+std::string say(const AgentCommand& command) {
+  const AgentDefinition& agent = command.agent;
+  return format("request %llu %s ", static_cast<unsigned long long>(command.request),
+                to_string(command.action)) +
+         quoted(agent.name) +
+         format(" %s %s size %.2f %.2f %.2f m %s %.2f m/s %zu waypoints", to_string(agent.kind),
+                place(agent.T_map_base).c_str(), agent.size.x(), agent.size.y(), agent.size.z(),
+                to_string(agent.behaviour.kind), agent.behaviour.speed, agent.behaviour.waypoints.size());
+}
+
+std::string say(const Event& event) {
+  return format("%s ", to_string(event.kind)) + quoted(event.subject) + " " + quoted(event.object) +
+         format(" at %.3f %.3f %.3f m impulse %.3f N s%s request %llu ", event.position.x(),
+                event.position.y(), event.position.z(), event.impulse, event.unsensed ? " unsensed" : "",
+                static_cast<unsigned long long>(event.request)) +
+         quoted(event.text);
+}
+
+std::string say(const SessionHeader& header) {
+  std::string text = format("seed %llu version ", static_cast<unsigned long long>(header.seed)) +
+                     quoted(header.version) +
+                     format(" scenario %zu model %zu robot %zu characters inputs",
+                            header.scenario_yaml.size(), header.model_yaml.size(), header.robot_yaml.size());
+  for (const std::string& name : header.input_channels) text += " " + quoted(name);
+  return text;
+}
+
+std::string say(const ScanInfo& info) {
+  std::size_t replaced = 0;
+  for (const std::int16_t agent : info.beam_agent) replaced += agent >= 0;
+  return format("%s, %zu of %zu beams of %zu agents, predicted error %.3f m ",
+                info.live ? "live" : "degraded", replaced, info.beam_agent.size(), info.agents.size(),
+                info.predicted_error) +
+         quoted(info.reason);
+}
+
+std::string say(const LoopDecision& decision) {
+  constexpr std::array<const char*, 3> kinds = {"guard_fired", "steps_skipped", "frame_dropped"};
+  return format("%s %lld", kinds.at(static_cast<std::size_t>(decision.kind)),
+                static_cast<long long>(decision.count));
+}
+
+std::string say(const ServerStatus& status) {
+  std::string text;
+  for (const auto& [name, value] : status.values) text += quoted(name) + format("=%g ", value);
+  for (const auto& [name, note] : status.notes) text += quoted(name) + "=" + quoted(note) + " ";
+  return text;
+}
+
+std::string say(const RobotMessage& message) { return quoted(message.yaml); }
+
+std::string say(const WorldMessage& world) {
+  std::string text =
+      format("step %llu, %zu bodies", static_cast<unsigned long long>(world.step), world.bodies.size());
+  for (const WorldMessage::Entry& body : world.bodies) {
+    text += "; " + quoted(body.entity) + "/" + quoted(body.part) + " " + place(body.T_map_body);
+  }
+  return text;
+}
+
+template <class T>
+std::string describe_as(const char* type, std::string_view channel, Bytes bytes) {
+  T message;
+  if (const Status status = decode(channel, bytes, message); !status)
+    return "refused: " + status.error().message;
+  return format("%s %lld.%06lld ", type, static_cast<long long>(message.stamp.utime() / 1'000'000),
+                static_cast<long long>(message.stamp.utime() % 1'000'000)) +
+         say(message);
+}
+
+struct Type {
+  std::int64_t fingerprint;
+  const char* name;
+  std::string (*describe)(const char* type, std::string_view channel, Bytes bytes);
+};
+
+const auto& types() {
+  static const std::array known = {
+      Type{planar_lidar_t::getHash(), "planar_lidar_t", describe_as<Scan>},
+      Type{image_t::getHash(), "image_t", describe_as<Image>},
+      Type{pose2D_t::getHash(), "pose2D_t", describe_as<Odometry>},
+      Type{pose_cov_t::getHash(), "pose_cov_t", describe_as<PoseEstimate>},
+      Type{pose_t::getHash(), "pose_t", describe_as<PoseStamped>},
+      Type{twist2D_t::getHash(), "twist2D_t", describe_as<TwistCommand>},
+      Type{agent_cmd_t::getHash(), "agent_cmd_t", describe_as<AgentCommand>},
+      Type{event_t::getHash(), "event_t", describe_as<Event>},
+      Type{session_t::getHash(), "session_t", describe_as<SessionHeader>},
+      Type{scan_info_t::getHash(), "scan_info_t", describe_as<ScanInfo>},
+      Type{loop_t::getHash(), "loop_t", describe_as<LoopDecision>},
+      Type{status_t::getHash(), "status_t", describe_as<ServerStatus>},
+      Type{robot_t::getHash(), "robot_t", describe_as<RobotMessage>},
+      Type{world_t::getHash(), "world_t", describe_as<WorldMessage>},
+  };
+  return known;
+}
+
+const Type* find_type(Bytes bytes) {
+  if (bytes.size() < 8) return nullptr;
+  const auto fingerprint = wire::big_endian<std::int64_t>(bytes.data());
+  for (const Type& type : types()) {
+    if (type.fingerprint == fingerprint) return &type;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string type_name(Bytes bytes) {
+  if (const Type* type = find_type(bytes)) return type->name;
+  if (bytes.size() < 8) return "none";
+  return wire::hex(wire::big_endian<std::int64_t>(bytes.data()));
+}
+
+std::string describe(std::string_view channel, Bytes bytes) {
+  if (const Type* type = find_type(bytes)) return type->describe(type->name, channel, bytes);
+  if (bytes.size() < 8) return format("%zu bytes: too short for a fingerprint", bytes.size());
+  return format("unknown type, fingerprint %s, %zu bytes", type_name(bytes).c_str(), bytes.size());
+}
+
+}  // namespace parhelion

@@ -1,0 +1,77 @@
+// planar_lidar_t and scan_info_t. Nothing is allocated once the vectors are large enough.
+#include "parhelion/planar_lidar_t.hpp"
+#include "parhelion/scan_info_t.hpp"
+#include "protocols/codec_wire.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t max_beams = 100'000;
+constexpr double max_angle = 100;  // rad: some turns; more is a broken field
+
+}  // namespace
+
+Status decode(std::string_view channel, Bytes bytes, Scan& scan) {
+  wire::Reader reader(channel, "planar_lidar_t", planar_lidar_t::getHash(), bytes);
+  scan.stamp = reader.utime();
+  const std::size_t beams = reader.count("nranges", sizeof(float), max_beams);
+  reader.check(beams > 0, "nranges", "0", "at least one beam");
+  reader.floats("ranges", beams, scan.ranges);
+  const std::size_t intensities = reader.count("nintensities", sizeof(float), max_beams);
+  if (intensities != 0 && intensities != beams) {
+    reader.check_range("nintensities", static_cast<std::int64_t>(intensities),
+                       static_cast<std::int64_t>(beams), static_cast<std::int64_t>(beams));
+  }
+  reader.floats("intensities", intensities, scan.intensities);
+  scan.angle_first = reader.bounded<float>("rad0", max_angle);
+  scan.angle_step = reader.bounded<float>("radstep", max_angle);
+  reader.check(scan.angle_step != 0, "radstep", "0", "the angle between two beams, not 0");
+  if (std::abs(scan.angle_step) * static_cast<double>(beams) > max_angle) {
+    reader.fail_value("radstep", scan.angle_step, "beams within some turns");
+  }
+  return reader.status();
+}
+
+void encode(const Scan& scan, std::vector<std::uint8_t>& bytes) {
+  wire::Writer writer(planar_lidar_t::getHash(), bytes);
+  writer.number(scan.stamp.utime());
+  writer.count(scan.ranges.size());
+  writer.floats(scan.ranges);
+  writer.count(scan.intensities.size());
+  writer.floats(scan.intensities);
+  writer.number(scan.angle_first);
+  writer.number(scan.angle_step);
+}
+
+Status decode(std::string_view channel, Bytes bytes, ScanInfo& info) {
+  wire::Reader reader(channel, "scan_info_t", scan_info_t::getHash(), bytes);
+  info.stamp = reader.utime();
+  info.live = reader.boolean("live");
+  reader.text("reason", info.reason);
+  info.predicted_error = reader.number<double>("predicted_error");
+  if (!(info.predicted_error >= 0)) {
+    reader.fail_value("predicted_error", info.predicted_error, "metres, not negative, or infinity");
+  }
+  info.agents.resize(reader.count("nagents", 5, INT16_MAX));
+  for (std::string& name : info.agents) reader.text("agents", name);
+  info.beam_agent.resize(reader.count("nbeams", sizeof(std::int16_t), max_beams));
+  for (std::int16_t& agent : info.beam_agent) {
+    agent = reader.number<std::int16_t>("beam_agent");
+    reader.check_range("beam_agent", agent, -1, static_cast<std::int64_t>(info.agents.size()) - 1);
+  }
+  return reader.status();
+}
+
+void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes) {
+  wire::Writer writer(scan_info_t::getHash(), bytes);
+  writer.number(info.stamp.utime());
+  writer.boolean(info.live);
+  writer.text(info.reason);
+  writer.number(info.predicted_error);
+  writer.count(info.agents.size());
+  for (const std::string& name : info.agents) writer.text(name);
+  writer.count(info.beam_agent.size());
+  for (const std::int16_t agent : info.beam_agent) writer.number(agent);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,177 @@
+#include "protocols/codec_wire.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace parhelion::wire {
+namespace {
+
+constexpr std::int64_t utime_of_2200 = 7'258'118'400'000'000;
+
+}  // namespace
+
+std::string hex(std::int64_t fingerprint) {
+  char text[19];
+  std::snprintf(text, sizeof text, "0x%016llx", static_cast<unsigned long long>(fingerprint));
+  return text;
+}
+
+Reader::Reader(std::string_view channel, const char* type, std::int64_t fingerprint, Bytes bytes)
+    : channel_(channel), type_(type), bytes_(bytes) {
+  if (bytes.size() < 8) {
+    fail(std::to_string(bytes.size()) + " bytes, expected at least the 8 of the fingerprint " +
+         hex(fingerprint));
+    return;
+  }
+  const auto found = number<std::int64_t>("fingerprint");
+  if (found != fingerprint) {
+    fail("fingerprint " + hex(found) + ", expected " + hex(fingerprint) +
+         ": the sender's type has other members, or the channel is mapped wrongly");
+  }
+}
+
+bool Reader::take(const char* field, std::size_t n) {
+  if (!ok()) return false;
+  if (bytes_.size() - at_ < n) {
+    fail(std::string(field) + ": ends at byte " + std::to_string(bytes_.size()) + ", expected " +
+         std::to_string(n) + " bytes from byte " + std::to_string(at_));
+    return false;
+  }
+  at_ += n;
+  return true;
+}
+
+void Reader::fail(std::string problem) {
+  if (ok()) problem_ = std::move(problem);
+}
+
+void Reader::fail_value(const char* field, double value, const char* expected) {
+  if (!ok()) return;
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  fail(std::string(field) + ": " + text + ", expected " + expected);
+}
+
+void Reader::check(bool good, const char* field, const char* found, const char* expected) {
+  if (ok() && !good) fail(std::string(field) + ": " + found + ", expected " + expected);
+}
+
+void Reader::check_range(const char* field, std::int64_t value, std::int64_t least, std::int64_t most) {
+  if (!ok() || (value >= least && value <= most)) return;
+  fail(std::string(field) + ": " + std::to_string(value) + ", expected " + std::to_string(least) + ".." +
+       std::to_string(most));
+}
+
+Eigen::Vector3d Reader::vector(const char* field, double limit) {
+  Eigen::Vector3d v;
+  for (int i = 0; i < 3; ++i) v[i] = bounded(field, limit);
+  return v;
+}
+
+Eigen::Quaterniond Reader::orientation(const char* field) {
+  Eigen::Quaterniond q;
+  q.w() = number<double>(field);
+  q.x() = number<double>(field);
+  q.y() = number<double>(field);
+  q.z() = number<double>(field);
+  const double length = q.norm();
+  if (!(std::abs(length - 1) <= 0.01)) {
+    fail_value(field, length, "a quaternion w, x, y, z of length 1");
+    return Eigen::Quaterniond::Identity();
+  }
+  q.normalize();
+  return q;
+}
+
+bool Reader::boolean(const char* field) {
+  const auto value = number<std::int8_t>(field);
+  check_range(field, value, 0, 1);
+  return value == 1;
+}
+
+std::size_t Reader::count(const char* field, std::size_t element_size, std::size_t most) {
+  const auto n = number<std::int32_t>(field);
+  check_range(field, n, 0, static_cast<std::int64_t>(most));
+  if (!ok()) return 0;
+  const std::size_t left = bytes_.size() - at_;
+  if (static_cast<std::size_t>(n) > left / element_size) {
+    fail(std::string(field) + ": says " + std::to_string(n) + " elements, but only " + std::to_string(left) +
+         " bytes follow, expected at least " + std::to_string(element_size) + " for each");
+    return 0;
+  }
+  return static_cast<std::size_t>(n);
+}
+
+void Reader::text(const char* field, std::string& text) {
+  text.clear();
+  const std::size_t with_nul = count(field, 1, INT32_MAX);
+  if (!ok()) return;
+  if (with_nul == 0 || !take(field, with_nul)) {
+    check(false, field, "a string of length 0", "at least its closing NUL");
+    return;
+  }
+  const auto* first = bytes_.data() + at_ - with_nul;
+  const auto* nul = std::find(first, first + with_nul, 0);
+  check(nul == first + with_nul - 1, field, "a string whose NUL is not at its end",
+        "one NUL, as its last byte");
+  if (ok()) text.assign(first, nul);
+}
+
+void Reader::raw(const char* field, std::size_t n, std::vector<std::uint8_t>& out) {
+  out.clear();
+  if (!take(field, n)) return;
+  const auto* first = bytes_.data() + at_ - n;
+  out.assign(first, first + n);
+}
+
+void Reader::floats(const char* field, std::size_t n, std::vector<float>& out) {
+  out.clear();
+  if (!take(field, n * sizeof(float))) return;
+  const auto* first = bytes_.data() + at_ - n * sizeof(float);
+  out.resize(n);
+  for (std::size_t i = 0; i < n; ++i) out[i] = big_endian<float>(first + i * sizeof(float));
+}
+
+SensorTime Reader::utime() {
+  const auto utime = number<std::int64_t>("utime");
+  if (ok() && (utime < 0 || utime >= utime_of_2200)) {
+    fail("utime: " + std::to_string(utime) + " us, expected microseconds since 1970, before 2200");
+  }
+  return ok() ? SensorTime::from_utime(utime) : SensorTime{};
+}
+
+std::int64_t Reader::nanosecond_stamp() {
+  const SensorTime stamp = utime();
+  const auto ns = number<std::int16_t>("ns");
+  check_range("ns", ns, 0, 999);
+  return stamp.ns + ns;
+}
+
+Status Reader::status() {
+  if (ok() && at_ != bytes_.size()) {
+    fail(std::to_string(bytes_.size()) + " bytes, expected " + std::to_string(at_) +
+         ": the rest belongs to nothing");
+  }
+  if (ok()) return {};
+  return Error{"channel " + std::string(channel_) + ": " + type_ + ": " + problem_};
+}
+
+void Writer::orientation(const Eigen::Quaterniond& q) {
+  const double sign = q.w() < 0 ? -1 : 1;
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) number(sign * value);
+}
+
+void Writer::text(std::string_view text) {
+  text = text.substr(0, text.find('\0'));
+  count(text.size() + 1);
+  std::uint8_t* at = grow(text.size() + 1);
+  std::copy(text.begin(), text.end(), at);
+  at[text.size()] = 0;
+}
+
+void Writer::floats(std::span<const float> values) {
+  std::uint8_t* at = grow(values.size() * sizeof(float));
+  for (std::size_t i = 0; i < values.size(); ++i) big_endian(values[i], at + i * sizeof(float));
+}
+
+}  // namespace parhelion::wire
