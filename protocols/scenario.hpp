@@ -27,7 +27,7 @@ struct Scenario {
   int level = 3;  ///< 1, 2 or 3
   std::uint64_t seed = 1;
   double physics_rate = 240;  ///< Hz
-  std::string model;          ///< path of a semantic model, resolved against the scenario's folder; empty: open floor
+  std::string model;          ///< path of a semantic model; empty: open floor
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
   InjectionLimits injection;
   ContactLimits contact;
@@ -36,8 +36,11 @@ struct Scenario {
 };
 
 /// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean 'agents'?".
+/// Paths are left as they are written.
 Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin);
+/// The same from a file; paths of model and robot are resolved against the file's folder.
 Result<Scenario> load_scenario(const std::string& path);
+/// YAML that parse_scenario reads back to the same values.
 std::string to_yaml(const Scenario& scenario);
 
 }  // namespace parhelion

@@ -1,0 +1,50 @@
+#include "protocols/channel_map.hpp"
+
+#include <algorithm>
+#include <cctype>
+
+#include "protocols/channels.hpp"
+#include "protocols/yaml/utf8.hpp"
+
+namespace parhelion {
+namespace {
+
+std::string name_fault(std::string_view name, std::size_t longest, std::string_view others) {
+  const bool good = std::all_of(name.begin(), name.end(), [&](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || others.find(c) != std::string_view::npos;
+  });
+  if (good && !name.empty() && name.size() <= longest) return {};
+  std::string allowed = "letters, digits";
+  for (const char c : others) allowed += std::string(", '") + c + "'";
+  return "expected 1 to " + std::to_string(longest) + " of " + allowed + ", found '" + yaml::printable(name) +
+         "'";
+}
+
+}  // namespace
+
+std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
+  std::vector<std::string> names{channel::robot,    channel::scan,        channel::odometry,
+                                 channel::pose_cov, channel::pose,        channel::reference_pose,
+                                 channel::camera,   channel::depth,       channel::imu,
+                                 channel::teleop,   channel::mr_agent_cmd};
+  for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
+  return names;
+}
+
+std::vector<std::string> output_channels(const std::vector<std::string>& agents) {
+  std::vector<std::string> names{
+      channel::loop,       channel::mr_scan,  channel::mr_scan_info, channel::mr_camera, channel::mr_depth,
+      channel::mr_session, channel::mr_world, channel::mr_events,    channel::mr_status, channel::mr_cmd};
+  for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_SCAN");
+  return names;
+}
+
+std::string bus_name(const std::map<std::string, std::string>& channels, const std::string& canonical) {
+  const auto found = channels.find(canonical);
+  return found == channels.end() ? canonical : found->second;
+}
+
+std::string channel_name_fault(std::string_view name) { return name_fault(name, 63, "_-./"); }
+std::string agent_name_fault(std::string_view name) { return name_fault(name, 32, "_-"); }
+
+}  // namespace parhelion

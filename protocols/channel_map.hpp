@@ -1,0 +1,25 @@
+// Which channels are inputs and outputs of the server, and what a scenario may make of their names.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace parhelion {
+
+/// Canonical names of the server's inputs; `agents`: names of the agents, whose TELEOP channels are inputs
+/// too.
+std::vector<std::string> input_channels(const std::vector<std::string>& agents);
+/// Canonical names of the server's outputs; agents' own scans included.
+std::vector<std::string> output_channels(const std::vector<std::string>& agents);
+
+/// The name on the bus of a canonical name.
+std::string bus_name(const std::map<std::string, std::string>& channels, const std::string& canonical);
+
+/// What is wrong with a name on the bus (1 to 63 letters, digits, '_', '-', '.', '/'), or empty.
+std::string channel_name_fault(std::string_view name);
+/// What is wrong with an agent's name (1 to 32 letters, digits, '_', '-'), or empty.
+std::string agent_name_fault(std::string_view name);
+
+}  // namespace parhelion

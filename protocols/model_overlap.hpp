@@ -1,0 +1,21 @@
+// When two boxes of a model stand in the same place.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "protocols/model.hpp"
+
+namespace parhelion {
+
+/// Share of the smaller box's volume that lies in the other, 0..1. Exact for boxes that stand upright (to
+/// about 0.02 for tilted ones, which are sampled).
+double overlap_share(const ModelEntity& a, const ModelEntity& b);
+
+/// The first pair (by index) of entities with the same label, both virtual or both not, that share more than
+/// half of the smaller one's volume.
+std::optional<std::pair<std::size_t, std::size_t>> find_overlap(const std::vector<ModelEntity>& entities);
+
+}  // namespace parhelion

@@ -1,0 +1,229 @@
+#include "protocols/robot.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "protocols/share.hpp"
+#include "protocols/yaml/laser.hpp"
+#include "protocols/yaml/parts.hpp"
+#include "protocols/yaml/schema.hpp"
+#include "protocols/yaml/utf8.hpp"
+#include "protocols/yaml/writer.hpp"
+
+namespace parhelion {
+namespace {
+
+using yaml::Node;
+using yaml::Quantity;
+
+constexpr std::array<const char*, 2> lens_names{"radial_tangential", "fisheye"};
+constexpr std::array<const char*, 2> velocity_frame_names{"body", "local"};
+
+CameraIntrinsics read_intrinsics(const Node& node, yaml::Problems& problems) {
+  CameraIntrinsics camera;
+  yaml::read(node, "width", camera.width);
+  yaml::read(node, "height", camera.height);
+  yaml::read(node, "fx", camera.fx);
+  yaml::read(node, "fy", camera.fy);
+  yaml::read(node, "cx", camera.cx);
+  yaml::read(node, "cy", camera.cy);
+  yaml::read(node, "lens", lens_names, camera.lens);
+  if (const Node* list = node.find("distortion")) {
+    const std::size_t most = camera.lens == CameraIntrinsics::Lens::fisheye ? 4 : 5;
+    for (std::size_t i = 0; i < list->items.size(); ++i) camera.distortion.at(i) = list->items[i].number;
+    if (list->items.size() > most && camera.distortion[4] != 0) {
+      problems.add(list->line, "'distortion': a fisheye lens has four coefficients, k1 k2 k3 k4, found five");
+    }
+  }
+  return camera;
+}
+
+void write_intrinsics(yaml::Writer& writer, const CameraIntrinsics& camera) {
+  writer.integer("width", camera.width);
+  writer.integer("height", camera.height);
+  writer.quantity("fx", camera.fx, Quantity::pixels);
+  writer.quantity("fy", camera.fy, Quantity::pixels);
+  writer.quantity("cx", camera.cx, Quantity::pixels);
+  writer.quantity("cy", camera.cy, Quantity::pixels);
+  writer.word("lens", lens_names.at(static_cast<std::size_t>(camera.lens)));
+  const std::size_t count =
+      camera.lens == CameraIntrinsics::Lens::fisheye && camera.distortion[4] == 0 ? 4 : 5;
+  std::string list;
+  for (std::size_t i = 0; i < count; ++i)
+    list += (i > 0 ? ", " : "") + yaml::format_number(camera.distortion.at(i));
+  writer.line("distortion", "[" + list + "]");
+}
+
+CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
+  CameraDescription camera;
+  camera.intrinsics = read_intrinsics(node, problems);
+  camera.T_base_optical =
+      Transform<Base, CameraOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
+  yaml::read(node, "readout", camera.readout);
+  yaml::read(node, "source", camera.source);
+  return camera;
+}
+
+DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
+  DepthCameraDescription depth;
+  depth.intrinsics = read_intrinsics(node, problems);
+  depth.T_base_optical =
+      Transform<Base, DepthOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
+  yaml::read(node, "range_min", depth.range_min);
+  yaml::read(node, "range_max", depth.range_max);
+  yaml::read(node, "source", depth.source);
+  if (depth.range_max != 0 && !(depth.range_min < depth.range_max)) {
+    problems.add(node.line, "expected range_min < range_max, found " +
+                                yaml::format_quantity(depth.range_min, Quantity::length) + " and " +
+                                yaml::format_quantity(depth.range_max, Quantity::length));
+  }
+  return depth;
+}
+
+/// Every corner turns left, and all of them turn once around.
+void check_footprint(const std::vector<Eigen::Vector2d>& corners, const Node& list,
+                     yaml::Problems& problems) {
+  const std::size_t n = corners.size();
+  double turned = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector2d a = corners[(i + 1) % n] - corners[i];
+    const Eigen::Vector2d b = corners[(i + 2) % n] - corners[(i + 1) % n];
+    const double cross = a.x() * b.y() - a.y() * b.x();
+    if (cross < 0 || a.isZero(0)) {
+      problems.add(list.items[(i + 1) % n].line,
+                   "'footprint': expected a convex outline, counter-clockwise, each corner once");
+      return;
+    }
+    turned += std::atan2(cross, a.dot(b));
+  }
+  if (!(std::abs(turned - 2 * std::numbers::pi) < 1e-6)) {
+    problems.add(list.line, "'footprint': expected an outline that goes round once");
+  }
+}
+
+void read_limits(const Node& node, RobotLimits& limits) {
+  yaml::read(node, "speed", limits.speed);
+  yaml::read(node, "yaw_rate", limits.yaw_rate);
+  yaml::read(node, "deceleration", limits.deceleration);
+  yaml::read(node, "reaction_time", limits.reaction_time);
+}
+
+RobotDescription read_robot(const Node& node, yaml::Problems& problems) {
+  RobotDescription robot;
+  yaml::read(node, "name", robot.name);
+  if (const Node* laser = node.find("laser")) robot.laser = yaml::read_laser(*laser, problems);
+  if (const Node* camera = node.find("camera")) robot.camera = read_camera(*camera, problems);
+  if (const Node* depth = node.find("depth")) robot.depth = read_depth(*depth, problems);
+  if (const Node* footprint = node.find("footprint")) {
+    for (const Node& corner : footprint->items) robot.footprint.push_back(yaml::vector2(corner));
+    check_footprint(robot.footprint, *footprint, problems);
+  }
+  yaml::read(node, "height", robot.height);
+  yaml::read(node, "mass", robot.mass);
+  if (const Node* limits = node.find("limits")) read_limits(*limits, robot.limits);
+  yaml::read(node, "velocity_frame", velocity_frame_names, robot.velocity_frame);
+  yaml::read(node, "odometry_error_translation", robot.odometry_error_translation);
+  yaml::read(node, "odometry_error_rotation", robot.odometry_error_rotation);
+  yaml::read(node, "source", robot.source);
+  return robot;
+}
+
+void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
+  if (robot.camera) {
+    writer.open("camera");
+    writer.line("pose", yaml::format_camera_isometry(robot.camera->T_base_optical.isometry()));
+    write_intrinsics(writer, robot.camera->intrinsics);
+    writer.quantity("readout", robot.camera->readout, Quantity::time);
+    writer.text("source", robot.camera->source);
+    writer.close();
+  }
+  if (robot.depth) {
+    writer.open("depth");
+    writer.line("pose", yaml::format_camera_isometry(robot.depth->T_base_optical.isometry()));
+    write_intrinsics(writer, robot.depth->intrinsics);
+    writer.quantity("range_min", robot.depth->range_min, Quantity::length);
+    writer.quantity("range_max", robot.depth->range_max, Quantity::length);
+    writer.text("source", robot.depth->source);
+    writer.close();
+  }
+}
+
+std::vector<std::string> preset_names() {
+  std::vector<std::string> names;
+  std::error_code code;
+  for (const auto& entry : std::filesystem::directory_iterator(share_path("fusion/scan/presets"), code)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+Result<RobotDescription> parse_robot_description(const std::string& yaml, const std::string& origin) {
+  auto document = yaml::read_document(yaml, origin);
+  if (!document) return document.error();
+  yaml::Problems problems(origin);
+  yaml::check(*document, "robot", problems);
+  if (!problems.empty()) return problems.error();
+  RobotDescription robot = read_robot(*document, problems);
+  if (!problems.empty()) return problems.error();
+  return robot;
+}
+
+Result<RobotDescription> load_robot_description(const std::string& path) {
+  const auto text = yaml::read_text(path);
+  if (!text) return text.error();
+  return parse_robot_description(*text, path);
+}
+
+std::string to_yaml(const RobotDescription& robot) {
+  yaml::Writer writer;
+  writer.text("name", robot.name);
+  if (robot.laser) yaml::write_laser(writer, *robot.laser);
+  write_cameras(writer, robot);
+  if (!robot.footprint.empty()) {
+    writer.open("footprint");
+    for (const Eigen::Vector2d& corner : robot.footprint) writer.item(yaml::format_lengths(corner.data(), 2));
+    writer.close();
+  }
+  writer.quantity("height", robot.height, Quantity::length);
+  writer.quantity("mass", robot.mass, Quantity::mass);
+  writer.open("limits");
+  writer.quantity("speed", robot.limits.speed, Quantity::speed);
+  writer.quantity("yaw_rate", robot.limits.yaw_rate, Quantity::angular_speed);
+  writer.quantity("deceleration", robot.limits.deceleration, Quantity::acceleration);
+  writer.quantity("reaction_time", robot.limits.reaction_time, Quantity::time);
+  writer.close();
+  writer.word("velocity_frame", velocity_frame_names.at(static_cast<std::size_t>(robot.velocity_frame)));
+  writer.quantity("odometry_error_translation", robot.odometry_error_translation, Quantity::length_ratio);
+  writer.quantity("odometry_error_rotation", robot.odometry_error_rotation, Quantity::angle_ratio);
+  if (!robot.source.empty()) writer.text("source", robot.source);
+  return writer.take();
+}
+
+Result<LaserDescription> load_laser_preset(const std::string& name) {
+  const auto known = preset_names();
+  if (std::find(known.begin(), known.end(), name) == known.end()) {
+    std::string list;
+    for (const std::string& each : known) list += (list.empty() ? "" : ", ") + each;
+    return Error{
+        "no laser preset is called '" + yaml::printable(name) + "'" + yaml::suggestion(name, known) +
+        " Known: " + (list.empty() ? "none found in " + share_path("fusion/scan/presets").string() : list)};
+  }
+  const std::string path = share_path("fusion/scan/presets/" + name + ".yaml").string();
+  const auto text = yaml::read_text(path);
+  if (!text) return text.error();
+  auto document = yaml::read_document(*text, path);
+  if (!document) return document.error();
+  yaml::Problems problems(path);
+  yaml::check(*document, "laser", problems);
+  if (!problems.empty()) return problems.error();
+  LaserDescription laser = yaml::read_preset(*document, problems);
+  if (!problems.empty()) return problems.error();
+  laser.preset = name;
+  return laser;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,223 @@
+#include "protocols/scenario.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "protocols/channel_map.hpp"
+#include "protocols/yaml/parts.hpp"
+#include "protocols/yaml/schema.hpp"
+#include "protocols/yaml/utf8.hpp"
+#include "protocols/yaml/writer.hpp"
+
+namespace parhelion {
+namespace {
+
+using yaml::Node;
+using yaml::Quantity;
+
+const std::array<const char*, 4> kind_names{to_string(AgentKind::box), to_string(AgentKind::barrel),
+                                            to_string(AgentKind::person), to_string(AgentKind::robot)};
+const std::array<const char*, 4> behaviour_names{
+    to_string(BehaviourKind::stay), to_string(BehaviourKind::patrol), to_string(BehaviourKind::wander),
+    to_string(BehaviourKind::teleop)};
+
+void read_behaviour(const Node& node, Behaviour& behaviour, yaml::Problems& problems) {
+  yaml::read(node, "kind", behaviour_names, behaviour.kind);
+  yaml::read(node, "speed", behaviour.speed);
+  if (const Node* waypoints = node.find("waypoints")) {
+    for (const Node& point : waypoints->items) behaviour.waypoints.push_back(yaml::vector2(point));
+  }
+  if (behaviour.kind == BehaviourKind::patrol && behaviour.waypoints.empty()) {
+    problems.add(node.line,
+                 "'behaviour': patrol needs waypoints, such as 'waypoints: [[1 m, 2 m], [3 m, 2 m]]'");
+  }
+}
+
+AgentDefinition read_agent(const Node& node, yaml::Problems& problems) {
+  AgentDefinition agent;
+  yaml::read(node, "name", agent.name);
+  yaml::read(node, "kind", kind_names, agent.kind);
+  yaml::read(node, "pose", agent.T_map_base, problems);
+  if (!(agent.T_map_base.rotation()(2, 2) > 1 - 1e-9)) {
+    problems.add(node.find("pose")->line, "'pose': an agent stands upright: expected roll = pitch = 0 rad");
+  }
+  if (const Node* size = node.find("size")) agent.size = yaml::vector3(*size);
+  if (const Node* behaviour = node.find("behaviour")) read_behaviour(*behaviour, agent.behaviour, problems);
+  yaml::read(node, "laser", agent.laser);
+  return agent;
+}
+
+void check_agent_names(const std::vector<AgentDefinition>& agents, const Node& list,
+                       yaml::Problems& problems) {
+  std::map<std::string_view, int> first;
+  for (std::size_t i = 0; i < agents.size(); ++i) {
+    const int line = list.items[i].find("name")->line;
+    if (const std::string fault = agent_name_fault(agents[i].name); !fault.empty()) {
+      problems.add(line, "'name' of an agent, part of channel names: " + fault);
+    }
+    const auto [known, inserted] = first.emplace(agents[i].name, line);
+    if (!inserted) {
+      problems.add(line, "name '" + yaml::printable(agents[i].name) + "' is taken by the agent in line " +
+                             std::to_string(known->second) + ": names must be unique");
+    }
+  }
+}
+
+/// Two canonical channels must not meet on the bus: an output that is an input would feed the server its own
+/// words.
+void check_meetings(const Scenario& scenario, const Node& node, const std::vector<std::string>& inputs,
+                    const std::vector<std::string>& outputs, yaml::Problems& problems) {
+  std::map<std::string, std::string> taken;  // name on the bus -> canonical
+  const auto line_of = [&](const std::string& canonical) {
+    const Node* entry = node.find(canonical);
+    return entry == nullptr ? 0 : entry->line;
+  };
+  for (const auto* side : {&inputs, &outputs}) {
+    for (const std::string& canonical : *side) {
+      const std::string name = bus_name(scenario.channels, canonical);
+      const auto [other, inserted] = taken.emplace(name, canonical);
+      if (inserted) continue;
+      const bool output = side == &outputs;
+      const bool other_is_input = std::find(inputs.begin(), inputs.end(), other->second) != inputs.end();
+      const std::string what = output && other_is_input
+                                   ? "the output " + canonical + " and the input " + other->second
+                                   : canonical + " and " + other->second;
+      problems.add(
+          std::max(line_of(canonical), line_of(other->second)),
+          "'channels': " + what + " would both be '" + name + "' on the bus: give one of them another name");
+    }
+  }
+}
+
+void read_channels(const Node& node, Scenario& scenario, yaml::Problems& problems) {
+  std::vector<std::string> agents;
+  for (const AgentDefinition& agent : scenario.agents) agents.push_back(agent.name);
+  const auto inputs = input_channels(agents);
+  const auto outputs = output_channels(agents);
+  std::vector<std::string> known = inputs;
+  known.insert(known.end(), outputs.begin(), outputs.end());
+  for (std::size_t i = 0; i < node.keys.size(); ++i) {
+    const std::string& canonical = node.keys[i];
+    if (std::find(known.begin(), known.end(), canonical) == known.end()) {
+      problems.add(node.key_lines[i], "unknown channel '" + yaml::printable(canonical) + "'" +
+                                          yaml::suggestion(canonical, known));
+    }
+    if (const std::string fault = channel_name_fault(node.items[i].text); !fault.empty()) {
+      problems.add(node.items[i].line, "name of a channel: " + fault);
+    }
+    scenario.channels[canonical] = node.items[i].text;
+  }
+  if (problems.empty()) check_meetings(scenario, node, inputs, outputs, problems);
+}
+
+void read_contact(const Node& node, ContactLimits& contact, yaml::Problems& problems) {
+  yaml::read(node, "slow_distance", contact.slow_distance);
+  yaml::read(node, "stop_distance", contact.stop_distance);
+  yaml::read(node, "crawl_speed", contact.crawl_speed);
+  yaml::read(node, "silence", contact.silence);
+  if (!(contact.stop_distance < contact.slow_distance)) {
+    problems.add(node.line, "'contact': expected stop_distance < slow_distance, found " +
+                                yaml::format_quantity(contact.stop_distance, Quantity::length) + " and " +
+                                yaml::format_quantity(contact.slow_distance, Quantity::length));
+  }
+}
+
+Scenario read_scenario(const Node& node, yaml::Problems& problems) {
+  Scenario scenario;
+  yaml::read(node, "name", scenario.name);
+  yaml::read(node, "level", scenario.level);
+  yaml::read(node, "seed", scenario.seed);
+  yaml::read(node, "physics_rate", scenario.physics_rate);
+  yaml::read(node, "model", scenario.model);
+  yaml::read(node, "robot", scenario.robot);
+  if (const Node* injection = node.find("injection"))
+    yaml::read(*injection, "max_error", scenario.injection.max_error);
+  if (const Node* contact = node.find("contact")) read_contact(*contact, scenario.contact, problems);
+  if (const Node* agents = node.find("agents")) {
+    for (const Node& agent : agents->items) scenario.agents.push_back(read_agent(agent, problems));
+    check_agent_names(scenario.agents, *agents, problems);
+  }
+  if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
+  return scenario;
+}
+
+void write_agent(yaml::Writer& writer, const AgentDefinition& agent) {
+  writer.begin_item();
+  writer.text("name", agent.name);
+  writer.word("kind", to_string(agent.kind));
+  writer.line("pose", yaml::format_isometry(agent.T_map_base.isometry()));
+  writer.line("size", yaml::format_lengths(agent.size.data(), 3));
+  writer.open("behaviour");
+  writer.word("kind", to_string(agent.behaviour.kind));
+  writer.quantity("speed", agent.behaviour.speed, Quantity::speed);
+  if (!agent.behaviour.waypoints.empty()) {
+    writer.open("waypoints");
+    for (const Eigen::Vector2d& point : agent.behaviour.waypoints)
+      writer.item(yaml::format_lengths(point.data(), 2));
+    writer.close();
+  }
+  writer.close();
+  if (!agent.laser.empty()) writer.text("laser", agent.laser);
+  writer.end_item();
+}
+
+void resolve(std::string& path, const std::filesystem::path& folder) {
+  if (!path.empty()) path = (folder / path).lexically_normal().string();
+}
+
+}  // namespace
+
+Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin) {
+  auto document = yaml::read_document(yaml, origin);
+  if (!document) return document.error();
+  yaml::Problems problems(origin);
+  yaml::check(*document, "scenario", problems);
+  if (!problems.empty()) return problems.error();
+  Scenario scenario = read_scenario(*document, problems);
+  if (!problems.empty()) return problems.error();
+  return scenario;
+}
+
+Result<Scenario> load_scenario(const std::string& path) {
+  const auto text = yaml::read_text(path);
+  if (!text) return text.error();
+  auto scenario = parse_scenario(*text, path);
+  if (!scenario) return scenario;
+  const auto folder = std::filesystem::path(path).parent_path();
+  resolve(scenario->model, folder);
+  resolve(scenario->robot, folder);
+  return scenario;
+}
+
+std::string to_yaml(const Scenario& scenario) {
+  yaml::Writer writer;
+  writer.text("name", scenario.name);
+  writer.integer("level", scenario.level);
+  writer.integer("seed", scenario.seed);
+  writer.quantity("physics_rate", scenario.physics_rate, Quantity::rate);
+  if (!scenario.model.empty()) writer.text("model", scenario.model);
+  if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
+  writer.open("injection");
+  writer.quantity("max_error", scenario.injection.max_error, Quantity::length);
+  writer.close();
+  writer.open("contact");
+  writer.quantity("slow_distance", scenario.contact.slow_distance, Quantity::length);
+  writer.quantity("stop_distance", scenario.contact.stop_distance, Quantity::length);
+  writer.quantity("crawl_speed", scenario.contact.crawl_speed, Quantity::speed);
+  writer.quantity("silence", scenario.contact.silence, Quantity::time);
+  writer.close();
+  if (!scenario.agents.empty()) {
+    writer.open("agents");
+    for (const AgentDefinition& agent : scenario.agents) write_agent(writer, agent);
+    writer.close();
+  }
+  if (!scenario.channels.empty()) {
+    writer.open("channels");
+    for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));
+    writer.close();
+  }
+  return writer.take();
+}
+
+}  // namespace parhelion

@@ -1,0 +1,56 @@
+// A YAML document as a tree that knows its lines. Only what configuration needs: one document, no anchors, no
+// aliases.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/status.hpp"
+
+namespace parhelion::yaml {
+
+struct Node {
+  enum class Kind : std::uint8_t { null, scalar, list, map };
+  Kind kind = Kind::null;
+  bool quoted = false;  ///< a scalar in quotes: always text
+  int line = 0;         ///< from 1
+  std::string text;     ///< of a scalar
+  double number = 0;  ///< of a scalar that the schema calls a number; SI where it has a unit. Set by check()
+  bool is_number = false;
+  std::vector<Node> items;        ///< of a list; of a map, in file order
+  std::vector<std::string> keys;  ///< of a map: one for each item
+  std::vector<int> key_lines;
+
+  /// The value of a key, or nullptr.
+  const Node* find(std::string_view key) const;
+  Node* find(std::string_view key);
+};
+
+/// What is wrong with a document, in words; the message of the Error has one "origin:line: words" for each.
+class Problems {
+ public:
+  explicit Problems(std::string origin) : origin_(std::move(origin)) {}
+  void add(int line, std::string words);
+  bool empty() const { return problems_.empty(); }
+  /// By line, at most ten.
+  Error error() const;
+
+ private:
+  struct Problem {
+    int line = 0;
+    std::string words;
+  };
+  std::string origin_;
+  std::vector<Problem> problems_;
+};
+
+/// Reads one document. Refused, with the line: what is not YAML or not UTF-8, anchors and aliases, tags, a
+/// key given twice, a second document, more than 64 MiB, nesting deeper than 32.
+Result<Node> read_document(const std::string& text, const std::string& origin);
+
+/// The text of a file, or why not.
+Result<std::string> read_text(const std::string& path);
+
+}  // namespace parhelion::yaml

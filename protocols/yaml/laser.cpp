@@ -1,0 +1,128 @@
+#include "protocols/yaml/laser.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "protocols/robot.hpp"
+#include "protocols/yaml/parts.hpp"
+#include "protocols/yaml/quantity.hpp"
+
+namespace parhelion::yaml {
+namespace {
+
+constexpr std::array<const char*, 3> stamp_beam_names{"first", "middle", "last"};
+
+/// Keys of which a missing one sends the reader to the preset.
+constexpr const char* value_keys[] = {
+    "range_min",     "range_max",   "no_return",   "too_close",    "stamp_beam", "passes",      "pass_period",
+    "beam_interval", "scan_period", "noise_sigma", "quantization", "beams",      "angle_first", "angle_step"};
+
+void read_sentinel(const Node& map, std::string_view key, RangeConvention::Sentinel& kind, float& value) {
+  const Node* node = map.find(key);
+  if (node == nullptr) return;
+  value = static_cast<float>(node->number);
+  kind = node->is_number            ? RangeConvention::Sentinel::value
+         : node->text == "infinity" ? RangeConvention::Sentinel::infinity
+                                    : RangeConvention::Sentinel::nan;
+}
+
+std::string format_sentinel(RangeConvention::Sentinel kind, float value) {
+  switch (kind) {
+    case RangeConvention::Sentinel::value:
+      return format_quantity(value, Quantity::length);
+    case RangeConvention::Sentinel::infinity:
+      return "infinity";
+    case RangeConvention::Sentinel::nan:
+      return "nan";
+  }
+  return "nan";
+}
+
+void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
+  RangeConvention& convention = laser.convention;
+  read(map, "range_min", convention.range_min);
+  read(map, "range_max", convention.range_max);
+  read_sentinel(map, "no_return", convention.no_return, convention.no_return_value);
+  read_sentinel(map, "too_close", convention.too_close, convention.too_close_value);
+  read(map, "stamp_beam", stamp_beam_names, laser.stamp_beam);
+  read(map, "passes", laser.passes);
+  read(map, "pass_period", laser.pass_period);
+  read(map, "beam_interval", laser.beam_interval);
+  read(map, "scan_period", laser.scan_period);
+  read(map, "noise_sigma", laser.noise_sigma);
+  read(map, "quantization", laser.quantization);
+  read(map, "beams", laser.beams);
+  read(map, "angle_first", laser.angle_first);
+  read(map, "angle_step", laser.angle_step);
+  read(map, "source", laser.source);
+  if (convention.range_max == 0) {
+    problems.add(map.line, "key 'range_max' is missing in 'laser'");
+  } else if (!(convention.range_min < convention.range_max)) {
+    problems.add(map.line, "expected range_min < range_max, found " +
+                               format_quantity(convention.range_min, Quantity::length) + " and " +
+                               format_quantity(convention.range_max, Quantity::length));
+  }
+  if (laser.beams > 1 && laser.angle_step == 0) {
+    problems.add(map.line, "expected angle_step != 0 rad where beams > 1");
+  }
+}
+
+}  // namespace
+
+LaserDescription read_preset(const Node& map, Problems& problems) {
+  for (const char* key : {"pose", "preset"}) {
+    if (const Node* node = map.find(key)) {
+      problems.add(node->line, std::string("a preset has no '") + key +
+                                   "': that belongs to the robot that carries the laser");
+    }
+  }
+  LaserDescription laser;
+  read_values(map, laser, problems);
+  return laser;
+}
+
+LaserDescription read_laser(const Node& map, Problems& problems) {
+  LaserDescription laser;
+  const bool complete = std::all_of(std::begin(value_keys), std::end(value_keys),
+                                    [&](const char* key) { return map.find(key) != nullptr; });
+  if (const Node* preset = map.find("preset"); preset != nullptr && !complete) {
+    auto loaded = load_laser_preset(preset->text);
+    if (!loaded) {
+      problems.add(preset->line, loaded.error().message);
+      return laser;
+    }
+    laser = std::move(*loaded);
+  }
+  read(map, "preset", laser.preset);
+  read(map, "pose", laser.T_base_laser, problems);
+  // Never an identity in the place of a mounting that nobody measured.
+  if (map.find("pose") == nullptr)
+    problems.add(map.line, "key 'pose' is missing in 'laser': where it is in base_link");
+  read_values(map, laser, problems);
+  return laser;
+}
+
+void write_laser(Writer& writer, const LaserDescription& laser) {
+  writer.open("laser");
+  if (!laser.preset.empty()) writer.text("preset", laser.preset);
+  writer.line("pose", format_isometry(laser.T_base_laser.isometry()));
+  const RangeConvention& convention = laser.convention;
+  writer.quantity("range_min", convention.range_min, Quantity::length);
+  writer.quantity("range_max", convention.range_max, Quantity::length);
+  writer.line("no_return", format_sentinel(convention.no_return, convention.no_return_value));
+  writer.line("too_close", format_sentinel(convention.too_close, convention.too_close_value));
+  writer.word("stamp_beam", stamp_beam_names.at(static_cast<std::size_t>(laser.stamp_beam)));
+  writer.integer("passes", laser.passes);
+  writer.quantity("pass_period", laser.pass_period, Quantity::time);
+  writer.quantity("beam_interval", laser.beam_interval, Quantity::time);
+  writer.quantity("scan_period", laser.scan_period, Quantity::time);
+  writer.quantity("noise_sigma", laser.noise_sigma, Quantity::length);
+  writer.quantity("quantization", laser.quantization, Quantity::length);
+  writer.integer("beams", laser.beams);
+  writer.quantity("angle_first", laser.angle_first, Quantity::angle);
+  writer.quantity("angle_step", laser.angle_step, Quantity::angle);
+  if (!laser.source.empty()) writer.text("source", laser.source);
+  writer.close();
+}
+
+}  // namespace parhelion::yaml

@@ -1,0 +1,46 @@
+// Numbers with units, as they stand in the files: "0.10 m", "90 deg", "240 Hz".
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocols/status.hpp"
+
+namespace parhelion::yaml {
+
+/// What a number measures; the first unit of each is the one that structs hold and that numbers are written
+/// in.
+enum class Quantity {
+  length,         ///< m, cm, mm, km
+  angle,          ///< rad, deg
+  time,           ///< s, ms, us, ns, min
+  rate,           ///< Hz, kHz
+  speed,          ///< m/s, cm/s, mm/s, km/h
+  angular_speed,  ///< rad/s, deg/s
+  acceleration,   ///< m/s^2
+  mass,           ///< kg, g
+  pixels,         ///< px
+  length_ratio,   ///< m/m, %
+  angle_ratio,    ///< rad/rad, deg/deg, %
+};
+
+/// "length" to Quantity::length; error for a name that is none.
+Result<Quantity> quantity_named(std::string_view name);
+
+/// Value in the quantity's first unit. The error says what was expected, without a place.
+Result<double> parse_quantity(std::string_view text, Quantity quantity);
+/// A plain finite number, all of `text`.
+Result<double> parse_number(std::string_view text);
+
+/// Shortest text that parse_quantity reads back to exactly `value`; angles in degrees where these are short
+/// and exact.
+std::string format_quantity(double value, Quantity quantity);
+/// Shortest text that reads back, after rounding to float, to exactly `value`.
+std::string format_quantity(float value, Quantity quantity);
+std::string format_number(double value);
+std::string format_number(float value);
+
+/// The first unit: "m", "rad", ...
+std::string_view base_unit(Quantity quantity);
+
+}  // namespace parhelion::yaml

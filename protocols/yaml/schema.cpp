@@ -1,0 +1,332 @@
+#include "protocols/yaml/schema.hpp"
+
+#include <charconv>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "protocols/yaml/quantity.hpp"
+#include "protocols/yaml/schema_texts.hpp"
+#include "protocols/yaml/utf8.hpp"
+
+namespace parhelion::yaml {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::map<std::string, Json, std::less<>>& schema_files() {
+  static const auto files = [] {
+    std::map<std::string, Json, std::less<>> parsed;
+    for (const SchemaText& entry : schema_texts()) parsed.emplace(entry.file, Json::parse(entry.text));
+    return parsed;
+  }();
+  return files;
+}
+
+/// Puts what "$ref": "file#/pointer" names in its place. The schemas hold no cycle.
+Json expand(const Json& schema) {
+  if (schema.is_array()) {
+    Json out = Json::array();
+    for (const Json& item : schema) out.push_back(expand(item));
+    return out;
+  }
+  if (!schema.is_object()) return schema;
+  if (schema.contains("$ref")) {
+    const auto& reference = schema["$ref"].get_ref<const std::string&>();
+    const std::size_t hash = std::min(reference.find('#'), reference.size());
+    const Json& file = schema_files().at(reference.substr(0, hash));
+    if (hash == reference.size()) return expand(file);
+    return expand(file.at(Json::json_pointer(reference.substr(hash + 1))));
+  }
+  Json out = Json::object();
+  for (const auto& [key, value] : schema.items()) out[key] = expand(value);
+  return out;
+}
+
+/// As the document stands after conversion: a text with a unit has become a number.
+Json converted(const Json& schema) {
+  if (schema.is_array() || !schema.is_structured()) return schema;
+  Json out = Json::object();
+  for (const auto& [key, value] : schema.items()) out[key] = converted(value);
+  if (schema.contains("unit") && schema["unit"].is_string()) {
+    if (schema.contains("words")) {
+      out["type"] = Json::array({"number", "string"});
+    } else {
+      out["type"] = "number";
+    }
+  }
+  return out;
+}
+
+struct Schema {
+  Json text;                  ///< expanded, units as in the file
+  valijson::Schema compiled;  ///< for converted documents
+};
+
+const Schema& schema_named(std::string_view name) {
+  static const auto schemas = [] {
+    std::map<std::string, Schema, std::less<>> all;
+    for (const char* known : {"scenario", "model", "robot", "laser"}) {
+      Schema& schema = all[known];
+      schema.text = expand(schema_files().at(std::string(known) + ".schema.json"));
+      const Json number_schema = converted(schema.text);
+      valijson::SchemaParser parser(valijson::SchemaParser::kDraft7);
+      parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(number_schema), schema.compiled);
+    }
+    return all;
+  }();
+  return schemas.find(name)->second;
+}
+
+std::vector<std::string> names_of(const Json& list) { return list.get<std::vector<std::string>>(); }
+
+std::vector<std::string> keys_of(const Json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? " or " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+const char* kind_words(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::null:
+      return "nothing";
+    case Node::Kind::scalar:
+      return "a single value";
+    case Node::Kind::list:
+      return "a list";
+    case Node::Kind::map:
+      return "keys with values";
+  }
+  return "";
+}
+
+/// Walks document and schema side by side: converts, and says in our words what does not fit.
+class Checker {
+ public:
+  explicit Checker(Problems& problems) : problems_(problems) {}
+
+  /// `name`: of the key that the node belongs to.
+  Json convert(Node& node, const Json& schema, const std::string& name) {
+    const auto& type = schema.at("type").get_ref<const std::string&>();
+    if (type == "object") return convert_map(node, schema, name);
+    if (type == "array") return convert_list(node, schema, name);
+    if (node.kind != Node::Kind::scalar) {
+      problems_.add(node.line, "'" + name + "': expected " + wanted(schema) + ", found " + kind_words(node));
+      return nullptr;
+    }
+    if (type == "string" && !schema.contains("unit")) return convert_text(node, schema, name);
+    if (type == "boolean") return convert_boolean(node, name);
+    return convert_number(node, schema, name);
+  }
+
+ private:
+  static std::string wanted(const Json& schema) {
+    if (schema.contains("unit")) return "a number with its unit";
+    if (schema.contains("enum")) return listed(names_of(schema["enum"]));
+    const auto& type = schema.at("type").get_ref<const std::string&>();
+    return type == "string" ? "text" : type == "boolean" ? "true or false" : "a number";
+  }
+
+  Json convert_map(Node& node, const Json& schema, const std::string& name) {
+    if (node.kind != Node::Kind::map) {
+      problems_.add(node.line, (name.empty() ? "" : "'" + name + "': ") +
+                                   "expected keys with values, found " + kind_words(node));
+      return nullptr;
+    }
+    static const Json none = Json::object();
+    const Json& properties = schema.contains("properties") ? schema["properties"] : none;
+    const Json& others = schema.at("additionalProperties");
+    Json out = Json::object();
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      const std::string& key = node.keys[i];
+      if (const auto known = properties.find(key); known != properties.end()) {
+        out[key] = convert(node.items[i], *known, key);
+      } else if (others.is_object()) {
+        out[key] = convert(node.items[i], others, printable(key));
+      } else {
+        problems_.add(node.key_lines[i],
+                      "unknown key '" + printable(key) + "'" + unknown_hint(key, keys_of(properties)));
+      }
+    }
+    for (const std::string& key :
+         schema.contains("required") ? names_of(schema["required"]) : std::vector<std::string>()) {
+      if (node.find(key) == nullptr) {
+        problems_.add(node.line, "key '" + key + "' is missing" + (name.empty() ? "" : " in '" + name + "'"));
+      }
+    }
+    return out;
+  }
+
+  static std::string unknown_hint(const std::string& key, const std::vector<std::string>& known) {
+    const std::string nearest = suggestion(key, known);
+    return nearest.empty() ? ", expected one of " + listed(known) : nearest;
+  }
+
+  Json convert_list(Node& node, const Json& schema, const std::string& name) {
+    if (node.kind != Node::Kind::list) {
+      problems_.add(node.line, "'" + name + "': expected a list, found " + kind_words(node));
+      return nullptr;
+    }
+    const auto count = node.items.size();
+    if (schema.contains("minItems") && count < schema["minItems"].get<std::size_t>()) {
+      add_count(node, name, ">=", schema["minItems"]);
+    }
+    if (schema.contains("maxItems") && count > schema["maxItems"].get<std::size_t>()) {
+      add_count(node, name, "<=", schema["maxItems"]);
+    }
+    Json out = Json::array();
+    for (Node& item : node.items) out.push_back(convert(item, schema.at("items"), name));
+    return out;
+  }
+
+  void add_count(const Node& node, const std::string& name, const char* relation, const Json& bound) {
+    problems_.add(node.line, "'" + name + "': expected number of items " + relation + ' ' + bound.dump() +
+                                 ", found " + std::to_string(node.items.size()));
+  }
+
+  Json convert_text(Node& node, const Json& schema, const std::string& name) {
+    if (schema.contains("enum")) {
+      const auto allowed = names_of(schema["enum"]);
+      if (std::find(allowed.begin(), allowed.end(), node.text) == allowed.end()) {
+        problems_.add(node.line, "'" + name + "': expected " + listed(allowed) + ", found '" +
+                                     printable(node.text) + "'" + suggestion(node.text, allowed));
+      }
+    }
+    if (schema.contains("minLength") && node.text.empty())
+      problems_.add(node.line, "'" + name + "' is empty");
+    return node.text;
+  }
+
+  Json convert_boolean(Node& node, const std::string& name) {
+    if (node.text != "true" && node.text != "false") {
+      problems_.add(node.line,
+                    "'" + name + "': expected true or false, found '" + printable(node.text) + "'");
+    }
+    node.number = node.text == "true" ? 1 : 0;
+    return node.text == "true";
+  }
+
+  Json convert_number(Node& node, const Json& schema, const std::string& name) {
+    if (schema.contains("words")) {
+      const auto words = names_of(schema["words"]);
+      if (std::find(words.begin(), words.end(), node.text) != words.end()) return node.text;
+    }
+    const bool integer = schema.at("type") == "integer";
+    if (integer) return convert_integer(node, schema, name);
+    const auto value = schema.contains("unit")
+                           ? parse_quantity(node.text, *quantity_named(schema["unit"].get<std::string>()))
+                           : parse_number(node.text);
+    if (!value) {
+      const std::string words =
+          schema.contains("words") ? " (or " + listed(names_of(schema["words"])) + ")" : "";
+      problems_.add(node.line, "'" + name + "': " + value.error().message + words);
+      return nullptr;
+    }
+    node.number = *value;
+    node.is_number = true;
+    check_bounds(node, schema, name);
+    return *value;
+  }
+
+  Json convert_integer(Node& node, const Json& schema, const std::string& name) {
+    const char* end = node.text.data() + node.text.size();
+    std::int64_t signed_value = 0;
+    std::uint64_t unsigned_value = 0;
+    const auto as_signed = std::from_chars(node.text.data(), end, signed_value);
+    const auto as_unsigned = std::from_chars(node.text.data(), end, unsigned_value);
+    const bool is_signed = as_signed.ec == std::errc{} && as_signed.ptr == end;
+    if (!is_signed && (as_unsigned.ec != std::errc{} || as_unsigned.ptr != end)) {
+      problems_.add(node.line,
+                    "'" + name + "': expected a whole number, found '" + printable(node.text) + "'");
+      return nullptr;
+    }
+    node.number = is_signed ? static_cast<double>(signed_value) : static_cast<double>(unsigned_value);
+    node.is_number = true;
+    check_bounds(node, schema, name);
+    if (is_signed) return signed_value;
+    return unsigned_value;
+  }
+
+  void check_bounds(const Node& node, const Json& schema, const std::string& name) {
+    const auto bound = [&](const char* keyword, const char* relation, auto holds) {
+      if (!schema.contains(keyword) || holds(node.number, schema[keyword].get<double>())) return;
+      const double limit = schema[keyword].get<double>();
+      const std::string unit =
+          schema.contains("unit")
+              ? ' ' + std::string(base_unit(*quantity_named(schema["unit"].get<std::string>())))
+              : "";
+      problems_.add(node.line, "'" + name + "': expected " + name + ' ' + relation + ' ' +
+                                   format_number(limit) + unit + ", found '" + printable(node.text) + "'");
+    };
+    bound("minimum", ">=", [](double a, double b) { return a >= b; });
+    bound("maximum", "<=", [](double a, double b) { return a <= b; });
+    bound("exclusiveMinimum", ">", [](double a, double b) { return a > b; });
+    bound("exclusiveMaximum", "<", [](double a, double b) { return a < b; });
+  }
+
+  Problems& problems_;
+};
+
+/// Line of the node that valijson's path ("<root>", "[agents]", "[0]", ...) leads to, or of the last one
+/// known.
+int line_of(const Node& root, const std::vector<std::string>& path) {
+  const Node* node = &root;
+  for (std::size_t i = 1; i < path.size() && path[i].size() > 2; ++i) {
+    const std::string step = path[i].substr(1, path[i].size() - 2);
+    const Node* next = node->find(step);
+    std::size_t index = 0;
+    const auto [end, code] = std::from_chars(step.data(), step.data() + step.size(), index);
+    if (node->kind == Node::Kind::list && code == std::errc{} && index < node->items.size())
+      next = &node->items[index];
+    if (next == nullptr) break;
+    node = next;
+  }
+  return node->line;
+}
+
+}  // namespace
+
+void check(Node& root, std::string_view name, Problems& problems) {
+  const Schema& schema = schema_named(name);
+  Checker checker(problems);
+  const Json document = checker.convert(root, schema.text, "");
+  if (!problems.empty()) return;
+  // The judge: a schema keyword that the walk above does not know is caught here.
+  valijson::Validator validator;
+  valijson::ValidationResults results;
+  if (validator.validate(schema.compiled, valijson::adapters::NlohmannJsonAdapter(document), &results))
+    return;
+  for (const auto& fault : results) problems.add(line_of(root, fault.context), fault.description);
+}
+
+std::string guess_schema(const Node& root) {
+  std::string best;
+  std::size_t most = 0;
+  for (const char* name : {"scenario", "model", "robot", "laser"}) {
+    const Json& properties = schema_named(name).text.at("properties");
+    std::size_t known = 0;
+    for (const std::string& key : root.keys) {
+      if (key != "name" && key != "source" && key != "pose") known += properties.contains(key) ? 1 : 0;
+    }
+    if (known > most) {
+      most = known;
+      best = name;
+    }
+  }
+  return best;
+}
+
+}  // namespace parhelion::yaml

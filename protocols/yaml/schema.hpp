@@ -1,0 +1,27 @@
+// Checks a document against one of the JSON schemas of this folder and turns its texts into numbers.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/yaml/document.hpp"
+
+namespace parhelion::yaml {
+
+/// Checks `root` against `schema` ("scenario", "model", "robot", "laser"); what is wrong goes to `problems`,
+/// by line. Fills Node::number. Where there are no problems, each value is of the type that the schema says,
+/// finite and in range.
+void check(Node& root, std::string_view schema, Problems& problems);
+
+/// The schema whose keys fit the document's top level best; empty where none does.
+std::string guess_schema(const Node& root);
+
+/// The name nearest to `word` (restricted Damerau-Levenshtein distance at most 2, or a third of its length),
+/// or empty.
+std::string nearest_name(std::string_view word, const std::vector<std::string>& names);
+
+/// ", did you mean 'agents'?", or empty.
+std::string suggestion(std::string_view word, const std::vector<std::string>& names);
+
+}  // namespace parhelion::yaml

@@ -1,0 +1,51 @@
+// Writes the YAML that the readers of this folder read back to the same values.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocols/yaml/quantity.hpp"
+
+namespace parhelion::yaml {
+
+class Writer {
+ public:
+  void text(std::string_view key, std::string_view value) { line(key, quote(value)); }
+  void word(std::string_view key, std::string_view value) { line(key, value); }
+  void flag(std::string_view key, bool value) { line(key, value ? "true" : "false"); }
+  template <class Integer>
+  void integer(std::string_view key, Integer value) {
+    line(key, std::to_string(value));
+  }
+  template <class Number>
+  void number(std::string_view key, Number value) {
+    line(key, format_number(value));
+  }
+  template <class Number>
+  void quantity(std::string_view key, Number value, Quantity quantity) {
+    line(key, format_quantity(value, quantity));
+  }
+  /// Keys or items between open and close lie one level deeper.
+  void open(std::string_view key);
+  void close() { --depth_; }
+  /// The next line starts an item of a list; its keys lie one level deeper until end_item.
+  void begin_item();
+  void end_item() { --depth_; }
+  /// "key: value" with the value as YAML.
+  void line(std::string_view key, std::string_view value);
+  /// "- value" with the value as YAML.
+  void item(std::string_view value);
+
+  std::string take() { return std::move(text_); }
+
+  /// Plain where that is safe, else in double quotes.
+  static std::string quote(std::string_view text);
+
+ private:
+  void indent();
+  std::string text_;
+  int depth_ = 0;
+  bool dash_ = false;
+};
+
+}  // namespace parhelion::yaml
