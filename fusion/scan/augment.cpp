@@ -1,0 +1,75 @@
+#include "fusion/scan/augment.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace parhelion {
+namespace {
+
+constexpr RangeHit kNothing{std::numeric_limits<float>::infinity(), -1, 0};
+
+bool is_hit(const RangeHit& hit) {
+  return hit.body >= 0 && hit.range < std::numeric_limits<float>::infinity();
+}
+
+/// Whether a virtual return would be the one that the sensor reports: nearer than what it really saw.
+bool nearer_than_real(const Measurement& virtual_return, BeamKind real_kind, float real_range,
+                      float true_range, const RangeHit* wall) {
+  switch (real_kind) {
+    case BeamKind::hit:
+      return virtual_return.kind == BeamKind::too_close ||
+             (virtual_return.kind == BeamKind::hit && virtual_return.range < real_range);
+    case BeamKind::no_return:
+      // The wall may be what swallowed the real beam (glass, black paint): nothing shows behind it, noise
+      // included.
+      return wall != nullptr && true_range < wall->range &&
+             (virtual_return.kind == BeamKind::too_close ||
+              (virtual_return.kind == BeamKind::hit && virtual_return.range < wall->range));
+    case BeamKind::too_close:
+    case BeamKind::invalid:
+      return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseKey key,
+                         std::span<const RangeHit> virtual_hits, std::span<const RangeHit> building_hits,
+                         Scan& out, std::vector<std::int32_t>& beam_body) {
+  if (&out != &real) out = real;
+  beam_body.assign(real.ranges.size(), -1);
+  const bool has_intensities = out.intensities.size() == out.ranges.size();
+  const std::size_t beams = std::min(out.ranges.size(), virtual_hits.size());
+  std::size_t replaced = 0;
+  for (std::size_t i = 0; i < beams; ++i) {
+    const RangeHit& hit = virtual_hits[i];
+    if (!is_hit(hit)) continue;
+    const float real_range = out.ranges[i];
+    const BeamKind kind = laser.convention.classify(real_range);
+    if (kind == BeamKind::invalid || kind == BeamKind::too_close) continue;
+    const Measurement measured = measure(laser, key, i, hit.range);
+    const RangeHit* wall = i < building_hits.size() ? &building_hits[i] : nullptr;
+    if (!nearer_than_real(measured, kind, real_range, hit.range, wall)) continue;
+    out.ranges[i] = measured.range;
+    if (has_intensities) out.intensities[i] = hit.reflectivity;
+    beam_body[i] = hit.body;
+    ++replaced;
+  }
+  return replaced;
+}
+
+void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const RangeHit> body_hits,
+                   std::span<const RangeHit> building_hits, SensorTime stamp, Scan& out) {
+  out.stamp = stamp;
+  out.angle_first = static_cast<float>(laser.angle_first);
+  out.angle_step = static_cast<float>(laser.angle_step);
+  out.intensities.clear();
+  out.ranges.resize(body_hits.size());
+  for (std::size_t i = 0; i < body_hits.size(); ++i) {
+    const RangeHit& wall = i < building_hits.size() ? building_hits[i] : kNothing;
+    out.ranges[i] = measure_range(laser, key, i, std::min(body_hits[i].range, wall.range));
+  }
+}
+
+}  // namespace parhelion

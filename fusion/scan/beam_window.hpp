@@ -1,0 +1,49 @@
+// Which beams of a sweep can meet a sphere: a conservative answer in a few operations, so that only those are
+// cast.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+
+#include "fusion/scan/ray_caster.hpp"
+
+namespace parhelion {
+
+/// Beams [first, last).
+struct BeamRange {
+  std::size_t first = 0, last = 0;
+  bool empty() const { return first >= last; }
+};
+
+/// Ascending, apart from each other. More than one where the sphere lies across the ends of a full turn.
+struct BeamRanges {
+  std::array<BeamRange, 4> range;
+  int count = 0;
+  void add(BeamRange r);
+  const BeamRange* begin() const { return range.data(); }
+  const BeamRange* end() const { return range.data() + count; }
+};
+
+/// Bearings from first to last beam, how the laser turns during the sweep, and how far it sees.
+class BeamWindow {
+ public:
+  /// `half_turn`, `half_tilt`: rad, bounds on how far the laser's frame and its plane turn from where it is
+  /// half-way.
+  BeamWindow(const BeamSet& beams, double half_turn, double half_tilt, double max_range);
+
+  /// Beams that can meet a sphere with its centre in the frame that the laser has half-way through the sweep.
+  /// The radius includes how far the centre moves, seen from the laser, either way from where it is half-way.
+  BeamRanges meet(const Eigen::Vector3d& center, double radius) const;
+
+ private:
+  BeamRanges all() const;
+  BeamRanges between(double low, double high) const;
+
+  double angle_first_, angle_step_;
+  std::size_t beams_;
+  double half_turn_, half_tilt_, max_range_;
+  double sin_turn_, cos_turn_;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,180 @@
+// Bodies: for each shape the beams that can meet it, then exact intersection with those alone. Building:
+// Embree's tree.
+#include "fusion/scan/ray_caster.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "fusion/scan/beam_window.hpp"
+#include "fusion/scan/building_tree.hpp"
+#include "fusion/scan/shape_intersection.hpp"
+#include "fusion/scan/sweep_rays.hpp"
+
+namespace parhelion {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+/// A body's sweep as the laser's middle frame sees it: shapes' centres lie within `drift + spin * |offset|`
+/// of their middle.
+struct SeenBody {
+  Matrix3d A;    ///< mean of the start's and the end's rotation, into the laser's middle frame
+  Vector3d t;    ///< middle of the body's origin relative to the laser
+  double drift;  ///< m, half of the relative way
+  double spin;   ///< m per m from the body's origin: half chord of the turn
+};
+
+SeenBody seen(const BodyMotion& motion, const SweepRays& rays) {
+  const Matrix3d R_start = motion.T_map_body_start.rotation(), R_end = motion.T_map_body_end.rotation();
+  const Vector3d from = motion.T_map_body_start.translation() - rays.start();
+  const Vector3d to = motion.T_map_body_end.translation() - rays.end();
+  const Matrix3d R_middle_map = rays.R_map_middle().transpose();
+  // |R_end - R_start| (Frobenius) = 2 sqrt(2) sin(angle / 2). An arc of at most half a turn lies within the
+  // ball on its chord, whose radius is sin(angle / 2) * |offset|.
+  return {R_middle_map * (0.5 * (R_start + R_end)), R_middle_map * (0.5 * (from + to)),
+          0.5 * (to - from).norm(), (R_end - R_start).norm() / (2 * std::numbers::sqrt2)};
+}
+
+/// Without a finite pose and finite bearings nothing is seen.
+bool can_cast(const LaserMotion& laser, const BeamSet& beams) {
+  return laser.T_map_laser_start.finite() && laser.T_map_laser_end.finite() &&
+         std::isfinite(beams.angle_first) && std::isfinite(beams.angle_step);
+}
+
+}  // namespace
+
+struct RayCaster::State {
+  SweepRays rays;
+  BuildingTree building;
+
+  // Nearest hit of each beam.
+  std::vector<double> range;
+  std::vector<std::int32_t> body;
+  std::vector<float> reflectivity;
+
+  // Rays in the frame of the body at hand, made where first needed: valid where `ray_of` names that body.
+  std::vector<std::int32_t> ray_of;
+  std::vector<Vector3d> origin_body, direction_body;
+
+  void start(std::size_t beams) {
+    range.assign(beams, kNone);
+    body.assign(beams, -1);
+    reflectivity.assign(beams, 0);
+    ray_of.assign(beams, -1);
+    origin_body.resize(beams);
+    direction_body.resize(beams);
+  }
+
+  void cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window);
+  void cast(const Shape& shape, std::int32_t index, const BeamRange& beams, double nearest);
+  void bring_rays(const BodyMotion& motion, const RotationSweep& rotation, std::int32_t index,
+                  const BeamRange& beams);
+  void write(double max_range, std::span<RangeHit> hits) const;
+};
+
+void RayCaster::State::cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window) {
+  const SeenBody view = seen(motion, rays);
+  RotationSweep rotation;
+  bool has_rotation = false;
+  for (const Shape& shape : motion.body->shapes) {
+    const Vector3d offset = shape.T_body_shape.translation();
+    const Vector3d center = view.A * offset + view.t;
+    const double radius = bounding_radius(shape.kind, shape.size) + view.drift + view.spin * offset.norm();
+    for (const BeamRange& beams : window.meet(center, radius)) {
+      if (!has_rotation) {
+        rotation = RotationSweep(motion.T_map_body_start.rotation(), motion.T_map_body_end.rotation());
+        has_rotation = true;
+      }
+      bring_rays(motion, rotation, index, beams);
+      cast(shape, index, beams, center.norm() - radius);
+    }
+  }
+}
+
+void RayCaster::State::bring_rays(const BodyMotion& motion, const RotationSweep& rotation, std::int32_t index,
+                                  const BeamRange& beams) {
+  const Vector3d from = motion.T_map_body_start.translation();
+  const Vector3d moved = motion.T_map_body_end.translation() - from;
+  for (std::size_t i = beams.first; i < beams.last; ++i) {
+    if (ray_of[i] == index) continue;
+    ray_of[i] = index;
+    const double s = rays.time(i);
+    origin_body[i] = rotation.turn_back(s, rays.origin(i) - from - s * moved);
+    direction_body[i] = rotation.turn_back(s, rays.direction(i));
+  }
+}
+
+void RayCaster::State::cast(const Shape& shape, std::int32_t index, const BeamRange& beams, double nearest) {
+  const Matrix3d R_shape_body = shape.T_body_shape.rotation().transpose();
+  const Vector3d center = shape.T_body_shape.translation();
+  const double bound = bounding_radius(shape.kind, shape.size) * (1 + 1e-9);
+  for (std::size_t i = beams.first; i < beams.last; ++i) {
+    if (range[i] < nearest) continue;
+    const Vector3d to_origin = origin_body[i] - center;
+    const double along = to_origin.dot(direction_body[i]);
+    if (to_origin.squaredNorm() - along * along > bound * bound + 1e-9) continue;
+    const double t =
+        shape_chord(shape.kind, shape.size, R_shape_body * to_origin, R_shape_body * direction_body[i])
+            .range();
+    if (t >= range[i]) continue;
+    range[i] = t;
+    body[i] = index;
+    reflectivity[i] = shape.material.laser_reflectivity;
+  }
+}
+
+void RayCaster::State::write(double max_range, std::span<RangeHit> hits) const {
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const bool hit = range[i] <= max_range;
+    hits[i] = hit ? RangeHit{static_cast<float>(range[i]), body[i], reflectivity[i]}
+                  : RangeHit{std::numeric_limits<float>::infinity(), -1, 0};
+  }
+}
+
+RayCaster::RayCaster() : state_(std::make_unique<State>()) {}
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
+
+void RayCaster::set_building(const SemanticModel& model) { state_->building = BuildingTree(model); }
+
+void RayCaster::cast_bodies(const LaserMotion& laser, const BeamSet& beams,
+                            std::span<const BodyMotion> bodies, double max_range, std::span<RangeHit> hits) {
+  assert(hits.size() == beams.time.size());
+  State& state = *state_;
+  state.start(hits.size());
+  if (can_cast(laser, beams)) {
+    state.rays.set(laser, beams);
+    const BeamWindow window(beams, state.rays.half_turn(), state.rays.half_tilt(), max_range);
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      if (!bodies[b].T_map_body_start.finite() || !bodies[b].T_map_body_end.finite()) continue;
+      state.cast(bodies[b], static_cast<std::int32_t>(b), window);
+    }
+  }
+  state.write(max_range, hits);
+}
+
+void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams, double max_range,
+                              std::span<RangeHit> hits) {
+  assert(hits.size() == beams.time.size());
+  State& state = *state_;
+  state.start(hits.size());
+  if (can_cast(laser, beams)) {
+    state.rays.set(laser, beams);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const BuildingTree::Hit hit =
+          state.building.cast(state.rays.origin(i), state.rays.direction(i), max_range);
+      state.range[i] = hit.range;
+      state.reflectivity[i] = hit.reflectivity;
+    }
+  }
+  state.write(max_range, hits);
+}
+
+}  // namespace parhelion

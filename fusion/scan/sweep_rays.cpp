@@ -1,0 +1,78 @@
+#include "fusion/scan/sweep_rays.hpp"
+
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+/// Sine and 1 - cosine. Sweeps turn little: Taylor's series is exact to the last bit or two below a quarter
+/// radian.
+void sine_and_versine(double phi, double& sine, double& versine) {
+  if (std::abs(phi) > 0.25) {
+    const double half = std::sin(phi / 2);
+    sine = std::sin(phi);
+    versine = 2 * half * half;
+    return;
+  }
+  const double x = phi * phi;
+  sine = phi * (1 - x / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72 * (1 - x / 110 * (1 - x / 156))))));
+  versine = x / 2 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56 * (1 - x / 90 * (1 - x / 132)))));
+}
+
+}  // namespace
+
+RotationSweep::RotationSweep(const Eigen::Matrix3d& R_start, const Eigen::Matrix3d& R_end)
+    : R_start_(R_start) {
+  if (R_start == R_end) return;
+  Eigen::Quaterniond q = Eigen::Quaterniond(R_start).conjugate() * Eigen::Quaterniond(R_end);
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const double sine = q.vec().norm();
+  if (sine == 0) return;
+  axis_ = q.vec() / sine;
+  angle_ = 2 * std::atan2(sine, q.w());
+}
+
+Eigen::Matrix3d RotationSweep::at(double s) const {
+  return angle_ == 0 ? R_start_
+                     : Eigen::Matrix3d(R_start_ * Eigen::AngleAxisd(s * angle_, axis_).toRotationMatrix());
+}
+
+Eigen::Vector3d RotationSweep::about_axis(double phi, const Eigen::Vector3d& v) const {
+  // Rodrigues, with 1 - cos written so that nothing cancels.
+  double sine = 0, versine = 0;
+  sine_and_versine(phi, sine, versine);
+  const Eigen::Vector3d across = axis_.cross(v);
+  return v + sine * across + versine * axis_.cross(across);
+}
+
+void SweepRays::set_angles(float first, float step, std::size_t n) {
+  if (direction_laser_.size() == n && angle_first_ == first && angle_step_ == step) return;
+  angle_first_ = first;
+  angle_step_ = step;
+  direction_laser_.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double angle = double{first} + static_cast<double>(i) * double{step};
+    direction_laser_[i] = {std::cos(angle), std::sin(angle), 0};
+  }
+}
+
+void SweepRays::set(const LaserMotion& laser, const BeamSet& beams) {
+  const std::size_t n = beams.time.size();
+  set_angles(beams.angle_first, beams.angle_step, n);
+  const RotationSweep rotation(laser.T_map_laser_start.rotation(), laser.T_map_laser_end.rotation());
+  start_ = laser.T_map_laser_start.translation();
+  end_ = laser.T_map_laser_end.translation();
+  R_map_middle_ = rotation.at(0.5);
+  half_turn_ = rotation.angle() / 2;
+  half_tilt_ = half_turn_ * rotation.axis().head<2>().norm();
+  time_.assign(beams.time.begin(), beams.time.end());
+  origin_.resize(n);
+  direction_.resize(n);
+  const Eigen::Vector3d moved = end_ - start_;
+  for (std::size_t i = 0; i < n; ++i) {
+    origin_[i] = start_ + time_[i] * moved;
+    direction_[i] = rotation.turn(time_[i], direction_laser_[i]);
+  }
+}
+
+}  // namespace parhelion

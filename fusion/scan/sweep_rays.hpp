@@ -1,0 +1,71 @@
+// The rays of a sweep in the map frame, and rotations that go on at a constant rate over it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "fusion/scan/ray_caster.hpp"
+
+namespace parhelion {
+
+/// R_a_b(s) between two orientations along the shortest arc, as interpolate() has it: R_start * Rot(axis, s *
+/// angle).
+class RotationSweep {
+ public:
+  RotationSweep() = default;
+  RotationSweep(const Eigen::Matrix3d& R_start, const Eigen::Matrix3d& R_end);
+
+  double angle() const { return angle_; }                ///< rad, 0..pi
+  const Eigen::Vector3d& axis() const { return axis_; }  ///< in b
+  const Eigen::Matrix3d& start() const { return R_start_; }
+  Eigen::Matrix3d at(double s) const;
+  /// R_a_b(s) * v_b.
+  Eigen::Vector3d turn(double s, const Eigen::Vector3d& v_b) const {
+    return R_start_ * (angle_ == 0 ? v_b : about_axis(s * angle_, v_b));
+  }
+  /// R_a_b(s)^T * v_a.
+  Eigen::Vector3d turn_back(double s, const Eigen::Vector3d& v_a) const {
+    const Eigen::Vector3d v_start = R_start_.transpose() * v_a;
+    return angle_ == 0 ? v_start : about_axis(-s * angle_, v_start);
+  }
+
+ private:
+  Eigen::Vector3d about_axis(double phi, const Eigen::Vector3d& v) const;
+
+  Eigen::Matrix3d R_start_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();
+  double angle_ = 0;
+};
+
+/// Rays of one sweep. Memory is kept from sweep to sweep.
+class SweepRays {
+ public:
+  void set(const LaserMotion& laser, const BeamSet& beams);
+
+  std::size_t size() const { return origin_.size(); }
+  double time(std::size_t i) const { return time_[i]; }
+  const Eigen::Vector3d& origin(std::size_t i) const { return origin_[i]; }        ///< map, m
+  const Eigen::Vector3d& direction(std::size_t i) const { return direction_[i]; }  ///< map, unit length
+
+  /// The laser half-way through the sweep, and how far it turns from there: half of the whole angle, and how
+  /// much of that its plane can tilt; rad.
+  const Eigen::Vector3d& start() const { return start_; }
+  const Eigen::Vector3d& end() const { return end_; }
+  const Eigen::Matrix3d& R_map_middle() const { return R_map_middle_; }
+  double half_turn() const { return half_turn_; }
+  double half_tilt() const { return half_tilt_; }
+
+ private:
+  void set_angles(float first, float step, std::size_t n);
+
+  float angle_first_ = 0, angle_step_ = 0;
+  std::vector<Eigen::Vector3d> direction_laser_;
+  std::vector<double> time_;
+  std::vector<Eigen::Vector3d> origin_, direction_;
+  Eigen::Vector3d start_, end_;
+  Eigen::Matrix3d R_map_middle_;
+  double half_turn_ = 0, half_tilt_ = 0;
+};
+
+}  // namespace parhelion
