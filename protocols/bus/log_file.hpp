@@ -46,7 +46,7 @@ class LogWriter {
 
   /// One write(2) per call; an error (disk full) leaves the file cut back to the last whole event.
   Status write(std::string_view channel, ArrivalTime stamp, std::span<const std::uint8_t> payload);
-  /// Several events with one writev(2); all or none.
+  /// Several events with one write(2); all or none.
   Status write(std::span<const Message> messages);
   /// fdatasync.
   Status sync();

@@ -1,11 +1,11 @@
 // What a decoder takes and what it refuses, on the scan; the other types follow the same reader.
+#include "protocols/codec.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 #include <limits>
-
-#include "protocols/codec.hpp"
 
 namespace parhelion {
 namespace {
@@ -13,8 +13,13 @@ namespace {
 Scan sample_scan() {
   Scan scan;
   scan.stamp = SensorTime::from_utime(1'136'391'912'123'456);
-  scan.ranges = {1.5F, 0.0F, 81.83F, std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
-                 std::numeric_limits<float>::quiet_NaN(), -1.0F};
+  scan.ranges = {1.5F,
+                 0.0F,
+                 81.83F,
+                 std::numeric_limits<float>::infinity(),
+                 -std::numeric_limits<float>::infinity(),
+                 std::numeric_limits<float>::quiet_NaN(),
+                 -1.0F};
   scan.angle_first = -1.5F;
   scan.angle_step = 0.5F;
   return scan;
@@ -49,7 +54,9 @@ TEST(Codec, AForeignFingerprintIsNamedWithChannelAndBothFingerprints) {
   Scan scan;
   const Status status = decode("SCAN", bytes, scan);
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().message.find("channel SCAN: planar_lidar_t: fingerprint 0x1f317af1246276ac, expected 0x"), 0U)
+  EXPECT_EQ(status.error().message.find(
+                "channel SCAN: planar_lidar_t: fingerprint 0x1f317af1246276ac, expected 0x"),
+            0U)
       << status.error().message;
 }
 

@@ -1,0 +1,86 @@
+// Bounded queues of one endpoint, one a subscription: a full queue drops its oldest message and counts it.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "protocols/bus/bus.hpp"
+
+namespace parhelion {
+
+class SubscriptionQueues {
+ public:
+  /// Index of a new queue.
+  std::size_t add(int capacity) {
+    queues_.push_back({static_cast<std::size_t>(capacity), {}});
+    return queues_.size() - 1;
+  }
+
+  void push(std::size_t queue, std::string_view channel, ArrivalTime arrival,
+            std::span<const std::uint8_t> payload) {
+    Queue& into = queues_[queue];
+    if (into.waiting.size() == into.capacity) {
+      spare_.push_back(std::move(into.waiting.front().message));
+      into.waiting.pop_front();
+      ++dropped_;
+    }
+    Message message = reuse();
+    message.channel.assign(channel);
+    message.arrival = arrival;
+    message.payload.assign(payload.begin(), payload.end());
+    into.waiting.push_back({next_number_++, std::move(message)});
+  }
+
+  /// The message that came first over all queues; its buffers are swapped with those of `message`, which are
+  /// used again.
+  bool pop(Message& message) {
+    Queue* first = nullptr;
+    for (Queue& queue : queues_) {
+      if (queue.waiting.empty()) continue;
+      if (first == nullptr || queue.waiting.front().number < first->waiting.front().number) first = &queue;
+    }
+    if (first == nullptr) return false;
+    std::swap(message, first->waiting.front().message);
+    if (spare_.size() < max_spare) spare_.push_back(std::move(first->waiting.front().message));
+    first->waiting.pop_front();
+    return true;
+  }
+
+  std::uint64_t dropped() const { return dropped_; }
+  void count_dropped(std::uint64_t n) { dropped_ += n; }
+
+ private:
+  static constexpr std::size_t max_spare = 64;
+  struct Waiting {
+    std::uint64_t number;
+    Message message;
+  };
+  struct Queue {
+    std::size_t capacity;
+    std::deque<Waiting> waiting;
+  };
+
+  Message reuse() {
+    if (spare_.empty()) return {};
+    Message message = std::move(spare_.back());
+    spare_.pop_back();
+    return message;
+  }
+
+  std::vector<Queue> queues_;
+  std::vector<Message> spare_;
+  std::uint64_t next_number_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+/// Channel length 1..63 as LCM has it, and a payload that fits its int32.
+Status check_message(std::string_view channel, std::size_t payload_size);
+
+/// Capacity of a subscription at least 1.
+Status check_capacity(const std::string& pattern, int capacity);
+
+}  // namespace parhelion
