@@ -1,6 +1,7 @@
 #include "protocols/yaml/schema.hpp"
 
 #include <charconv>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -256,8 +257,8 @@ class Checker {
     node.number = is_signed ? static_cast<double>(signed_value) : static_cast<double>(unsigned_value);
     node.is_number = true;
     check_bounds(node, schema, name);
-    if (is_signed) return signed_value;
-    return unsigned_value;
+    // valijson reads integers as int64: a larger one is judged as the largest.
+    return is_signed ? signed_value : std::numeric_limits<std::int64_t>::max();
   }
 
   void check_bounds(const Node& node, const Json& schema, const std::string& name) {

@@ -1,0 +1,96 @@
+// YAML that was made to hurt: each reader answers with an Error, soon, and without a crash.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "protocols/model.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scenario.hpp"
+
+namespace parhelion {
+namespace {
+
+std::string repeat(const std::string& text, int times) {
+  std::string out;
+  for (int i = 0; i < times; ++i) out += text;
+  return out;
+}
+
+std::string error_of(const std::string& yaml) {
+  const auto scenario = parse_scenario(yaml, "s.yaml");
+  const auto model = parse_model(yaml, "s.yaml");
+  const auto robot = parse_robot_description(yaml, "s.yaml");
+  EXPECT_FALSE(model) << "nothing here is a model";
+  return scenario ? robot ? "" : robot.error().message : scenario.error().message;
+}
+
+TEST(HostileYaml, DeepNestingIsRefused) {
+  for (const char* opening : {"[", "{", "{a: ", "- ", "[[{", "? ", "a: {b: ["}) {
+    EXPECT_NE(error_of(repeat(opening, 100'000)), "") << opening;
+  }
+  std::string indented;
+  for (int depth = 0; depth < 1'000; ++depth)
+    indented += std::string(static_cast<std::size_t>(depth), ' ') + "a:\n";
+  EXPECT_THAT(error_of(indented), ::testing::HasSubstr("nested too deeply"));
+}
+
+TEST(HostileYaml, AliasBombIsRefusedAtItsFirstAnchor) {
+  std::string bomb = "a: &a [x, x, x, x, x, x, x, x, x, x]\n";
+  for (char name = 'b'; name <= 'z'; ++name) {
+    const std::string last(1, static_cast<char>(name - 1));
+    bomb += std::string(1, name) + ": &" + name + " [" + repeat("*" + last + ", ", 9) + "*" + last + "]\n";
+  }
+  EXPECT_THAT(error_of(bomb), ::testing::HasSubstr("s.yaml:1: anchors and aliases"));
+  EXPECT_NE(error_of("a: *a"), "");
+}
+
+TEST(HostileYaml, InvalidUtf8IsRefusedWithItsPlace) {
+  const char* broken[] = {"\xff",     "\xc0\x80", "\xed\xa0\x80",        "\xf4\x90\x80\x80",
+                          "\xe2\x82", "\x80",     "\xf8\x88\x80\x80\x80"};
+  for (const std::string bytes : broken) {
+    EXPECT_THAT(error_of("level: 3\nname: a" + bytes + "\n"),
+                ::testing::HasSubstr("s.yaml:2: not UTF-8 text (byte 16"));
+  }
+  EXPECT_NE(error_of(std::string("name: a\0b", 9)), "");
+  EXPECT_NE(error_of("name: a\x04\nlevel: 9"), "") << "yaml-cpp takes 0x04 for the end of the file";
+}
+
+TEST(HostileYaml, HugeTextsAndListsAreAnswered) {
+  EXPECT_NE(error_of("physics_rate: " + repeat("9", 1'000'000) + " Hz"), "");
+  EXPECT_NE(error_of("agents: [" + repeat("x,", 200'000) + "]"), "");
+  EXPECT_NE(error_of(repeat("k: 1\n", 100'000)), "");
+  std::string keys;
+  for (int i = 0; i < 20'000; ++i) keys += "key" + std::to_string(i) + ": 1\n";
+  EXPECT_NE(error_of(keys), "");
+  EXPECT_NE(error_of(repeat("\"", 100'001)), "");
+  EXPECT_NE(error_of(repeat("!", 100'000)), "");
+  EXPECT_NE(error_of(repeat("-", 100'000)), "");
+}
+
+/// Each parse must return; what it returns is another test's matter.
+TEST(HostileYaml, FlippedBytesAndCutsOfAGoodFileReturn) {
+  Scenario scenario;
+  scenario.agents.resize(2);
+  scenario.agents[0].name = "a";
+  scenario.agents[1].name = "b";
+  scenario.agents[1].behaviour = {BehaviourKind::patrol, 0.5, {{1, 2}, {3, 4}}};
+  const std::string good = to_yaml(scenario);
+  std::mt19937 random(7);
+  int refused = 0;
+  for (int round = 0; round < 2'000; ++round) {
+    std::string bad = good;
+    for (unsigned flips = 1 + random() % 4; flips > 0; --flips)
+      bad[random() % bad.size()] = static_cast<char>(random());
+    if (round % 4 == 0) bad.resize(random() % bad.size());
+    const auto read = parse_scenario(bad, "s.yaml");
+    refused += read.ok() ? 0 : 1;
+    if (!read) {
+      EXPECT_EQ(read.error().message.rfind("s.yaml:", 0), 0U) << read.error().message;
+    }
+  }
+  EXPECT_GT(refused, 1'000);
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,266 @@
+// parse(to_yaml(x)) == x, to the bit, for any x that is valid.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "protocols/model.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scenario.hpp"
+
+namespace parhelion {
+namespace {
+
+/// Any finite double, by its bits, or a short decimal as people write it.
+double finite() {
+  if (*rc::gen::arbitrary<bool>()) return *rc::gen::inRange(-100'000, 100'000) / 1000.0;
+  const double value = std::bit_cast<double>(*rc::gen::arbitrary<std::uint64_t>());
+  return std::isfinite(value) ? value : 0.1;
+}
+double positive() {
+  const double value = std::abs(finite());
+  return value > 0 ? value : 1;
+}
+/// In [low, high].
+double between(double low, double high) {
+  return low + (high - low) * (*rc::gen::inRange<std::int64_t>(0, (1LL << 53) + 1) * 0x1p-53);
+}
+float between_floats(double low, double high) { return static_cast<float>(between(low, high)); }
+template <class Enum>
+Enum any_of(int count) {
+  return static_cast<Enum>(*rc::gen::inRange(0, count));
+}
+
+std::string text() {
+  std::string out;
+  for (const char c : *rc::gen::string<std::string>()) {
+    if (static_cast<unsigned char>(c) < 0x80) out += c;
+  }
+  const std::vector<std::string> texts{
+      out, "null", "~", "true", "3", "- a", "a: b", "\xc3\xa9\xe2\x82\xac", " x ", "#", "\'", "", "a: &b *c"};
+  return *rc::gen::elementOf(texts);
+}
+
+template <class A, class B>
+Transform<A, B> upright() {
+  return Transform<A, B>::planar(finite(), finite(), between(-4, 4), finite());
+}
+template <class A, class B>
+Transform<A, B> any_pose() {
+  if (*rc::gen::arbitrary<bool>()) return upright<A, B>();
+  Eigen::Quaterniond q(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1));
+  if (q.norm() < 0.01) q = Eigen::Quaterniond(0, 0, 0, 1);
+  return {q, {finite(), finite(), finite()}};
+}
+
+template <class A, class B>
+bool same(const Transform<A, B>& a, const Transform<A, B>& b) {
+  return a.isometry().matrix() == b.isometry().matrix();
+}
+
+RC_GTEST_PROP(RoundTrip, Scenario, ()) {
+  Scenario a;
+  a.name = text();
+  a.level = *rc::gen::inRange(1, 4);
+  a.seed = *rc::gen::arbitrary<std::uint64_t>();
+  a.physics_rate = between(10, 10'000);
+  a.model = text();
+  a.robot = text();
+  a.injection.max_error = positive();
+  a.contact.stop_distance = between(0, 1);
+  a.contact.slow_distance = between(1.5, 3);
+  a.contact.crawl_speed = positive();
+  a.contact.silence = positive();
+  for (int i = *rc::gen::inRange(0, 5); i > 0; --i) {
+    AgentDefinition agent;
+    agent.name = "Agent_" + std::to_string(i) + "-x";
+    agent.kind = any_of<AgentKind>(4);
+    agent.T_map_base = upright<Map, Base>();
+    agent.size = {between(1e-3, 9e3), between(1e-3, 9e3), between(1e-3, 9e3)};
+    agent.behaviour.kind = any_of<BehaviourKind>(4);
+    agent.behaviour.speed = positive();
+    for (int k = *rc::gen::inRange(1, 4); k > 0; --k)
+      agent.behaviour.waypoints.push_back({finite(), finite()});
+    agent.laser = text();
+    a.agents.push_back(agent);
+  }
+  if (*rc::gen::arbitrary<bool>()) a.channels = {{"SCAN", "a/b"}, {"MR_SCAN", "null"}, {"CAMERA", "7"}};
+
+  const auto b = parse_scenario(to_yaml(a), "s.yaml");
+  RC_ASSERT(b.ok());
+  RC_ASSERT(b->name == a.name);
+  RC_ASSERT(b->level == a.level);
+  RC_ASSERT(b->seed == a.seed);
+  RC_ASSERT(b->physics_rate == a.physics_rate);
+  RC_ASSERT(b->model == a.model);
+  RC_ASSERT(b->robot == a.robot);
+  RC_ASSERT(b->injection.max_error == a.injection.max_error);
+  RC_ASSERT(b->contact.slow_distance == a.contact.slow_distance);
+  RC_ASSERT(b->contact.stop_distance == a.contact.stop_distance);
+  RC_ASSERT(b->contact.crawl_speed == a.contact.crawl_speed);
+  RC_ASSERT(b->contact.silence == a.contact.silence);
+  RC_ASSERT(b->channels == a.channels);
+  RC_ASSERT(b->agents.size() == a.agents.size());
+  for (std::size_t i = 0; i < a.agents.size(); ++i) {
+    const AgentDefinition &x = a.agents[i], &y = b->agents[i];
+    RC_ASSERT(x.name == y.name && x.kind == y.kind && x.laser == y.laser);
+    RC_ASSERT(same(x.T_map_base, y.T_map_base));
+    RC_ASSERT(x.size == y.size);
+    RC_ASSERT(x.behaviour.kind == y.behaviour.kind && x.behaviour.speed == y.behaviour.speed);
+    RC_ASSERT(x.behaviour.waypoints == y.behaviour.waypoints);
+  }
+}
+
+RC_GTEST_PROP(RoundTrip, Model, ()) {
+  SemanticModel a;
+  a.map_id = text();
+  a.source = text();
+  for (int i = *rc::gen::inRange(0, 6); i > 0; --i) {
+    ModelEntity entity;
+    entity.name = "wall " + std::to_string(i);
+    entity.label = any_of<EntityLabel>(8);
+    entity.T_map_body = any_pose<Map, Body>();
+    // Far apart from the others, so that none overlap.
+    auto place = entity.T_map_body.isometry();
+    place.translation().z() = 1e5 * i;
+    entity.T_map_body = Transform<Map, Body>(place);
+    entity.size = {between(1e-3, 9e3), between(1e-3, 9e3), between(1e-3, 9e3)};
+    entity.confidence = between(0, 1);
+    entity.is_virtual = *rc::gen::arbitrary<bool>();
+    entity.material.albedo = {between_floats(0, 1), between_floats(0, 1), between_floats(0, 1)};
+    entity.material.roughness = between_floats(0, 1);
+    entity.material.metallic = between_floats(0, 1);
+    entity.material.laser_reflectivity = between_floats(0, 1);
+    a.entities.push_back(entity);
+  }
+  const auto b = parse_model(to_yaml(a), "m.yaml");
+  RC_ASSERT(b.ok());
+  RC_ASSERT(b->map_id == a.map_id && b->source == a.source);
+  RC_ASSERT(b->entities.size() == a.entities.size());
+  for (std::size_t i = 0; i < a.entities.size(); ++i) {
+    const ModelEntity &x = a.entities[i], &y = b->entities[i];
+    RC_ASSERT(x.name == y.name && x.label == y.label && x.is_virtual == y.is_virtual);
+    RC_ASSERT(same(x.T_map_body, y.T_map_body));
+    RC_ASSERT(x.size == y.size && x.confidence == y.confidence);
+    RC_ASSERT(x.material.albedo == y.material.albedo);
+    RC_ASSERT(x.material.roughness == y.material.roughness && x.material.metallic == y.material.metallic);
+    RC_ASSERT(x.material.laser_reflectivity == y.material.laser_reflectivity);
+  }
+}
+
+LaserDescription any_laser() {
+  using Sentinel = RangeConvention::Sentinel;
+  LaserDescription laser;
+  laser.preset = text();
+  laser.T_base_laser = any_pose<Base, Laser>();
+  laser.convention.range_min = between_floats(0, 1);
+  laser.convention.range_max = between_floats(1.5, 90'000);
+  laser.convention.no_return = any_of<Sentinel>(3);
+  laser.convention.too_close = any_of<Sentinel>(3);
+  if (laser.convention.no_return == Sentinel::value)
+    laser.convention.no_return_value = between_floats(-1, 100);
+  if (laser.convention.too_close == Sentinel::value) laser.convention.too_close_value = between_floats(-1, 1);
+  laser.stamp_beam = any_of<LaserDescription::StampBeam>(3);
+  laser.passes = *rc::gen::inRange(1, 65);
+  laser.pass_period = between(0, 1);
+  laser.beam_interval = between(0, 1e-3);
+  laser.scan_period = between(0, 3);
+  laser.noise_sigma = between(0, 1);
+  laser.quantization = between(0, 1);
+  laser.beams = *rc::gen::inRange(0, 100'001);
+  laser.angle_first = finite();
+  laser.angle_step = positive();
+  laser.source = text();
+  return laser;
+}
+
+bool same(const LaserDescription& a, const LaserDescription& b) {
+  const RangeConvention &x = a.convention, &y = b.convention;
+  return a.preset == b.preset && same(a.T_base_laser, b.T_base_laser) && x.range_min == y.range_min &&
+         x.range_max == y.range_max && x.no_return == y.no_return && x.too_close == y.too_close &&
+         x.no_return_value == y.no_return_value && x.too_close_value == y.too_close_value &&
+         a.stamp_beam == b.stamp_beam && a.passes == b.passes && a.pass_period == b.pass_period &&
+         a.beam_interval == b.beam_interval && a.scan_period == b.scan_period &&
+         a.noise_sigma == b.noise_sigma && a.quantization == b.quantization && a.beams == b.beams &&
+         a.angle_first == b.angle_first && a.angle_step == b.angle_step && a.source == b.source;
+}
+
+CameraIntrinsics any_intrinsics() {
+  CameraIntrinsics camera;
+  camera.width = *rc::gen::inRange(1, 65'537);
+  camera.height = *rc::gen::inRange(1, 65'537);
+  camera.fx = positive();
+  camera.fy = positive();
+  camera.cx = finite();
+  camera.cy = finite();
+  camera.lens = any_of<CameraIntrinsics::Lens>(2);
+  const bool fisheye = camera.lens == CameraIntrinsics::Lens::fisheye;
+  for (std::size_t i = 0; i < (fisheye ? 4 : 5); ++i) camera.distortion.at(i) = finite();
+  return camera;
+}
+
+bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
+  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
+         a.cy == b.cy && a.lens == b.lens && a.distortion == b.distortion;
+}
+
+RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
+  RobotDescription a;
+  a.name = text();
+  if (*rc::gen::arbitrary<bool>()) a.laser = any_laser();
+  if (*rc::gen::arbitrary<bool>()) {
+    a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(), between(0, 60), text()};
+  }
+  if (*rc::gen::arbitrary<bool>()) {
+    a.depth = DepthCameraDescription{any_intrinsics(), any_pose<Base, DepthOptical>(), between(0, 1),
+                                     between(2, 9), text()};
+  }
+  if (*rc::gen::arbitrary<bool>()) a.footprint = {{0, 0}, {between(1, 2), 0}, {between(1, 2), between(1, 2)}};
+  a.height = positive();
+  a.mass = positive();
+  a.limits = {positive(), positive(), positive(), positive()};
+  a.velocity_frame = any_of<RobotDescription::VelocityFrame>(2);
+  a.odometry_error_translation = positive();
+  a.odometry_error_rotation = positive();
+  a.source = text();
+
+  const auto b = parse_robot_description(to_yaml(a), "r.yaml");
+  RC_ASSERT(b.ok());
+  RC_ASSERT(a.name == b->name && a.source == b->source);
+  RC_ASSERT(a.laser.has_value() == b->laser.has_value());
+  if (a.laser) RC_ASSERT(same(*a.laser, *b->laser));
+  RC_ASSERT(a.camera.has_value() == b->camera.has_value());
+  if (a.camera) {
+    RC_ASSERT(same(a.camera->intrinsics, b->camera->intrinsics));
+    RC_ASSERT(same(a.camera->T_base_optical, b->camera->T_base_optical));
+    RC_ASSERT(a.camera->readout == b->camera->readout && a.camera->source == b->camera->source);
+  }
+  RC_ASSERT(a.depth.has_value() == b->depth.has_value());
+  if (a.depth) {
+    RC_ASSERT(same(a.depth->intrinsics, b->depth->intrinsics));
+    RC_ASSERT(same(a.depth->T_base_optical, b->depth->T_base_optical));
+    RC_ASSERT(a.depth->range_min == b->depth->range_min && a.depth->range_max == b->depth->range_max);
+    RC_ASSERT(a.depth->source == b->depth->source);
+  }
+  RC_ASSERT(a.footprint == b->footprint);
+  RC_ASSERT(a.height == b->height && a.mass == b->mass);
+  RC_ASSERT(a.limits.speed == b->limits.speed && a.limits.yaw_rate == b->limits.yaw_rate);
+  RC_ASSERT(a.limits.deceleration == b->limits.deceleration &&
+            a.limits.reaction_time == b->limits.reaction_time);
+  RC_ASSERT(a.velocity_frame == b->velocity_frame);
+  RC_ASSERT(a.odometry_error_translation == b->odometry_error_translation);
+  RC_ASSERT(a.odometry_error_rotation == b->odometry_error_rotation);
+}
+
+TEST(RoundTrip, AnglesThatPeopleWriteStayAsTheyWroteThem) {
+  const auto model = parse_model(
+      "entities:\n  - {name: w, label: wall, pose: {x: 1 m, yaw: 33.5 deg}, size: [1 m, 1 m, 1 m]}", "m");
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_NE(to_yaml(*model).find("pose: {x: 1 m, y: 0 m, yaw: 33.5 deg}"), std::string::npos)
+      << to_yaml(*model);
+}
+
+}  // namespace
+}  // namespace parhelion
