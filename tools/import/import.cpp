@@ -1,0 +1,157 @@
+#include "tools/import/import.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+#include "tools/import/importers.hpp"
+#include "tools/import/text_lines.hpp"
+
+namespace parhelion {
+namespace {
+
+std::string grouped(std::uint64_t n) {
+  std::string digits = std::to_string(n);
+  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), ",");
+  }
+  return digits;
+}
+
+std::string seconds_text(Duration duration) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f s", duration.seconds());
+  return text;
+}
+
+bool is_text(const std::string& head) {
+  return std::all_of(head.begin(), head.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte >= 0x20 || byte == '\n' || byte == '\r' || byte == '\t';
+  });
+}
+
+/// Rawlogs start with an object: 0x80 | length of its class name, and the name.
+bool starts_with_object(const std::string& head) {
+  if (head.size() < 8) return false;
+  const auto length = static_cast<std::size_t>(static_cast<unsigned char>(head[0]) & 0x7F);
+  const std::string name = head.substr(1, length);
+  return (head[0] & 0x80) != 0 && (name.starts_with("C") || name.starts_with("mrpt::"));
+}
+
+}  // namespace
+
+std::uint64_t ImportReport::kept() const {
+  std::uint64_t sum = 0;
+  for (const ChannelReport& channel : channels) sum += channel.kept;
+  return sum;
+}
+
+const ChannelReport* ImportReport::find(const std::string& channel) const {
+  const auto known = std::find_if(channels.begin(), channels.end(),
+                                  [&](const ChannelReport& report) { return report.channel == channel; });
+  return known == channels.end() ? nullptr : &*known;
+}
+
+std::string summary_line(const ImportReport& report) {
+  std::string line =
+      "read " + grouped(report.read) + " " + report.read_unit + " of " + report.input + ": kept";
+  const char* separator = " ";
+  for (const ChannelReport& channel : report.channels) {
+    line += separator + grouped(channel.kept) + " " + channel.channel;
+    separator = ", ";
+  }
+  std::uint64_t left_out = 0;
+  for (const auto& [kind, count] : report.left_out) left_out += count;
+  line += "; left out " + grouped(left_out) + ", refused " + grouped(report.refused) + " -> " + report.output;
+  return line;
+}
+
+std::vector<std::string> findings(const ImportReport& report) {
+  std::vector<std::string> lines;
+  for (const Refusal& refusal : report.refusals)
+    lines.push_back("refused " + refusal.place + ": " + refusal.why);
+  if (report.refused > report.refusals.size()) {
+    lines.push_back("refused " + grouped(report.refused - report.refusals.size()) + " more");
+  }
+  for (const ChannelReport& channel : report.channels) {
+    if (channel.backward > 0) {
+      lines.push_back(channel.channel + ": " + grouped(channel.backward) + " stamps go backwards, by up to " +
+                      seconds_text(channel.backward_most) + ", first at " + channel.backward_first +
+                      "; kept in file order");
+    }
+    if (channel.gaps > 0) {
+      lines.push_back(channel.channel + ": " + grouped(channel.gaps) + " gaps, the longest " +
+                      seconds_text(channel.gap_most) + " before " + channel.gap_most_place);
+    }
+    if (channel.beams.size() > 1) {
+      std::string line = channel.channel + ": numbers of beams differ:";
+      for (const auto& [beams, count] : channel.beams) {
+        line += " " + grouped(count) + " x " + std::to_string(beams);
+      }
+      lines.push_back(line);
+    }
+  }
+  for (const auto& [kind, count] : report.left_out)
+    lines.push_back("left out " + grouped(count) + " x " + kind);
+  for (const std::string& note : report.notes) lines.push_back("note: " + note);
+  return lines;
+}
+
+Result<std::optional<std::string>> choose_topic(const ImportOptions& options, const std::string& channel,
+                                                const std::vector<std::string>& candidates,
+                                                const std::string& what) {
+  const auto list = [&] {
+    std::string text;
+    for (const std::string& name : candidates) text += "\n  --topics '" + channel + "=" + name + "'";
+    return text;
+  };
+  const auto asked = options.topics.find(channel);
+  if (asked != options.topics.end()) {
+    if (asked->second == "none") return std::optional<std::string>();
+    if (std::find(candidates.begin(), candidates.end(), asked->second) != candidates.end()) {
+      return std::optional<std::string>(asked->second);
+    }
+    return Error{options.input.string() + ": " + channel + "=" + asked->second + ": no " + what +
+                 " of that name; there " + (candidates.empty() ? "is none" : "are:" + list())};
+  }
+  if (candidates.empty()) return std::optional<std::string>();
+  if (candidates.size() == 1) return std::optional<std::string>(candidates[0]);
+  return Error{options.input.string() + ": several sources for " + channel + " (" + what +
+               "); choose one, or " + channel + "=none:" + list()};
+}
+
+Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
+  std::error_code failed;
+  if (std::filesystem::is_directory(path, failed)) return ImportFormat::rgbd;
+  if (!std::filesystem::exists(path, failed)) return Error{path.string() + ": no such file or folder"};
+  auto lines = TextLines::open(path);
+  if (!lines) return lines.error();
+  const auto head = lines->peek(512);
+  if (!head) return head.error();
+  if (head->starts_with("#ROSBAG V2")) return ImportFormat::rosbag;
+  if (head->starts_with("#ROSBAG")) return Error{path.string() + ": a ROS bag of another version than 2.0"};
+  if (starts_with_object(*head)) return ImportFormat::rawlog;
+  if (!head->empty() && is_text(*head)) return ImportFormat::carmen;
+  return Error{path.string() +
+               ": not a recording that is known: an MRPT rawlog, a CARMEN log (also .gz, .bz2), a ROS 1 bag, "
+               "or a folder "
+               "of RGB-D frames is expected"};
+}
+
+Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress) {
+  const auto format = recognise_recording(options.input);
+  if (!format) return format.error();
+  switch (*format) {
+    case ImportFormat::rawlog:
+      return import_rawlog(options, progress);
+    case ImportFormat::carmen:
+      return import_carmen(options, progress);
+    default:
+      break;
+  }
+  return Error{options.input.string() + ": not a recording that is known"};
+}
+
+}  // namespace parhelion

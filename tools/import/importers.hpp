@@ -1,0 +1,24 @@
+// The readers, one a format.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/import/import.hpp"
+
+namespace parhelion {
+
+Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportProgress& progress);
+Result<ImportReport> import_carmen(const ImportOptions& options, const ImportProgress& progress);
+Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportProgress& progress);
+Result<ImportReport> import_rgbd(const ImportOptions& options, const ImportProgress& progress);
+
+/// The topic for `channel`: what --topics says; else the only candidate; nullopt: none, or "none" was asked
+/// for. Several candidates, or a name that is not among them, are an error that lists them. `what` says what
+/// was looked for.
+Result<std::optional<std::string>> choose_topic(const ImportOptions& options, const std::string& channel,
+                                                const std::vector<std::string>& candidates,
+                                                const std::string& what);
+
+}  // namespace parhelion

@@ -1,0 +1,198 @@
+#include "tools/import/recording_writer.hpp"
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t max_refusals_listed = 20;
+constexpr Duration least_gap = seconds(1);
+constexpr int gap_intervals = 10;
+
+struct Trail {
+  ChannelReport report;
+  std::vector<std::pair<SensorTime, Place>> stamps;
+};
+
+Duration median_interval(const std::vector<std::pair<SensorTime, Place>>& stamps) {
+  std::vector<std::int64_t> intervals;
+  for (std::size_t i = 1; i < stamps.size(); ++i)
+    intervals.push_back((stamps[i].first - stamps[i - 1].first).ns);
+  if (intervals.empty()) return {};
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return {*middle};
+}
+
+}  // namespace
+
+struct RecordingWriter::State {
+  std::filesystem::path partial;
+  std::string place_prefix;
+  std::optional<LogWriter> log;
+  std::optional<ArrivalTime> last;
+  std::vector<Trail> trails;
+  std::vector<std::uint8_t> bytes;
+  ImportReport report;
+  bool finished = false;
+
+  ~State() {
+    if (finished || !log) return;
+    log.reset();
+    std::error_code ignored;
+    std::filesystem::remove(partial, ignored);
+  }
+
+  Trail& trail(std::string_view channel) {
+    const auto known = std::find_if(trails.begin(), trails.end(),
+                                    [&](const Trail& t) { return t.report.channel == channel; });
+    if (known != trails.end()) return *known;
+    trails.emplace_back().report.channel = channel;
+    return trails.back();
+  }
+
+  ArrivalTime next_arrival(ArrivalTime wanted) {
+    ArrivalTime arrival = ArrivalTime::from_utime(wanted.utime());
+    if (last && arrival <= *last) arrival = *last + microseconds(1);
+    last = arrival;
+    return arrival;
+  }
+
+  void judge(Trail& trail) const;
+};
+
+void RecordingWriter::State::judge(Trail& trail) const {
+  const Duration typical = median_interval(trail.stamps);
+  for (std::size_t i = 1; i < trail.stamps.size(); ++i) {
+    const Duration step = trail.stamps[i].first - trail.stamps[i - 1].first;
+    const std::string place = place_prefix + std::to_string(trail.stamps[i].second);
+    if (step < Duration{}) {
+      if (trail.report.backward++ == 0) trail.report.backward_first = place;
+      trail.report.backward_most = std::max(trail.report.backward_most, -step);
+    } else if (step > least_gap && step.ns > gap_intervals * typical.ns) {
+      ++trail.report.gaps;
+      if (step > trail.report.gap_most) {
+        trail.report.gap_most = step;
+        trail.report.gap_most_place = place;
+      }
+    }
+  }
+}
+
+RecordingWriter::RecordingWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RecordingWriter::RecordingWriter(RecordingWriter&&) noexcept = default;
+RecordingWriter& RecordingWriter::operator=(RecordingWriter&&) noexcept = default;
+RecordingWriter::~RecordingWriter() = default;
+
+Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, std::string place_prefix,
+                                                std::string read_unit) {
+  std::error_code ignored;
+  if (!options.overwrite && std::filesystem::exists(options.output, ignored)) {
+    return Error{options.output.string() + ": exists already; give another name, or --force to overwrite it"};
+  }
+  if (std::filesystem::equivalent(options.input, options.output, ignored)) {
+    return Error{options.output.string() + ": is the input itself; give another name"};
+  }
+  auto state = std::make_unique<State>();
+  state->partial = options.output.string() + ".partial";
+  state->place_prefix = std::move(place_prefix);
+  state->report.input = options.input.string();
+  state->report.output = options.output.string();
+  state->report.read_unit = std::move(read_unit);
+  auto log = LogWriter::create(state->partial.string(), true);
+  if (!log) return log.error();
+  state->log = std::move(*log);
+  return RecordingWriter(std::move(state));
+}
+
+Status RecordingWriter::describe(const RobotDescription& robot, SensorTime first) {
+  encode(RobotMessage{first, to_yaml(robot)}, state_->bytes);
+  // One microsecond early, so that the first event keeps its own stamp as its arrival.
+  const ArrivalTime arrival = state_->next_arrival(ArrivalTime{first.ns} - microseconds(1));
+  return state_->log->write(channel::robot, arrival, state_->bytes);
+}
+
+template <class T>
+Status RecordingWriter::put_checked(std::string_view channel, const T& item, Place place,
+                                    std::optional<ArrivalTime> received) {
+  encode(item, state_->bytes);
+  T read_back;
+  if (const Status accepted = decode(channel, state_->bytes, read_back); !accepted) {
+    refuse(place, accepted.error().message);
+    return {};
+  }
+  const ArrivalTime arrival = state_->next_arrival(received.value_or(ArrivalTime{item.stamp.ns}));
+  if (Status written = state_->log->write(channel, arrival, state_->bytes); !written) return written;
+  Trail& trail = state_->trail(channel);
+  ++trail.report.kept;
+  trail.stamps.emplace_back(item.stamp, place);
+  if constexpr (std::is_same_v<T, Scan>) ++trail.report.beams[item.ranges.size()];
+  return {};
+}
+
+Status RecordingWriter::put(std::string_view channel, const Scan& scan, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, scan, place, received);
+}
+Status RecordingWriter::put(std::string_view channel, const Odometry& odometry, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, odometry, place, received);
+}
+Status RecordingWriter::put(std::string_view channel, const Image& image, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, image, place, received);
+}
+Status RecordingWriter::put(std::string_view channel, const PoseStamped& pose, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, pose, place, received);
+}
+Status RecordingWriter::put(std::string_view channel, const PoseEstimate& pose, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, pose, place, received);
+}
+Status RecordingWriter::put(std::string_view channel, const TwistCommand& command, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, command, place, received);
+}
+
+void RecordingWriter::refuse(Place place, std::string why) {
+  ++state_->report.refused;
+  if (state_->report.refusals.size() < max_refusals_listed) {
+    state_->report.refusals.push_back({place_text(place), std::move(why)});
+  }
+}
+
+void RecordingWriter::leave_out(const std::string& kind) { ++state_->report.left_out[kind]; }
+void RecordingWriter::note(std::string text) { state_->report.notes.push_back(std::move(text)); }
+void RecordingWriter::count_read(std::uint64_t n) { state_->report.read += n; }
+std::string RecordingWriter::place_text(Place place) const {
+  return state_->place_prefix + std::to_string(place);
+}
+
+Result<ImportReport> RecordingWriter::finish() {
+  for (Trail& trail : state_->trails) {
+    state_->judge(trail);
+    state_->report.channels.push_back(std::move(trail.report));
+  }
+  if (state_->report.kept() == 0) {
+    std::string why = state_->report.refusals.empty()
+                          ? ""
+                          : " (first refusal: " + state_->report.refusals[0].place + ": " +
+                                state_->report.refusals[0].why + ")";
+    return Error{state_->report.input + ": nothing in it could be imported" + why};
+  }
+  if (const Status synced = state_->log->sync(); !synced) return synced.error();
+  std::error_code failed;
+  std::filesystem::rename(state_->partial, state_->report.output, failed);
+  if (failed) return Error{state_->report.output + ": can't be given its name: " + failed.message()};
+  state_->finished = true;
+  return std::move(state_->report);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,66 @@
+// Where the importers put what they read: checks it, keeps file order, counts what is odd.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/image.hpp"
+#include "protocols/pose.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scan.hpp"
+#include "tools/import/import.hpp"
+
+namespace parhelion {
+
+/// Place in the source: a line, an object, a message. Counted from 1.
+using Place = std::uint64_t;
+
+class RecordingWriter {
+ public:
+  /// `place_prefix` goes before a place's number in reports ("intel.clf:", "x.rawlog, object ").
+  static Result<RecordingWriter> create(const ImportOptions& options, std::string place_prefix,
+                                        std::string read_unit);
+  RecordingWriter(RecordingWriter&&) noexcept;
+  RecordingWriter& operator=(RecordingWriter&&) noexcept;
+  /// Removes the unfinished file.
+  ~RecordingWriter();
+
+  /// The first event; `first` is the stamp of what follows.
+  Status describe(const RobotDescription& robot, SensorTime first);
+
+  /// Writes an event if the wire's own checks accept it, else refuses it. A Status that is not ok: the log
+  /// can't be written.
+  Status put(std::string_view channel, const Scan& scan, Place place,
+             std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const Odometry& odometry, Place place,
+             std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const Image& image, Place place,
+             std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const PoseStamped& pose, Place place,
+             std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const PoseEstimate& pose, Place place,
+             std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const TwistCommand& command, Place place,
+             std::optional<ArrivalTime> received = {});
+
+  void refuse(Place place, std::string why);
+  void leave_out(const std::string& kind);
+  void note(std::string text);
+  void count_read(std::uint64_t n = 1);
+  std::string place_text(Place place) const;
+
+  /// Gives the log its name. Error: nothing was kept, or the rename failed.
+  Result<ImportReport> finish();
+
+ private:
+  struct State;
+  explicit RecordingWriter(std::unique_ptr<State> state);
+  template <class T>
+  Status put_checked(std::string_view channel, const T& item, Place place,
+                     std::optional<ArrivalTime> received);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace parhelion

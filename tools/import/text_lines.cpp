@@ -1,0 +1,196 @@
+#include "tools/import/text_lines.hpp"
+
+#include <bzlib.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t chunk_bytes = 1U << 16;
+constexpr std::size_t longest_line = 16U << 20;
+
+/// Inflated bytes.
+class Bytes {
+ public:
+  virtual ~Bytes() = default;
+  /// Up to `size` bytes; 0: the end; below 0: damaged or cut off.
+  virtual long read(char* buffer, std::size_t size) = 0;
+  virtual double position() const = 0;
+};
+
+/// gzip, and what is not compressed.
+class GzipBytes final : public Bytes {
+ public:
+  explicit GzipBytes(gzFile file) : file_(file) {}
+  GzipBytes(const GzipBytes&) = delete;
+  GzipBytes& operator=(const GzipBytes&) = delete;
+  ~GzipBytes() override { gzclose(file_); }
+  long read(char* buffer, std::size_t size) override {
+    const int got = gzread(file_, buffer, static_cast<unsigned>(size));
+    if (got > 0) return got;
+    int code = Z_OK;
+    gzerror(file_, &code);
+    return code == Z_OK || code == Z_STREAM_END ? got : -1;
+  }
+  double position() const override { return static_cast<double>(gzoffset(file_)); }
+
+ private:
+  gzFile file_;
+};
+
+class Bzip2Bytes final : public Bytes {
+ public:
+  explicit Bzip2Bytes(std::FILE* file) : file_(file) { begin(); }
+  Bzip2Bytes(const Bzip2Bytes&) = delete;
+  Bzip2Bytes& operator=(const Bzip2Bytes&) = delete;
+  ~Bzip2Bytes() override {
+    BZ2_bzDecompressEnd(&stream_);
+    std::fclose(file_);
+  }
+  long read(char* buffer, std::size_t size) override {
+    stream_.next_out = buffer;
+    stream_.avail_out = static_cast<unsigned>(size);
+    while (stream_.avail_out == size) {
+      if (stream_.avail_in == 0 && !fill()) return ended_ ? 0 : -1;
+      const int code = BZ2_bzDecompress(&stream_);
+      ended_ = code == BZ_STREAM_END;
+      if (code != BZ_OK && !ended_) return -1;
+      // Another stream may follow (pbzip2 writes many).
+      if (ended_ && (stream_.avail_in > 0 || fill())) restart();
+      if (ended_) break;
+    }
+    return static_cast<long>(size - stream_.avail_out);
+  }
+  double position() const override { return static_cast<double>(read_); }
+
+ private:
+  void begin() {
+    stream_ = bz_stream{};
+    BZ2_bzDecompressInit(&stream_, 0, 0);
+  }
+  void restart() {
+    bz_stream next{};
+    next.next_in = stream_.next_in;
+    next.avail_in = stream_.avail_in;
+    next.next_out = stream_.next_out;
+    next.avail_out = stream_.avail_out;
+    BZ2_bzDecompressEnd(&stream_);
+    BZ2_bzDecompressInit(&next, 0, 0);
+    stream_ = next;
+    ended_ = false;
+  }
+  bool fill() {
+    const std::size_t got = std::fread(input_.data(), 1, input_.size(), file_);
+    stream_.next_in = input_.data();
+    stream_.avail_in = static_cast<unsigned>(got);
+    read_ += got;
+    return got > 0;
+  }
+
+  std::FILE* file_;
+  bz_stream stream_{};
+  std::array<char, chunk_bytes> input_{};
+  std::uint64_t read_ = 0;
+  bool ended_ = false;
+};
+
+std::unique_ptr<Bytes> open_bytes(const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (file == nullptr) return nullptr;
+  char magic[3] = {};
+  const std::size_t got = std::fread(magic, 1, sizeof magic, file);
+  std::rewind(file);
+  if (got == sizeof magic && std::memcmp(magic, "BZh", 3) == 0) return std::make_unique<Bzip2Bytes>(file);
+  std::fclose(file);
+  gzFile gzip = gzopen(path.c_str(), "rb");
+  return gzip == nullptr ? nullptr : std::make_unique<GzipBytes>(gzip);
+}
+
+}  // namespace
+
+struct TextLines::State {
+  std::string path;
+  double total = 0;
+  std::unique_ptr<Bytes> bytes;
+  std::string buffer;
+  std::size_t taken = 0;  ///< of buffer
+  std::uint64_t number = 0;
+  bool at_end = false, damaged = false;
+
+  void fill() {
+    buffer.erase(0, std::exchange(taken, 0));
+    const std::size_t before = buffer.size();
+    buffer.resize(before + chunk_bytes);
+    const long got = bytes->read(buffer.data() + before, chunk_bytes);
+    buffer.resize(before + static_cast<std::size_t>(std::max(got, 0L)));
+    at_end = got <= 0;
+    damaged = got < 0;
+  }
+
+  Error damage(const std::string& what) {
+    at_end = true;
+    damaged = false;
+    buffer.clear();
+    taken = 0;
+    return Error{path + ":" + std::to_string(number + 1) + ": " + what};
+  }
+};
+
+TextLines::TextLines(std::unique_ptr<State> state) : state_(std::move(state)) {}
+TextLines::TextLines(TextLines&&) noexcept = default;
+TextLines& TextLines::operator=(TextLines&&) noexcept = default;
+TextLines::~TextLines() = default;
+
+Result<TextLines> TextLines::open(const std::filesystem::path& path) {
+  auto state = std::make_unique<State>();
+  state->path = path.string();
+  state->bytes = open_bytes(state->path);
+  if (!state->bytes) return Error{state->path + ": can't be opened: " + std::strerror(errno)};
+  std::error_code ignored;
+  state->total = static_cast<double>(std::filesystem::file_size(path, ignored));
+  return TextLines(std::move(state));
+}
+
+Result<std::string> TextLines::peek(std::size_t n) {
+  while (state_->buffer.size() < n && !state_->at_end) state_->fill();
+  if (state_->damaged && state_->buffer.empty()) return state_->damage("the compressed data is damaged");
+  return state_->buffer.substr(0, n);
+}
+
+Result<bool> TextLines::next(std::string& line) {
+  State& s = *state_;
+  std::size_t searched = s.taken;
+  for (;;) {
+    const std::size_t end = s.buffer.find('\n', searched);
+    if (end != std::string::npos) {
+      line.assign(s.buffer, s.taken, end - s.taken);
+      s.taken = end + 1;
+      ++s.number;
+      return true;
+    }
+    if (s.damaged)
+      return s.damage("the compressed data is damaged or cut off here; what follows can't be read");
+    if (s.at_end) break;
+    if (s.buffer.size() - s.taken > longest_line) return s.damage("a line longer than 16 MiB");
+    searched = s.buffer.size() - s.taken;
+    s.fill();
+  }
+  if (s.taken == s.buffer.size()) return false;
+  line = s.buffer.substr(s.taken);
+  s.taken = s.buffer.size();
+  ++s.number;
+  return true;
+}
+
+std::uint64_t TextLines::number() const { return state_->number; }
+double TextLines::done() const { return state_->bytes->position(); }
+double TextLines::total() const { return state_->total; }
+
+}  // namespace parhelion

@@ -1,0 +1,38 @@
+// Lines of a text file that may be compressed (gzip, bzip2): told apart by content.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+class TextLines {
+ public:
+  static Result<TextLines> open(const std::filesystem::path& path);
+  TextLines(TextLines&&) noexcept;
+  TextLines& operator=(TextLines&&) noexcept;
+  ~TextLines();
+
+  /// The first `n` bytes (fewer where the file is shorter), inflated, without taking them. Before the first
+  /// next() only.
+  Result<std::string> peek(std::size_t n);
+  /// False at the end. An Error, once: the compressed data is damaged or cut off, or a line is longer than 16
+  /// MiB; the incomplete line is dropped and the end follows.
+  Result<bool> next(std::string& line);
+  /// Of the line that next() gave last, from 1.
+  std::uint64_t number() const;
+  /// Bytes read of the file as it lies on disk, and its size.
+  double done() const;
+  double total() const;
+
+ private:
+  struct State;
+  explicit TextLines(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace parhelion
