@@ -1,4 +1,5 @@
-// The rigid-body world: agents, the real robot as a kinematic body, the building; fixed steps; two seconds of states.
+// The rigid-body world: agents, the real robot as a kinematic body, the building; fixed steps; two seconds of
+// states.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +22,11 @@ namespace parhelion {
 /// Where the real robot is known to be at a step; absent: its body is suspended (no contacts).
 struct RealRobotState {
   Transform<Map, Base> T_map_base;
-  Twist2 twist;               ///< body frame, from odometry, never differenced from corrections
-  double sigma = 0;           ///< m, 1 sigma of its position: the margin of distance queries
-  bool relocalized = false;   ///< teleport: no velocity, contacts suspended for this step
-  bool sensed = true;         ///< false while injection is degraded: contacts are flagged unsensed, agents near hold still
+  Twist2 twist;              ///< body frame, from odometry, never differenced from corrections
+  double sigma = 0;          ///< m, 1 sigma of its position: the margin of distance queries
+  bool relocalized = false;  ///< teleport: no velocity, contacts suspended for this step
+  bool sensed =
+      true;  ///< false while injection is degraded: contacts are flagged unsensed, agents near hold still
 };
 
 /// A short-lived real obstacle that the model does not explain (people): a disc in the map.
@@ -34,7 +36,7 @@ struct RealObstacle {
 };
 
 struct SimulationOptions {
-  double rate = 240;               ///< Hz
+  double rate = 240;  ///< Hz
   Duration history = seconds(2.0);
   std::uint64_t seed = 1;
 };
@@ -57,31 +59,32 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
 
-  /// Does the command or says why not; a refused place is answered with the nearest free one in the text. `real` is the
-  /// robot now, for what must not appear on it or inside its stopping distance. Events are appended to events().
+  /// Does the command or says why not; a refused place is answered with the nearest free one in the text.
+  /// `real` is the robot now, for what must not appear on it or inside its stopping distance. Events are
+  /// appended to events().
   Status command(const AgentCommand& command, const std::optional<RealRobotState>& real);
   Status spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real);
   /// The command of an agent that is teleoperated; holds for 0.5 s.
   void teleop(const std::string& agent, const Twist2& twist);
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
 
-  SimulationTime now() const;         ///< instant of the newest state
-  SimulationTime next_step() const;   ///< instant of the state that step() would make
+  SimulationTime now() const;        ///< instant of the newest state
+  SimulationTime next_step() const;  ///< instant of the state that step() would make
   /// One fixed step. Laser requests that fall due are appended to `requests`.
   void step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests);
   /// The agent's newest own scan (ranges as the preset writes them), for its behaviour.
   void give_scan(const std::string& agent, const Scan& scan);
 
-  /// The world at t, interpolated between two steps; up to one step ahead is extrapolated. nullopt: older than the history
-  /// or further ahead. `snapshot`'s vectors are reused.
+  /// The world at t, interpolated between two steps; up to one step ahead is extrapolated. nullopt: older
+  /// than the history or further ahead. `snapshot`'s vectors are reused.
   bool at(SimulationTime t, WorldSnapshot& snapshot) const;
   std::shared_ptr<const Scene> scene() const;
 
   /// Events since the last call.
   std::vector<Event> take_events();
 
-  /// Promise 3's geometry: distance from the real robot's footprint, swept along the arc of `twist`, to the nearest agent,
-  /// m, at most `limit`; and whether `twist` moves out of a contact that exists.
+  /// Promise 3's geometry: distance from the real robot's footprint, swept along the arc of `twist`, to the
+  /// nearest agent, m, at most `limit`; and whether `twist` moves out of a contact that exists.
   struct Clearance {
     double distance = 0;
     bool moving_out = false;

@@ -1,0 +1,166 @@
+#include "server/simulation/building.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parhelion {
+namespace {
+
+Error entity_error(const ModelEntity& entity, const std::string& what) {
+  return Error{"model entity '" + entity.name + "': " + what};
+}
+
+Status check(const ModelEntity& entity) {
+  if (!entity.T_map_body.finite())
+    return entity_error(entity, "its pose is not finite; expected metres and radians");
+  if (!entity.size.allFinite() || entity.size.minCoeff() <= 0) {
+    return entity_error(entity, "its size is not positive; expected three lengths in metres");
+  }
+  return {};
+}
+
+Footprint projection(const ModelEntity& entity, double& bottom, double& top) {
+  std::vector<Eigen::Vector2d> corners;
+  bottom = std::numeric_limits<double>::infinity();
+  top = -bottom;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d sign(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
+    const Eigen::Vector3d p = entity.T_map_body * Eigen::Vector3d(sign.cwiseProduct(entity.size));
+    corners.emplace_back(p.x(), p.y());
+    bottom = std::min(bottom, p.z());
+    top = std::max(top, p.z());
+  }
+  return make_polygon(convex_hull(std::move(corners)));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, Physics& physics,
+                                                   BodyId first_body) {
+  auto building = std::make_unique<Building>();
+  BodyId id = first_body;
+  for (const ModelEntity& entity : model.entities) {
+    if (Status status = check(entity); !status) return status.error();
+    building->add(entity, physics, id++);
+  }
+  for (const Floor& floor : building->floors_) {
+    building->lowest_floor_ =
+        &floor == building->floors_.data() ? floor.top : std::min(building->lowest_floor_, floor.top);
+  }
+  physics.add_floor(building->lowest_floor_);  // nothing falls for ever beside a floor's edge
+  building->build_grid();
+  return building;
+}
+
+void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
+  const bool floor = entity.label == EntityLabel::floor;
+  const PhysicsHandle handle = physics.add_fixed_box(entity.T_map_body, entity.size, floor);
+  double bottom = 0, top = 0;
+  Footprint footprint = projection(entity, bottom, top);
+  if (floor) {
+    floors_.push_back({std::move(footprint), top});
+  } else if (entity.label != EntityLabel::ceiling) {
+    obstacles_.push_back(
+        {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, handle});
+  }
+  BodyDefinition body;
+  body.id = id;
+  body.entity = entity.name;
+  body.part = to_string(entity.label);
+  body.owner = BodyOwner::building;
+  body.injectable = entity.is_virtual;
+  body.shapes.push_back({ShapeKind::box, entity.size, {}, entity.material});
+  definitions_.push_back(std::make_shared<const BodyDefinition>(std::move(body)));
+  BodyState state;
+  state.id = id;
+  state.T_map_body = entity.T_map_body;
+  states_.push_back(state);
+}
+
+double Building::floor_height(const Eigen::Vector2d& p) const {
+  double height = lowest_floor_;
+  const Footprint point = make_disc(p, 0);
+  for (const Floor& floor : floors_) {
+    if (floor.top > height && signed_distance(point, floor.footprint) <= 0) height = floor.top;
+  }
+  return height;
+}
+
+void Building::build_grid() {
+  if (obstacles_.empty()) return;
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const FixedObstacle& obstacle : obstacles_) {
+    for (const Eigen::Vector2d& v : obstacle.footprint.vertices) {
+      low = low.cwiseMin(v);
+      high = high.cwiseMax(v);
+    }
+  }
+  grid_origin_ = low;
+  const Eigen::Vector2d extent = high - low;
+  cell_ = std::max(kCell, std::sqrt(extent.x() * extent.y() / kMostCells));
+  cell_ = std::max(cell_, extent.maxCoeff() / kMostCells);
+  columns_ = static_cast<int>(std::floor(extent.x() / cell_)) + 1;
+  rows_ = static_cast<int>(std::floor(extent.y() / cell_)) + 1;
+  cells_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+  for (std::uint32_t i = 0; i < obstacles_.size(); ++i) add_to_grid(i);
+}
+
+void Building::add_to_grid(std::uint32_t index) {
+  const Footprint& footprint = obstacles_[index].footprint;
+  const Footprint square = make_rectangle(cell_, cell_);
+  Footprint placed;
+  const auto [first_column, last_column] =
+      cell_range(footprint.center.x() - grid_origin_.x(), footprint.bound, columns_);
+  const auto [first_row, last_row] =
+      cell_range(footprint.center.y() - grid_origin_.y(), footprint.bound, rows_);
+  for (int row = first_row; row <= last_row; ++row) {
+    for (int column = first_column; column <= last_column; ++column) {
+      place(square, {grid_origin_.x() + (column + 0.5) * cell_, grid_origin_.y() + (row + 0.5) * cell_, 0},
+            placed);
+      if (signed_distance(placed, footprint) <= 1e-9) {
+        cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+               static_cast<std::size_t>(column)]
+            .push_back(index);
+      }
+    }
+  }
+}
+
+std::pair<int, int> Building::cell_range(double at, double reach, int count) const {
+  const auto cell = [&](double x) {
+    return static_cast<int>(std::clamp(std::floor(x / cell_), 0.0, static_cast<double>(count - 1)));
+  };
+  return {cell(at - reach), cell(at + reach)};
+}
+
+void Building::near(const Eigen::Vector2d& p, double range, double bottom, double top,
+                    std::vector<const FixedObstacle*>& found) const {
+  if (cells_.empty()) return;
+  const auto [first_column, last_column] = cell_range(p.x() - grid_origin_.x(), range, columns_);
+  const auto [first_row, last_row] = cell_range(p.y() - grid_origin_.y(), range, rows_);
+  const std::size_t start = found.size();
+  for (int row = first_row; row <= last_row; ++row) {
+    for (int column = first_column; column <= last_column; ++column) {
+      const auto& cell = cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                                static_cast<std::size_t>(column)];
+      for (const std::uint32_t i : cell) {
+        const FixedObstacle& obstacle = obstacles_[i];
+        if (obstacle.top <= bottom || obstacle.bottom >= top) continue;
+        if ((obstacle.footprint.center - p).norm() - obstacle.footprint.bound > range) continue;
+        found.push_back(&obstacle);
+      }
+    }
+  }
+  // One that reaches into several cells was found several times; the order is that of the model.
+  std::sort(found.begin() + static_cast<std::ptrdiff_t>(start), found.end());
+  found.erase(std::unique(found.begin() + static_cast<std::ptrdiff_t>(start), found.end()), found.end());
+}
+
+const FixedObstacle* Building::by_handle(PhysicsHandle handle) const {
+  const auto at = std::lower_bound(obstacles_.begin(), obstacles_.end(), handle,
+                                   [](const FixedObstacle& o, PhysicsHandle h) { return o.handle < h; });
+  return at != obstacles_.end() && at->handle == handle ? &*at : nullptr;
+}
+
+}  // namespace parhelion

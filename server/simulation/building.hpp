@@ -1,0 +1,75 @@
+// The modelled building: fixed bodies for the physics, footprints for everything that is computed in the
+// plane.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocols/model.hpp"
+#include "protocols/scene.hpp"
+#include "protocols/status.hpp"
+#include "protocols/world.hpp"
+#include "server/simulation/physics.hpp"
+#include "server/simulation/planar.hpp"
+
+namespace parhelion {
+
+/// Something of the building that stands in the way.
+struct FixedObstacle {
+  Footprint footprint;  ///< of its whole height, in the map
+  double bottom = 0;    ///< m, z
+  double top = 0;
+  std::string name;
+  EntityLabel label = EntityLabel::unknown;
+  bool is_virtual = false;
+  PhysicsHandle handle = 0;
+};
+
+/// Constant after create().
+class Building {
+ public:
+  static Result<std::unique_ptr<Building>> create(const SemanticModel& model, Physics& physics,
+                                                  BodyId first_body);
+
+  const std::vector<std::shared_ptr<const BodyDefinition>>& definitions() const { return definitions_; }
+  const std::vector<BodyState>& states() const { return states_; }
+  const std::vector<FixedObstacle>& obstacles() const { return obstacles_; }
+  /// z of the floor under (x, y): the highest top of the floors there; where the model has none there, the
+  /// lowest floor's; 0 without any.
+  double floor_height(const Eigen::Vector2d& p) const;
+  /// Appends the obstacles whose bounding circle is within `range` of `p` and that are between the heights,
+  /// ascending index.
+  void near(const Eigen::Vector2d& p, double range, double bottom, double top,
+            std::vector<const FixedObstacle*>& found) const;
+  const FixedObstacle* by_handle(PhysicsHandle handle) const;
+
+ private:
+  struct Floor {
+    Footprint footprint;
+    double top = 0;
+  };
+  void add(const ModelEntity& entity, Physics& physics, BodyId id);
+  void build_grid();
+
+  std::vector<std::shared_ptr<const BodyDefinition>> definitions_;
+  std::vector<BodyState> states_;
+  std::vector<FixedObstacle> obstacles_;  // ascending handle
+  std::vector<Floor> floors_;
+  double lowest_floor_ = 0;
+
+  void add_to_grid(std::uint32_t index);
+  /// First and last cell, of `count` in a row, within `reach` of `at` (m from the grid's origin).
+  std::pair<int, int> cell_range(double at, double reach, int count) const;
+
+  // Which obstacles reach into each cell of a regular grid.
+  static constexpr double kCell = 2.0;         // m
+  static constexpr double kMostCells = 250e3;  // a model of a whole campus gets larger cells instead
+  double cell_ = kCell;
+  Eigen::Vector2d grid_origin_ = Eigen::Vector2d::Zero();
+  int columns_ = 0, rows_ = 0;
+  std::vector<std::vector<std::uint32_t>> cells_;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,65 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/simulation/state.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kContact = 0.001;  // m: nearer is contact
+constexpr int kMostAdvances = 500;
+constexpr double kProbe = 0.005;  // m of motion that shows whether it leads out of a contact
+
+/// m that the fastest point of `local` goes until it touches `obstacle`, at most `limit` (conservative
+/// advancement: the gap can close by no more than the fastest point moves, so each advance by the gap is
+/// safe).
+double swept_distance(const Footprint& local, const Pose2& pose, const Twist2& twist, double speed,
+                      const Footprint& obstacle, double limit, Footprint& placed) {
+  double way = 0;
+  for (int n = 0; way < limit && n < kMostAdvances; ++n) {
+    place(local, advance(pose, twist, way / speed), placed);
+    const double gap = signed_distance(placed, obstacle);
+    if (gap <= kContact) return way;
+    way += gap;
+  }
+  return std::min(way, limit);
+}
+
+}  // namespace
+
+Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist,
+                                            double limit) const {
+  State& state = *state_;
+  const Footprint& local = state.real.footprint;
+  const Pose2 pose = planar_pose(T_map_base);
+  const double speed = fastest_point_speed(local, twist);
+  Footprint& placed = state.moved_real;
+  Clearance result{limit, false, {}};
+  bool touching = false, leads_out = true;
+  for (const auto& agent : state.agents) {
+    const Footprint& other = agent->placed;
+    place(local, pose, placed);
+    if (distance_bound(placed, other) > limit) continue;
+    const double gap = signed_distance(placed, other);
+    double way = std::min(gap, limit);
+    if (gap <= kContact) {
+      way = 0;
+      if (speed > 0) place(local, advance(pose, twist, kProbe / speed), placed);
+      const bool out = speed > 0 && signed_distance(placed, other) > gap;
+      touching = true;
+      leads_out = leads_out && out;
+      if (out) continue;  // left behind: what else is on the way decides
+    } else if (speed > 0) {
+      way = swept_distance(local, pose, twist, speed, other, limit, placed);
+    }
+    if (way < result.distance) {
+      result.distance = way;
+      result.agent = agent->definition.name;
+    }
+  }
+  result.moving_out = touching && leads_out;
+  return result;
+}
+
+}  // namespace parhelion

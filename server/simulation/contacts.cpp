@@ -1,0 +1,141 @@
+#include "server/simulation/contacts.hpp"
+
+#include <algorithm>
+
+#include "server/simulation/state.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kReleaseGap = 0.02;    // m more than the margin: the robot has left a wall
+constexpr double kMostMargin = 0.10;    // m: a pose that is known worse says nothing about contacts
+constexpr double kClosingSpeed = 0.02;  // m/s: slower, a robot stands beside a wall rather than hits it
+
+}  // namespace
+
+void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
+  Event event;
+  event.stamp = now;
+  event.kind = EventKind::collision_stopped;
+  event.subject = contact.newest.subject;
+  event.object = contact.newest.object;
+  event.pair = contact.newest.pair;
+  event.position = contact.newest.position;
+  event.impulse = contact.peak;
+  event.unsensed = contact.newest.unsensed;
+  events.push_back(std::move(event));
+}
+
+void ContactTracker::update(const std::vector<TouchingPair>& touching, SimulationTime now,
+                            std::vector<Event>& events) {
+  for (const TouchingPair& pair : touching) {
+    const auto [entry, is_new] = open_.try_emplace({pair.subject, pair.object});
+    Contact& contact = entry->second;
+    contact.newest = pair;
+    contact.peak = std::max(contact.peak, pair.impulse);
+    contact.last = now;
+    if (!is_new) continue;
+    Event event;
+    event.stamp = now;
+    event.kind = EventKind::collision_started;
+    event.subject = pair.subject;
+    event.object = pair.object;
+    event.pair = pair.pair;
+    event.position = pair.position;
+    event.impulse = pair.impulse;
+    event.unsensed = pair.unsensed;
+    events.push_back(std::move(event));
+  }
+  for (auto entry = open_.begin(); entry != open_.end();) {
+    const bool ended = (now - entry->second.last).seconds() > kPause;
+    if (ended) stop(entry->second, now, events);
+    entry = ended ? open_.erase(entry) : std::next(entry);
+  }
+}
+
+void ContactTracker::forget(const std::string& entity, SimulationTime now, std::vector<Event>& events) {
+  for (auto entry = open_.begin(); entry != open_.end();) {
+    const bool its = entry->first.first == entity || entry->first.second == entity;
+    if (its) stop(entry->second, now, events);
+    entry = its ? open_.erase(entry) : std::next(entry);
+  }
+}
+
+bool ContactTracker::touched(const std::string& subject, const std::string& object) const {
+  return open_.contains({subject, object});
+}
+
+namespace {
+
+/// Who a physics body is, for an event.
+struct Party {
+  const std::string* name = nullptr;
+  bool is_virtual = false;
+  bool is_real_robot = false;
+};
+
+Party party(const auto& state, PhysicsHandle handle) {
+  if (handle == state.real.handle) return {&state.real.name, false, true};
+  for (const auto& agent : state.agents) {
+    if (agent->handle == handle) return {&agent->definition.name, true, false};
+  }
+  if (const FixedObstacle* obstacle = state.building->by_handle(handle)) {
+    return {&obstacle->name, obstacle->is_virtual, false};
+  }
+  return {};
+}
+
+}  // namespace
+
+void Simulation::State::collect_body_contacts() {
+  for (const PhysicsContact& contact : physics.contacts()) {
+    Party a = party(*this, contact.a), b = party(*this, contact.b);
+    if (!a.name || !b.name) continue;
+    // The real robot is the subject, then agents; the building is the object.
+    const bool swap = b.is_real_robot || (!a.is_real_robot && building->by_handle(contact.a));
+    if (swap) std::swap(a, b);
+    const bool with_robot = a.is_real_robot;
+    if (with_robot && !real.touchable) continue;
+    touching.push_back({*a.name, *b.name,
+                        a.is_virtual && b.is_virtual ? PairKind::virtual_virtual : PairKind::real_virtual,
+                        contact.position, contact.impulse, with_robot && !real.sensed});
+  }
+}
+
+/// Bullet makes no contact between a kinematic and a fixed body, so this is a distance with the pose's own
+/// uncertainty as margin; the impulse is what stops the robot's mass at its closing speed.
+void Simulation::State::collect_building_contacts() {
+  if (!real.touchable) return;
+  const double margin = std::min(real.last.sigma, kMostMargin);
+  const double z = real.last.T_map_base.translation().z();
+  near.clear();
+  building->near(real.placed.center, real.placed.bound + margin + kReleaseGap, z + 0.02, z + real.height,
+                 near);
+  for (const FixedObstacle* obstacle : near) {
+    // A door of the model says nothing of how far the real one is open.
+    if (obstacle->label == EntityLabel::door) continue;
+    const double distance = signed_distance(real.placed, obstacle->footprint);
+    const bool open = contacts.touched(real.name, obstacle->name);
+    if (distance > margin + (open ? kReleaseGap : 0)) continue;
+    place(real.footprint, advance(planar_pose(real.last.T_map_base), real.last.twist, 0.01), moved_real);
+    const double closing = (distance - signed_distance(moved_real, obstacle->footprint)) / 0.01;
+    if (!open && closing < kClosingSpeed) continue;
+    const Eigen::Vector2d side =
+        (obstacle->footprint.center - real.placed.center).normalized() * real.placed.bound;
+    touching.push_back({real.name,
+                        obstacle->name,
+                        obstacle->is_virtual ? PairKind::real_virtual : PairKind::real_real,
+                        {real.placed.center.x() + side.x(), real.placed.center.y() + side.y(), z},
+                        real.mass * std::max(0.0, closing),
+                        !real.sensed});
+  }
+}
+
+void Simulation::State::track_contacts() {
+  touching.clear();
+  collect_body_contacts();
+  collect_building_contacts();
+  contacts.update(touching, stamp_of(step), events);
+}
+
+}  // namespace parhelion

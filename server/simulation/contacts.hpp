@@ -1,0 +1,47 @@
+// Contacts become events: when they start and when they stop.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "protocols/event.hpp"
+
+namespace parhelion {
+
+/// What touches what in a step.
+struct TouchingPair {
+  std::string subject;
+  std::string object;
+  PairKind pair = PairKind::none;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map
+  double impulse = 0;                                  ///< N s in this step
+  bool unsensed = false;
+};
+
+/// Bodies that bump lose touch for some steps: a contact has stopped when nothing was felt for `kPause`.
+class ContactTracker {
+ public:
+  static constexpr double kPause = 0.25;  // s
+
+  /// Takes what touches in the step at `now`; appends collision_started (impulse: of the first step) and
+  /// collision_stopped (impulse: the largest of one step) to `events`, in the order of names.
+  void update(const std::vector<TouchingPair>& touching, SimulationTime now, std::vector<Event>& events);
+  /// Ends the contacts of an entity that goes away or is moved.
+  void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events);
+
+  /// Whether the contact is open.
+  bool touched(const std::string& subject, const std::string& object) const;
+
+ private:
+  struct Contact {
+    TouchingPair newest;
+    double peak = 0;
+    SimulationTime last;
+  };
+  static void stop(const Contact& contact, SimulationTime now, std::vector<Event>& events);
+  std::map<std::pair<std::string, std::string>, Contact> open_;
+};
+
+}  // namespace parhelion

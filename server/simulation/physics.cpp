@@ -1,0 +1,300 @@
+#include "server/simulation/physics.hpp"
+
+#include <btBulletDynamicsCommon.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace parhelion {
+namespace {
+
+constexpr double kGravity = 9.81;      // m/s^2
+constexpr double kHullMargin = 0.002;  // m: what Bullet adds around a convex hull
+
+enum Group : int { kFixed = 1, kFloor = 2, kFree = 4, kUpright = 8, kKinematic = 16 };
+
+btVector3 to_bullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+
+btTransform to_bullet(const Eigen::Isometry3d& isometry) {
+  const Eigen::Matrix3d R = isometry.linear();
+  return btTransform(
+      btMatrix3x3(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)),
+      to_bullet(Eigen::Vector3d(isometry.translation())));
+}
+
+Eigen::Isometry3d from_bullet(const btTransform& transform) {
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) isometry(row, column) = transform.getBasis()[row][column];
+  }
+  isometry.translation() = from_bullet(transform.getOrigin());
+  return isometry;
+}
+
+struct RigidBody {
+  std::unique_ptr<btCollisionShape> shape;
+  std::unique_ptr<btRigidBody> body;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of mass, in the body's frame
+  Group group = kFixed;
+  int mask = 0;
+  bool suspended = false;
+};
+
+}  // namespace
+
+struct Physics::World {
+  explicit World(double step_s)
+      : step(step_s), dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration) {
+    world.setGravity({0, 0, -kGravity});
+    world.setForceUpdateAllAabbs(false);
+    btContactSolverInfo& settings = world.getSolverInfo();
+    settings.m_numIterations = 10;
+    settings.m_solverMode = SOLVER_USE_WARMSTARTING;  // no random order, no dispatch on the CPU's extensions
+    settings.m_splitImpulse = 1;                      // penetration is undone without adding speed
+    settings.m_splitImpulsePenetrationThreshold = 0;
+    settings.m_erp2 = 0.2;
+    settings.m_restitution = 0;
+    settings.m_warmstartingFactor = 0.85;
+  }
+  ~World() {
+    for (RigidBody& rigid : bodies) {
+      if (rigid.body && !rigid.suspended) world.removeRigidBody(rigid.body.get());
+    }
+  }
+
+  PhysicsHandle add(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Isometry3d& pose,
+                    const Eigen::Vector3d& center, Group group, int mask);
+  /// What leans on a body that goes away must not stay asleep in the air.
+  void wake_neighbours(const btRigidBody& body);
+  RigidBody& at(PhysicsHandle handle) {
+    assert(handle >= 0 && handle < static_cast<int>(bodies.size()) &&
+           bodies[static_cast<std::size_t>(handle)].body);
+    return bodies[static_cast<std::size_t>(handle)];
+  }
+  void collect_contacts();
+
+  double step;
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher;
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world;
+  std::vector<RigidBody> bodies;  // by handle
+  std::vector<PhysicsContact> contacts;
+};
+
+PhysicsHandle Physics::World::add(std::unique_ptr<btCollisionShape> shape, double mass,
+                                  const Eigen::Isometry3d& pose, const Eigen::Vector3d& center, Group group,
+                                  int mask) {
+  btVector3 inertia(0, 0, 0);
+  if (mass > 0) shape->calculateLocalInertia(mass, inertia);
+  btRigidBody::btRigidBodyConstructionInfo construction(mass, nullptr, shape.get(), inertia);
+  construction.m_startWorldTransform = to_bullet(pose * Eigen::Translation3d(center));
+  construction.m_friction = 0.6;
+  construction.m_restitution = 0;
+  construction.m_linearSleepingThreshold = 0.03;  // m/s; Bullet's own 0.8 stops what still slides
+  construction.m_angularSleepingThreshold = 0.05;
+  RigidBody rigid;
+  rigid.body = std::make_unique<btRigidBody>(construction);
+  rigid.shape = std::move(shape);
+  rigid.center = center;
+  rigid.group = group;
+  rigid.mask = mask;
+  rigid.body->setUserIndex(static_cast<int>(bodies.size()));
+  world.addRigidBody(rigid.body.get(), group, mask);
+  bodies.push_back(std::move(rigid));
+  return static_cast<PhysicsHandle>(bodies.size()) - 1;
+}
+
+void Physics::World::wake_neighbours(const btRigidBody& body) {
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getBody0() != &body && manifold.getBody1() != &body) continue;
+    const btCollisionObject* other = manifold.getBody0() == &body ? manifold.getBody1() : manifold.getBody0();
+    at(other->getUserIndex()).body->activate();
+  }
+}
+
+void Physics::World::collect_contacts() {
+  contacts.clear();
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    PhysicsContact contact;
+    contact.a = manifold.getBody0()->getUserIndex();
+    contact.b = manifold.getBody1()->getUserIndex();
+    if (at(contact.a).group == kFloor || at(contact.b).group == kFloor) continue;
+    double deepest = 0;
+    bool touching = false;
+    for (int p = 0; p < manifold.getNumContacts(); ++p) {
+      const btManifoldPoint& point = manifold.getContactPoint(p);
+      contact.impulse += point.getAppliedImpulse();
+      if (!touching || point.getDistance() < deepest) {
+        deepest = point.getDistance();
+        contact.position = from_bullet(point.getPositionWorldOnB());
+        touching = true;
+      }
+    }
+    if (!touching || contact.impulse <= 0) continue;
+    if (contact.a > contact.b) std::swap(contact.a, contact.b);
+    contacts.push_back(contact);
+  }
+}
+
+Physics::Physics(double step) : world_(std::make_unique<World>(step)) {}
+Physics::~Physics() = default;
+
+PhysicsHandle Physics::add_fixed_box(const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size,
+                                     bool floor) {
+  return world_->add(std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(size / 2))), 0,
+                     T_map_body.isometry(), Eigen::Vector3d::Zero(), floor ? kFloor : kFixed,
+                     floor ? kFree : kFree | kUpright);
+}
+
+PhysicsHandle Physics::add_floor(double z) {
+  return world_->add(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), z), 0,
+                     Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero(), kFloor, kFree);
+}
+
+namespace {
+
+std::unique_ptr<btCollisionShape> make_shape(ShapeKind kind, const Eigen::Vector3d& size) {
+  const btVector3 half = to_bullet(Eigen::Vector3d(size / 2));
+  if (kind == ShapeKind::cylinder) return std::make_unique<btCylinderShapeZ>(half);
+  return std::make_unique<btBoxShape>(half);
+}
+
+}  // namespace
+
+PhysicsHandle Physics::add_free(ShapeKind kind, const Eigen::Vector3d& size, double mass,
+                                const Transform<Map, Body>& T_map_body) {
+  const PhysicsHandle handle =
+      world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kFree,
+                  kFixed | kFloor | kFree | kUpright | kKinematic);
+  btRigidBody& body = *world_->at(handle).body;
+  body.setDamping(0.02, 0.1);
+  // It was put down at rest: it sleeps where it stands, exactly, until something touches it.
+  body.forceActivationState(ISLAND_SLEEPING);
+  return handle;
+}
+
+PhysicsHandle Physics::add_upright(ShapeKind kind, const Eigen::Vector3d& size, double mass,
+                                   const Transform<Map, Body>& T_map_body) {
+  const PhysicsHandle handle =
+      world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kUpright,
+                  kFixed | kFree | kUpright | kKinematic);
+  btRigidBody& body = *world_->at(handle).body;
+  body.setLinearFactor({1, 1, 0});
+  body.setAngularFactor({0, 0, 1});
+  body.setGravity({0, 0, 0});
+  body.setActivationState(DISABLE_DEACTIVATION);
+  return handle;
+}
+
+PhysicsHandle Physics::add_kinematic(const std::vector<Eigen::Vector2d>& footprint, double height) {
+  auto shape = std::make_unique<btConvexHullShape>();
+  for (const Eigen::Vector2d& v : footprint) {
+    shape->addPoint({v.x(), v.y(), 0}, false);
+    shape->addPoint({v.x(), v.y(), height}, false);
+  }
+  shape->setMargin(kHullMargin);
+  shape->recalcLocalAabb();
+  const PhysicsHandle handle = world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(),
+                                           Eigen::Vector3d::Zero(), kKinematic, kFree | kUpright);
+  btRigidBody& body = *world_->at(handle).body;
+  body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
+                         btCollisionObject::CF_KINEMATIC_OBJECT);
+  body.setActivationState(DISABLE_DEACTIVATION);
+  // Added again: the world keeps kinematic bodies in another list than static ones.
+  world_->world.removeRigidBody(&body);
+  world_->world.addRigidBody(&body, kKinematic, kFree | kUpright);
+  suspend(handle, true);
+  return handle;
+}
+
+void Physics::remove(PhysicsHandle handle) {
+  RigidBody& rigid = world_->at(handle);
+  world_->wake_neighbours(*rigid.body);
+  if (!rigid.suspended) world_->world.removeRigidBody(rigid.body.get());
+  rigid.body.reset();
+  rigid.shape.reset();
+}
+
+void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_body) {
+  RigidBody& rigid = world_->at(handle);
+  btRigidBody& body = *rigid.body;
+  const btTransform pose = to_bullet(T_map_body.isometry() * Eigen::Translation3d(rigid.center));
+  body.setCenterOfMassTransform(pose);
+  body.setInterpolationWorldTransform(pose);
+  body.setLinearVelocity({0, 0, 0});
+  body.setAngularVelocity({0, 0, 0});
+  body.clearForces();
+  if (rigid.suspended) return;
+  world_->wake_neighbours(body);
+  // Contacts remembered from the old place must not act at the new one.
+  world_->broadphase.getOverlappingPairCache()->cleanProxyFromPairs(body.getBroadphaseHandle(),
+                                                                    &world_->dispatcher);
+  world_->world.updateSingleAabb(&body);
+  if (rigid.group == kFree) body.forceActivationState(ISLAND_SLEEPING);
+}
+
+void Physics::move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
+                             const Eigen::Vector3d& velocity, const Eigen::Vector3d& rotation_rate) {
+  btRigidBody& body = *world_->at(handle).body;
+  const btTransform pose = to_bullet(T_map_body.isometry());
+  // Bullet takes a kinematic body's velocity from the step between these two poses.
+  btTransform before;
+  btTransformUtil::integrateTransform(pose, -to_bullet(velocity), -to_bullet(rotation_rate), world_->step,
+                                      before);
+  body.setWorldTransform(pose);
+  body.setInterpolationWorldTransform(before);
+}
+
+void Physics::suspend(PhysicsHandle handle, bool suspended) {
+  RigidBody& rigid = world_->at(handle);
+  if (rigid.suspended == suspended) return;
+  rigid.suspended = suspended;
+  if (suspended) {
+    world_->world.removeRigidBody(rigid.body.get());
+  } else {
+    world_->world.addRigidBody(rigid.body.get(), rigid.group, rigid.mask);
+  }
+}
+
+void Physics::drive(PhysicsHandle handle, const Twist2& twist, double friction) {
+  btRigidBody& body = *world_->at(handle).body;
+  const btMatrix3x3& R = body.getWorldTransform().getBasis();
+  const btVector3 wanted = R * btVector3(twist.vx, twist.vy, 0);
+  btVector3 change = wanted - body.getLinearVelocity();
+  change.setZ(0);
+  // Coulomb: the floor gives at most mu * m * g in the plane, in any direction.
+  const double most = friction * kGravity * world_->step;
+  const double length = change.length();
+  if (length > most) change *= most / length;
+  body.setLinearVelocity(body.getLinearVelocity() + change);
+  // The same force at a lever of 0.2 m turns a body whose radius of gyration is about 0.2 m.
+  const double turn = std::clamp(twist.wz - body.getAngularVelocity().z(), -most / 0.2, most / 0.2);
+  body.setAngularVelocity({0, 0, body.getAngularVelocity().z() + turn});
+}
+
+void Physics::step() {
+  world_->world.stepSimulation(world_->step, 0);
+  world_->collect_contacts();
+}
+
+RigidState Physics::state(PhysicsHandle handle) const {
+  const RigidBody& rigid = world_->at(handle);
+  RigidState state;
+  state.T_map_body = Transform<Map, Body>(from_bullet(rigid.body->getWorldTransform()) *
+                                          Eigen::Translation3d(-rigid.center));
+  state.rotation_rate = from_bullet(rigid.body->getAngularVelocity());
+  const Eigen::Vector3d arm = -(state.T_map_body.rotation() * rigid.center);
+  state.velocity = from_bullet(rigid.body->getLinearVelocity()) + state.rotation_rate.cross(arm);
+  return state;
+}
+
+const std::vector<PhysicsContact>& Physics::contacts() const { return world_->contacts; }
+
+}  // namespace parhelion

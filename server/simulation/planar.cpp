@@ -1,0 +1,146 @@
+#include "server/simulation/planar.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parhelion {
+namespace {
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+double squared_distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+                                   const Eigen::Vector2d& b) {
+  const Eigen::Vector2d ab = b - a;
+  const double length2 = ab.squaredNorm();
+  const double s = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
+  return (a + s * ab - p).squaredNorm();
+}
+
+/// Smallest squared distance of a's vertices to b's outline.
+double squared_vertex_distance(const Footprint& a, const Footprint& b) {
+  double best = std::numeric_limits<double>::infinity();
+  const std::size_t n = b.vertices.size();
+  for (const Eigen::Vector2d& p : a.vertices) {
+    if (n == 1) best = std::min(best, (p - b.vertices[0]).squaredNorm());
+    for (std::size_t i = 0; n > 1 && i < (n == 2 ? 1 : n); ++i) {
+      best = std::min(best, squared_distance_to_segment(p, b.vertices[i], b.vertices[(i + 1) % n]));
+    }
+  }
+  return best;
+}
+
+/// Largest separation along the outward edge normals of a; a point has none.
+double separation_along_normals(const Footprint& a, const Footprint& b) {
+  double best = -std::numeric_limits<double>::infinity();
+  const std::size_t n = a.vertices.size();
+  for (std::size_t i = 0; n > 1 && i < n; ++i) {
+    const Eigen::Vector2d edge = a.vertices[(i + 1) % n] - a.vertices[i];
+    const double length = edge.norm();
+    if (length <= 0) continue;
+    const Eigen::Vector2d normal(edge.y() / length, -edge.x() / length);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& p : b.vertices) nearest = std::min(nearest, normal.dot(p - a.vertices[i]));
+    best = std::max(best, nearest);
+  }
+  return best;
+}
+
+}  // namespace
+
+Pose2 advance(const Pose2& pose, const Twist2& twist, double t) {
+  const double angle = twist.wz * t;
+  // sin(a)/a and (1 - cos(a))/a, by their series where the quotient loses digits.
+  const bool small = std::abs(angle) < 1e-6;
+  const double s = small ? 1 - angle * angle / 6 : std::sin(angle) / angle;
+  const double c = small ? angle / 2 : (1 - std::cos(angle)) / angle;
+  const double forward = (twist.vx * s - twist.vy * c) * t;
+  const double left = (twist.vx * c + twist.vy * s) * t;
+  const double cos_yaw = std::cos(pose.yaw), sin_yaw = std::sin(pose.yaw);
+  return {pose.x + cos_yaw * forward - sin_yaw * left, pose.y + sin_yaw * forward + cos_yaw * left,
+          pose.yaw + angle};
+}
+
+void Footprint::update_bound() {
+  Eigen::Vector2d low = vertices.front(), high = vertices.front();
+  for (const Eigen::Vector2d& v : vertices) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  center = (low + high) / 2;
+  double farthest = 0;
+  for (const Eigen::Vector2d& v : vertices) farthest = std::max(farthest, (v - center).norm());
+  bound = farthest + radius;
+}
+
+Footprint make_disc(const Eigen::Vector2d& center, double radius) {
+  return {{center}, radius, center, radius};
+}
+
+Footprint make_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double radius) {
+  Footprint footprint{{a, b}, radius, {}, 0};
+  footprint.update_bound();
+  return footprint;
+}
+
+Footprint make_rectangle(double length, double width) {
+  const double x = length / 2, y = width / 2;
+  return make_polygon({{-x, -y}, {x, -y}, {x, y}, {-x, y}});
+}
+
+Footprint make_polygon(std::vector<Eigen::Vector2d> vertices) {
+  Footprint footprint{std::move(vertices), 0, {}, 0};
+  footprint.update_bound();
+  return footprint;
+}
+
+std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points) {
+  std::sort(points.begin(), points.end(), [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  if (points.size() < 3) return points;
+  std::vector<Eigen::Vector2d> hull;
+  const auto add = [&hull](const Eigen::Vector2d& p, std::size_t keep) {
+    while (hull.size() > keep && cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 1e-12) {
+      hull.pop_back();
+    }
+    hull.push_back(p);
+  };
+  for (const Eigen::Vector2d& p : points) add(p, 1);
+  const std::size_t lower = hull.size();
+  for (auto p = points.rbegin() + 1; p != points.rend(); ++p) add(*p, lower);
+  hull.pop_back();
+  return hull;
+}
+
+void place(const Footprint& local, const Pose2& pose, Footprint& placed) {
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  const auto moved = [&](const Eigen::Vector2d& v) {
+    return Eigen::Vector2d(pose.x + c * v.x() - s * v.y(), pose.y + s * v.x() + c * v.y());
+  };
+  placed.vertices.resize(local.vertices.size());
+  for (std::size_t i = 0; i < local.vertices.size(); ++i) placed.vertices[i] = moved(local.vertices[i]);
+  placed.radius = local.radius;
+  placed.center = moved(local.center);
+  placed.bound = local.bound;
+}
+
+double signed_distance(const Footprint& a, const Footprint& b) {
+  const double separation = std::max(separation_along_normals(a, b), separation_along_normals(b, a));
+  const double radii = a.radius + b.radius;
+  // Two points have no normals at all: their separation is minus infinity and only the distance counts.
+  if (std::isfinite(separation) && separation <= 0) return separation - radii;
+  const double squared = std::min(squared_vertex_distance(a, b), squared_vertex_distance(b, a));
+  return std::sqrt(squared) - radii;
+}
+
+double fastest_point_speed(const Footprint& local, const Twist2& twist) {
+  double fastest = 0;
+  for (const Eigen::Vector2d& v : local.vertices) {
+    fastest = std::max(fastest, std::hypot(twist.vx - twist.wz * v.y(), twist.vy + twist.wz * v.x()));
+  }
+  return fastest + std::abs(twist.wz) * local.radius;
+}
+
+}  // namespace parhelion

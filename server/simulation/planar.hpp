@@ -1,0 +1,62 @@
+// Convex shapes in the floor plane and their motion along arcs: placement, clearance and steering are
+// computed with these.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "protocols/frames.hpp"
+
+namespace parhelion {
+
+/// A pose in the map's xy-plane: m, m, rad.
+struct Pose2 {
+  double x = 0;
+  double y = 0;
+  double yaw = 0;
+  Eigen::Vector2d position() const { return {x, y}; }
+};
+
+inline Pose2 planar_pose(const Transform<Map, Base>& T_map_base) {
+  const Eigen::Vector3d p = T_map_base.translation();
+  return {p.x(), p.y(), T_map_base.yaw()};
+}
+
+/// The pose after moving for `t` seconds with constant body twist: an arc of constant curvature (exponential
+/// of se(2)).
+Pose2 advance(const Pose2& pose, const Twist2& twist, double t);
+
+/// A convex hull of `vertices` (counter-clockwise; one: a point, two: a segment) grown by `radius`, m.
+struct Footprint {
+  std::vector<Eigen::Vector2d> vertices;
+  double radius = 0;
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< of a circle that holds the whole footprint...
+  double bound = 0;                                  ///< ...and that circle's radius
+
+  /// Sets center and bound from the rest.
+  void update_bound();
+};
+
+Footprint make_disc(const Eigen::Vector2d& center, double radius);
+Footprint make_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double radius);
+/// Full lengths, centred on the origin.
+Footprint make_rectangle(double length, double width);
+Footprint make_polygon(std::vector<Eigen::Vector2d> vertices);
+/// Convex hull, counter-clockwise (Andrew's monotone chain).
+std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points);
+
+/// `local` moved to `pose`; `placed` keeps its memory.
+void place(const Footprint& local, const Pose2& pose, Footprint& placed);
+
+/// Distance between two footprints, m; where they overlap, minus the smallest translation that parts them
+/// (separating axes).
+double signed_distance(const Footprint& a, const Footprint& b);
+/// A lower bound of it, at the price of one square root.
+inline double distance_bound(const Footprint& a, const Footprint& b) {
+  return (a.center - b.center).norm() - a.bound - b.bound;
+}
+
+/// Speed of the fastest point of `local` (m/s) under `twist` in its own frame.
+double fastest_point_speed(const Footprint& local, const Twist2& twist);
+
+}  // namespace parhelion

@@ -1,0 +1,231 @@
+#include "server/simulation/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/state.hpp"
+
+namespace parhelion {
+namespace {
+
+Status check(const SimulationOptions& options, const RobotDescription& robot) {
+  if (!(options.rate >= 10 && options.rate <= 10'000)) {
+    return Error{"physics rate " + std::to_string(options.rate) + " Hz; expected 10 to 10000 Hz"};
+  }
+  if (!(options.history.ns > 0 && options.history.seconds() <= 60)) {
+    return Error{"history of " + std::to_string(options.history.seconds()) +
+                 " s; expected more than 0 and at most 60 s"};
+  }
+  const bool finite = std::all_of(robot.footprint.begin(), robot.footprint.end(),
+                                  [](const auto& v) { return v.allFinite(); });
+  if (!finite || convex_hull(robot.footprint).size() < 3) {
+    return Error{"robot '" + robot.name + "': its footprint of " + std::to_string(robot.footprint.size()) +
+                 " points has no area; expected at least three finite corners"};
+  }
+  if (!(robot.height > 0) || !std::isfinite(robot.height)) {
+    return Error{"robot '" + robot.name + "': height " + std::to_string(robot.height) +
+                 " m; expected more than 0"};
+  }
+  if (!(robot.limits.deceleration > 0) || !(robot.limits.reaction_time >= 0)) {
+    return Error{"robot '" + robot.name +
+                 "': expected a deceleration above 0 and a reaction time of at least 0"};
+  }
+  return {};
+}
+
+/// The outline as thin boxes, their outer sides on the footprint's edges: exact for a laser, whatever the
+/// polygon.
+std::vector<Shape> outline(const std::vector<Eigen::Vector2d>& footprint, double height) {
+  constexpr double thickness = 0.004;  // m
+  std::vector<Shape> shapes;
+  for (std::size_t i = 0; i < footprint.size(); ++i) {
+    const Eigen::Vector2d a = footprint[i], b = footprint[(i + 1) % footprint.size()];
+    const Eigen::Vector2d along = (b - a).normalized();
+    const Eigen::Vector2d middle = (a + b) / 2 + Eigen::Vector2d(-along.y(), along.x()) * thickness / 2;
+    const Eigen::Quaterniond turned(
+        Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
+    shapes.push_back({ShapeKind::box,
+                      {(b - a).norm(), thickness, height},
+                      Transform<Body, ShapeFrame>(turned, {middle.x(), middle.y(), height / 2}),
+                      {}});
+  }
+  return shapes;
+}
+
+/// What stands covers its footprint; what leans or lies covers the outline of its box.
+void place_footprint(Agent& agent) {
+  const Eigen::Isometry3d& T_map_body = agent.rigid.T_map_body.isometry();
+  if (T_map_body(2, 2) > 0.9999) {
+    place(agent.form.footprint, agent.pose, agent.placed);
+    return;
+  }
+  std::vector<Eigen::Vector2d> corners;
+  const Eigen::Vector3d& size = agent.form.size;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 1 : 0);
+    corners.emplace_back((T_map_body * Eigen::Vector3d(p.cwiseProduct(size))).head<2>());
+  }
+  agent.placed = make_polygon(convex_hull(std::move(corners)));
+}
+
+BodyState body_state(BodyId id, std::uint32_t epoch, const RigidState& rigid) {
+  return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate};
+}
+
+}  // namespace
+
+Simulation::State::State(const SimulationOptions& with, SimulationTime at_start)
+    : options(with),
+      dt(1 / with.rate),
+      start(at_start),
+      physics(1 / with.rate),
+      history(static_cast<std::size_t>(std::ceil(with.history.seconds() * with.rate)) + 1) {}
+
+Agent* Simulation::State::find(const std::string& name) {
+  const auto at =
+      std::find_if(agents.begin(), agents.end(), [&](const auto& a) { return a->definition.name == name; });
+  return at == agents.end() ? nullptr : at->get();
+}
+
+void Simulation::State::rebuild_scene() {
+  auto next = std::make_shared<Scene>();
+  next->version = scene ? scene->version + 1 : 1;
+  next->bodies = building->definitions();
+  next->bodies.push_back(real_definition);
+  next->bodies.insert(next->bodies.end(), agent_definitions.begin(), agent_definitions.end());
+  scene = std::move(next);
+}
+
+/// A part's own velocity is the difference of its last two poses in the agent's frame, on top of the agent's
+/// motion.
+void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodies) {
+  bodies.push_back(body_state(agent.first_body, agent.epoch, agent.rigid));
+  if (agent.body_count == 1) return;
+  poses.clear();
+  part_poses(agent.definition, agent.parts, poses);
+  const Transform<Map, Base> T_map_base(agent.rigid.T_map_body.isometry());
+  const bool first = agent.part_epoch != agent.epoch || agent.part_poses.size() != poses.size();
+  const Eigen::Matrix3d R = T_map_base.rotation();
+  bodies.pop_back();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    BodyState state;
+    state.id = agent.first_body + static_cast<BodyId>(i);
+    state.epoch = agent.epoch;
+    state.T_map_body = T_map_base * poses[i];
+    const Eigen::Vector3d arm = R * poses[i].translation();
+    state.velocity = agent.rigid.velocity + agent.rigid.rotation_rate.cross(arm);
+    state.rotation_rate = agent.rigid.rotation_rate;
+    if (!first) {
+      const Transform<Base, Body>& before = agent.part_poses[i];
+      state.velocity += R * (poses[i].translation() - before.translation()) / dt;
+      const Eigen::AngleAxisd turned(poses[i].rotation() * before.rotation().transpose());
+      state.rotation_rate += R * turned.axis() * (turned.angle() / dt);
+    }
+    bodies.push_back(state);
+  }
+  agent.part_epoch = agent.epoch;
+  agent.part_poses.swap(poses);
+}
+
+void Simulation::State::record() {
+  HistoryRecord& record = history.push();
+  record.stamp = stamp_of(step);
+  record.step = step;
+  record.scene = scene;
+  if (real.present) {
+    const Eigen::Isometry3d& base = real.last.T_map_base.isometry();
+    const Eigen::Vector3d velocity =
+        base.linear() * Eigen::Vector3d(real.last.twist.vx, real.last.twist.vy, 0);
+    record.bodies.push_back({real.id, real.epoch, Transform<Map, Body>(base), velocity,
+                             base.linear() * Eigen::Vector3d(0, 0, real.last.twist.wz)});
+  }
+  for (const auto& agent : agents) append_states(*agent, record.bodies);
+}
+
+Result<Simulation> Simulation::create(const SimulationOptions& options, const SemanticModel& model,
+                                      const RobotDescription& robot, SimulationTime start) {
+  if (Status status = check(options, robot); !status) return status.error();
+  auto state = std::make_unique<State>(options, start);
+  auto building = Building::create(model, state->physics, state->next_body);
+  if (!building) return building.error();
+  state->building = std::move(building).value();
+  state->next_body += static_cast<BodyId>(model.entities.size());
+
+  RealBody& real = state->real;
+  real.name = robot.name;
+  real.id = state->next_body++;
+  real.mass = robot.mass;
+  real.height = robot.height;
+  real.limits = robot.limits;
+  real.footprint = make_polygon(convex_hull(robot.footprint));
+  real.handle = state->physics.add_kinematic(real.footprint.vertices, robot.height);
+  state->real_definition = std::make_shared<const BodyDefinition>(
+      BodyDefinition{real.id, robot.name, "base", BodyOwner::real_robot, false,
+                     outline(real.footprint.vertices, robot.height)});
+  state->rebuild_scene();
+  state->record();
+  return Simulation(std::move(state));
+}
+
+Simulation::Simulation(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Simulation::Simulation(Simulation&&) noexcept = default;
+Simulation& Simulation::operator=(Simulation&&) noexcept = default;
+Simulation::~Simulation() = default;
+
+SimulationTime Simulation::now() const { return state_->stamp_of(state_->step); }
+SimulationTime Simulation::next_step() const { return state_->stamp_of(state_->step + 1); }
+std::shared_ptr<const Scene> Simulation::scene() const { return state_->scene; }
+
+std::vector<Event> Simulation::take_events() {
+  std::vector<Event> events;
+  events.swap(state_->events);
+  return events;
+}
+
+void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) {
+  state_->real_obstacles = obstacles;
+  state_->real_discs.resize(obstacles.size());
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    state_->real_discs[i] = make_disc(obstacles[i].center, obstacles[i].radius);
+  }
+}
+
+void Simulation::step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests) {
+  State& state = *state_;
+  ++state.step;
+  state.move_real(real);
+  state.drive_agents();
+  state.physics.step();
+  for (const auto& agent : state.agents) {
+    const RigidState rigid = state.physics.state(agent->handle);
+    const bool moved = !rigid.T_map_body.isometry().isApprox(agent->rigid.T_map_body.isometry(), 0);
+    agent->rigid = rigid;
+    if (!moved && !agent->form.upright) continue;
+    agent->pose = planar_pose(Transform<Map, Base>(agent->rigid.T_map_body.isometry()));
+    place_footprint(*agent);
+    state.move_parts(*agent);
+  }
+  state.track_contacts();
+  state.record();
+  state.ask_lasers(requests);
+}
+
+bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
+  const Duration ahead = next_step() - now();
+  const HistoryRecord* record = state_->history.record_at(t, ahead);
+  if (!record) return false;
+  // The building does not move: what an earlier call wrote for this scene is still right.
+  const std::vector<BodyState>& fixed = state_->building->states();
+  if (snapshot.scene != record->scene || snapshot.bodies.size() < fixed.size()) {
+    snapshot.bodies.assign(fixed.begin(), fixed.end());
+  } else {
+    snapshot.bodies.resize(fixed.size());
+  }
+  state_->history.find(t, ahead, snapshot.bodies);
+  snapshot.stamp = t;
+  snapshot.step = record->step;
+  snapshot.scene = record->scene;
+  return true;
+}
+
+}  // namespace parhelion

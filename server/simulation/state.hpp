@@ -1,0 +1,156 @@
+// What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
+// contacts.cpp, behaviour.cpp and clearance.cpp.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/simulation/bodies.hpp"
+#include "server/simulation/building.hpp"
+#include "server/simulation/contacts.hpp"
+#include "server/simulation/history.hpp"
+#include "server/simulation/physics.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/simulation/steering.hpp"
+
+namespace parhelion {
+
+/// An agent's own simulated laser and what its newest scan said.
+struct AgentLaser {
+  LaserDescription description;
+  SimulationTime next;                     ///< when the next scan is due
+  SimulationTime asked;                    ///< when the newest was asked for, and...
+  Transform<Map, Laser> T_map_laser;       ///< ...where the laser was
+  std::optional<SimulationTime> measured;  ///< instant of the points
+  std::vector<Footprint> points;           ///< in the map; the nearest of each sector
+};
+
+struct Agent {
+  AgentDefinition definition;
+  AgentForm form;
+  BodyId first_body = 0;
+  std::size_t body_count = 0;
+  PhysicsHandle handle = 0;
+  std::uint64_t key = 0;    ///< of its name: its stream of random numbers
+  std::uint32_t epoch = 0;  ///< counts spawn and teleports
+  double floor = 0;         ///< m, z that it stands on (upright agents)
+  bool frozen = false;
+
+  RigidState rigid;  ///< at the newest step
+  Pose2 pose;
+  Footprint placed;  ///< form.footprint at pose
+  PartMotion parts;
+  std::vector<Transform<Base, Body>> part_poses;  ///< at the newest step
+  std::uint32_t part_epoch = 0;                   ///< epoch of part_poses
+
+  Twist2 driven;  ///< what its motors ask for now, after limits of acceleration
+  Twist2 teleop;
+  std::optional<SimulationTime> teleop_until;
+  SteeringState steering;
+  std::optional<AgentLaser> laser;
+};
+
+struct RealBody {
+  std::string name;
+  BodyId id = 0;
+  PhysicsHandle handle = 0;
+  double mass = 0;
+  double height = 0;
+  RobotLimits limits;
+  Footprint footprint;  ///< in base_link
+  std::uint32_t epoch = 0;
+  bool present = false;    ///< at the newest step
+  bool touchable = false;  ///< contacts count: present, and not in the step of a relocalization
+  bool sensed = true;
+  Footprint placed;  ///< where it was last
+  bool ever_present = false;
+  RealRobotState last;  ///< where it was last
+  std::uint32_t last_epoch = 0;
+};
+
+struct Simulation::State {
+  State(const SimulationOptions& with, SimulationTime at_start);
+
+  SimulationOptions options;
+  double dt;  ///< s
+  SimulationTime start;
+  std::uint64_t step = 0;
+
+  Physics physics;
+  std::unique_ptr<Building> building;
+  RealBody real;
+  std::vector<std::unique_ptr<Agent>> agents;  ///< ascending first_body: in the order of their spawns
+  BodyId next_body = 1;
+
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const BodyDefinition> real_definition;
+  std::vector<std::shared_ptr<const BodyDefinition>> agent_definitions;
+  History history;
+  std::vector<Event> events;
+  ContactTracker contacts;
+  std::vector<RealObstacle> real_obstacles;
+  std::vector<Footprint> real_discs;
+
+  // Memory that is used again and again.
+  std::vector<const FixedObstacle*> near;
+  std::vector<Transform<Base, Body>> poses;
+  SteeringScratch steering;
+  std::vector<TouchingPair> touching;
+  Footprint moved_real;
+
+  SimulationTime stamp_of(std::uint64_t number) const {
+    return start + seconds(static_cast<double>(number) / options.rate);
+  }
+  Agent* find(const std::string& name);
+  void rebuild_scene();
+  void record();
+  void append_states(Agent& agent, std::vector<BodyState>& bodies);
+
+  // real_robot.cpp
+  void move_real(const std::optional<RealRobotState>& now);
+  /// Sets where it is for what must not be near it, without moving its body.
+  void clear_return_of_real(const RealRobotState& now);
+  /// Where the robot cannot help being within its stopping distance: footprints along its arc, with a margin.
+  void stop_zone(const RealRobotState& now, std::vector<Footprint>& zone) const;
+
+  // commands.cpp
+  Status check_definition(const AgentDefinition& agent) const;
+  Status check_behaviour(const AgentDefinition& agent) const;
+  /// Empty: the place is free for `form` at `pose`; else what is in the way.
+  std::string occupied(const AgentForm& form, const Pose2& pose, const Agent* except,
+                       const std::vector<Footprint>& zone);
+  std::optional<Pose2> nearest_free(const AgentForm& form, const Pose2& pose, const Agent* except,
+                                    const std::vector<Footprint>& zone);
+  Status check_place(const AgentDefinition& agent, const Agent* except,
+                     const std::optional<RealRobotState>& now);
+  void put(Agent& agent, const Pose2& pose);
+  Status spawn(const AgentDefinition& definition, const std::optional<RealRobotState>& now,
+               std::uint64_t request);
+  Status move(const AgentCommand& command, const std::optional<RealRobotState>& now);
+  void remove(std::size_t index, std::uint64_t request);
+  Status unknown(const std::string& name) const;
+  void say(EventKind kind, const Agent& agent, std::uint64_t request, std::string text);
+
+  // behaviour.cpp
+  void drive_agents();
+  Twist2 wanted(Agent& agent);
+  Twist2 wander(Agent& agent);
+  Twist2 patrol(Agent& agent);
+  Status fit_laser(Agent& agent);
+  bool held_still(const Agent& agent) const;
+  void gather_obstacles(const Agent& agent, double range);
+  void move_parts(Agent& agent);
+  void ask_lasers(std::vector<LaserRequest>& requests);
+
+  // contacts.cpp
+  void track_contacts();
+  void collect_body_contacts();
+  void collect_building_contacts();
+};
+
+/// Seeds an agent's random stream from its name (FNV-1a).
+std::uint64_t name_key(const std::string& name);
+
+}  // namespace parhelion

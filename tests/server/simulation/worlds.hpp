@@ -1,0 +1,126 @@
+// Worlds that several tests of the simulation use.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/simulation/simulation.hpp"
+
+namespace parhelion::test {
+
+inline const SimulationTime kStart{1'000'000'000'000};
+
+inline RobotDescription robot() {
+  RobotDescription description;
+  description.name = "pioneer";
+  description.footprint = {{-0.25, -0.2}, {0.25, -0.2}, {0.25, 0.2}, {-0.25, 0.2}};
+  description.height = 0.5;
+  description.mass = 40;
+  return description;
+}
+
+inline ModelEntity entity(const std::string& name, EntityLabel label, const Eigen::Vector3d& center,
+                          const Eigen::Vector3d& size, double yaw = 0) {
+  ModelEntity box;
+  box.name = name;
+  box.label = label;
+  box.T_map_body = Transform<Map, Body>::planar(center.x(), center.y(), yaw, center.z());
+  box.size = size;
+  return box;
+}
+
+/// Four walls of a room of `side` m around the origin, and a floor.
+inline SemanticModel room(double side) {
+  SemanticModel model;
+  const double half = side / 2 + 0.1;
+  model.entities.push_back(entity("floor", EntityLabel::floor, {0, 0, -0.05}, {side + 1, side + 1, 0.1}));
+  model.entities.push_back(entity("wall 1", EntityLabel::wall, {half, 0, 1.25}, {0.2, side + 0.4, 2.5}));
+  model.entities.push_back(entity("wall 2", EntityLabel::wall, {-half, 0, 1.25}, {0.2, side + 0.4, 2.5}));
+  model.entities.push_back(entity("wall 3", EntityLabel::wall, {0, half, 1.25}, {side, 0.2, 2.5}));
+  model.entities.push_back(entity("wall 4", EntityLabel::wall, {0, -half, 1.25}, {side, 0.2, 2.5}));
+  return model;
+}
+
+inline AgentDefinition agent(const std::string& name, AgentKind kind, double x, double y, double yaw = 0) {
+  AgentDefinition definition;
+  definition.name = name;
+  definition.kind = kind;
+  definition.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
+  return definition;
+}
+
+inline AgentDefinition moving(const std::string& name, AgentKind kind, double x, double y,
+                              BehaviourKind behaviour, double speed = 0.5) {
+  AgentDefinition definition = agent(name, kind, x, y);
+  definition.behaviour.kind = behaviour;
+  definition.behaviour.speed = speed;
+  return definition;
+}
+
+inline RealRobotState real_at(double x, double y, double yaw = 0, Twist2 twist = {}) {
+  RealRobotState state;
+  state.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
+  state.twist = twist;
+  return state;
+}
+
+inline Simulation make(const SemanticModel& model = {}, const SimulationOptions& options = {}) {
+  auto simulation = Simulation::create(options, model, robot(), kStart);
+  EXPECT_TRUE(simulation.ok()) << (simulation ? "" : simulation.error().message);
+  return std::move(simulation).value();
+}
+
+inline void spawn(Simulation& simulation, const AgentDefinition& definition,
+                  const std::optional<RealRobotState>& real = std::nullopt) {
+  const Status status = simulation.spawn(definition, real);
+  ASSERT_TRUE(status.ok()) << status.error().message;
+}
+
+inline void run(Simulation& simulation, double seconds_of_it,
+                const std::optional<RealRobotState>& real = std::nullopt) {
+  std::vector<LaserRequest> requests;
+  const auto end = simulation.now() + seconds(seconds_of_it);
+  while (simulation.now() < end) {
+    requests.clear();
+    simulation.step(real, requests);
+  }
+}
+
+/// The body `part` of `entity` now; fails where there is none.
+inline BodyState body(const Simulation& simulation, const std::string& entity, const std::string& part = "") {
+  WorldSnapshot world;
+  EXPECT_TRUE(simulation.at(simulation.now(), world));
+  for (const BodyState& state : world.bodies) {
+    for (const auto& definition : world.scene->bodies) {
+      if (definition->id == state.id && definition->entity == entity &&
+          (part.empty() || definition->part == part))
+        return state;
+    }
+  }
+  ADD_FAILURE() << "no body of " << entity << " " << part;
+  return {};
+}
+
+inline bool has_body(const Simulation& simulation, SimulationTime t, const std::string& entity) {
+  WorldSnapshot world;
+  EXPECT_TRUE(simulation.at(t, world));
+  for (const BodyState& state : world.bodies) {
+    for (const auto& definition : world.scene->bodies) {
+      if (definition->id == state.id && definition->entity == entity) return true;
+    }
+  }
+  return false;
+}
+
+inline std::size_t count(const std::vector<Event>& events, EventKind kind) {
+  std::size_t n = 0;
+  for (const Event& event : events) n += event.kind == kind;
+  return n;
+}
+
+}  // namespace parhelion::test
