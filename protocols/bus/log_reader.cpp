@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "protocols/bus/log_file.hpp"
@@ -18,7 +19,10 @@ namespace {
 constexpr std::uint32_t sync_word = 0xEDA1DA01;
 constexpr std::uint8_t sync_bytes[4] = {0xED, 0xA1, 0xDA, 0x01};
 constexpr std::size_t header_size = 28;
-constexpr std::size_t buffer_size = std::size_t{1} << 20;
+constexpr std::size_t buffer_size = std::size_t{4} << 20;
+/// Events up to this size are read together with what follows; a quarter of the buffer, so that a file whose
+/// events lie about their lengths does not make every byte be read many times.
+constexpr std::uint64_t prefetch_size = buffer_size / 4;
 constexpr std::int64_t max_channel = 63;
 constexpr std::int64_t max_data = std::int64_t{1} << 28;  // liblcm's own limit of a message
 constexpr std::int64_t utime_of_2200 = 7'258'118'400'000'000;
@@ -64,7 +68,8 @@ struct LogReader::State {
   Result<std::uint64_t> find_sync(std::uint64_t from, std::uint64_t end);
   /// The event at `at` is no event because of `why`: skips to the next sync word.
   Error damaged(const std::string& why, std::uint64_t resume_from);
-  Error unreadable() const;
+  /// The disk refuses the bytes at `at`: nothing more comes.
+  Error unreadable();
   /// Whether the event is followed by another or by the end, or at least swallows none.
   Result<bool> plausible_end(std::uint64_t event_size);
   Result<std::optional<Message>> next();
@@ -88,9 +93,11 @@ const std::uint8_t* LogReader::State::bytes(std::uint64_t offset, std::size_t n)
   return buffer.data();
 }
 
-Error LogReader::State::unreadable() const {
-  return {path + ": byte " + std::to_string(at) +
-          ": cannot be read: " + (errno == 0 ? "the file has become shorter" : std::strerror(errno))};
+Error LogReader::State::unreadable() {
+  const std::string reason = errno == 0 ? "the file has become shorter" : std::strerror(errno);
+  const std::uint64_t start = std::exchange(at, size);
+  skipped += size - start;
+  return {path + ": byte " + std::to_string(start) + ": cannot be read: " + reason};
 }
 
 Result<std::uint64_t> LogReader::State::find_sync(std::uint64_t from, std::uint64_t end) {
@@ -108,7 +115,8 @@ Result<std::uint64_t> LogReader::State::find_sync(std::uint64_t from, std::uint6
 Error LogReader::State::damaged(const std::string& why, std::uint64_t resume_from) {
   const std::uint64_t start = at;
   const auto sync = find_sync(resume_from, size);
-  at = sync ? *sync : size;
+  if (!sync) return sync.error();
+  at = *sync;
   skipped += at - start;
   return {path + ": byte " + std::to_string(start) + ": " + why + "; " + std::to_string(at - start) +
           (at == size ? " bytes to the end of the file are lost" : " bytes to the next event are skipped")};
@@ -151,6 +159,10 @@ Result<std::optional<Message>> LogReader::State::next() {
     return damaged("the file ends within an event of " + std::to_string(event_size) + " bytes",
                    at + sizeof sync_bytes);
   }
+  // With the sync word that should follow, so that looking at it does not move the buffer away.
+  const auto ahead =
+      static_cast<std::size_t>(std::min(event_size + sizeof sync_bytes, std::min(left, prefetch_size)));
+  if (bytes(at, ahead) == nullptr) return unreadable();
   const auto plausible = plausible_end(event_size);
   if (!plausible) return plausible.error();
   if (!*plausible) {

@@ -1,0 +1,223 @@
+// Bytes that nobody sane sends: each is refused with a reason, or is a message; none crashes or allocates
+// what it claims.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "protocols/codec_wire.hpp"
+#include "tests/allocations.hpp"
+#include "tests/protocols/codec_samples.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::Sample;
+
+class EveryType : public ::testing::TestWithParam<Sample> {};
+
+INSTANTIATE_TEST_SUITE_P(Codec, EveryType, ::testing::ValuesIn(test::samples()),
+                         [](const auto& instance) { return instance.param.type; });
+
+TEST_P(EveryType, IsTakenAsItWasWritten) {
+  const Status status = GetParam().decode(GetParam().bytes);
+  ASSERT_TRUE(status) << status.error().message;
+  EXPECT_EQ(type_name(GetParam().bytes), GetParam().type);
+  EXPECT_EQ(describe("CHANNEL", GetParam().bytes).find(GetParam().type + " 1136391912.123456 "), 0U)
+      << describe("CHANNEL", GetParam().bytes);
+}
+
+TEST_P(EveryType, IsRefusedWhereverItIsCutAndWithSurplusBytes) {
+  auto bytes = GetParam().bytes;
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    const Status status = GetParam().decode(Bytes(bytes).first(n));
+    ASSERT_FALSE(status) << n << " of " << bytes.size() << " bytes";
+    EXPECT_EQ(status.error().message.find("channel CHANNEL: " + GetParam().type + ": "), 0U)
+        << status.error().message;
+  }
+  bytes.push_back(0);
+  EXPECT_FALSE(GetParam().decode(bytes));
+}
+
+TEST_P(EveryType, AStampOutside1970To2200IsRefused) {
+  for (const std::int64_t utime :
+       {std::int64_t{-1}, std::int64_t{7'258'118'400'000'000}, INT64_MIN, INT64_MAX}) {
+    auto bytes = GetParam().bytes;
+    wire::big_endian(utime, bytes.data() + 8);
+    const Status status = GetParam().decode(bytes);
+    ASSERT_FALSE(status) << utime;
+    EXPECT_NE(status.error().message.find("utime: " + std::to_string(utime)), std::string::npos);
+  }
+}
+
+TEST_P(EveryType, BitFlipsAreRefusedOrGiveAMessageThatCanBeWrittenAgain) {
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 3000; ++trial) {
+    auto bytes = GetParam().bytes;
+    for (unsigned flips = 1 + random() % 3; flips > 0; --flips) {
+      const std::size_t bit = 64 + random() % (bytes.size() * 8 - 64);
+      bytes[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    }
+    if (!GetParam().decode(bytes)) continue;
+    const auto again = GetParam().encode_again();
+    EXPECT_EQ(again.size(), bytes.size());
+    const Status status = GetParam().decode(again);
+    EXPECT_TRUE(status) << status.error().message;
+  }
+}
+
+TEST_P(EveryType, ACountThatLiesAllocatesNoMoreThanTheMessage) {
+  for (std::size_t at = 8; at + 4 <= GetParam().bytes.size(); ++at) {
+    for (const std::int32_t count : {INT32_MAX, INT32_MIN, -1, 0x00FF'FFFF, 90'000}) {
+      auto bytes = GetParam().bytes;
+      wire::big_endian(count, bytes.data() + at);
+      const test::AllocationWatch watch;
+      (void)GetParam().decode(bytes);
+      EXPECT_LT(watch.largest(), 64U * 1024) << "count " << count << " at byte " << at;
+    }
+  }
+}
+
+TEST_P(EveryType, NumbersThatAreNotFiniteAreRefusedOrKept) {
+  for (std::size_t at = 8; at + 8 <= GetParam().bytes.size(); ++at) {
+    for (const double value :
+         {std::nan(""), static_cast<double>(INFINITY), -static_cast<double>(INFINITY), 1e300}) {
+      auto bytes = GetParam().bytes;
+      wire::big_endian(value, bytes.data() + at);
+      (void)GetParam().decode(bytes);
+      bytes = GetParam().bytes;
+      wire::big_endian(static_cast<float>(value), bytes.data() + at);
+      (void)GetParam().decode(bytes);
+    }
+  }
+}
+
+template <class T>
+std::string refusal(const T& message) {
+  std::vector<std::uint8_t> bytes;
+  encode(message, bytes);
+  T decoded;
+  const Status status = decode("C", bytes, decoded);
+  return status ? "taken" : status.error().message;
+}
+
+TEST(Refused, ScansThatNoLaserMakes) {
+  Scan scan = test::sample_scan();
+  scan.angle_step = 0;
+  EXPECT_EQ(refusal(scan),
+            "channel C: planar_lidar_t: radstep: 0, expected the angle between two beams, not 0");
+  scan.angle_step = NAN;
+  EXPECT_NE(refusal(scan).find("radstep: nan"), std::string::npos);
+  scan.angle_step = -0.5F;
+  EXPECT_EQ(refusal(scan), "taken");
+  scan.angle_first = -INFINITY;
+  EXPECT_NE(refusal(scan).find("rad0: -inf"), std::string::npos);
+  scan = test::sample_scan();
+  scan.intensities.pop_back();
+  EXPECT_NE(refusal(scan).find("nintensities: 6, expected 7..7"), std::string::npos);
+  scan.intensities.clear();
+  EXPECT_EQ(refusal(scan), "taken");
+  scan.ranges.clear();
+  EXPECT_NE(refusal(scan).find("nranges: 0"), std::string::npos);
+  scan.ranges.assign(100'001, 1);
+  scan.angle_step = 1e-5F;
+  EXPECT_NE(refusal(scan).find("nranges: 100001, expected 0..100000"), std::string::npos);
+}
+
+TEST(Refused, ImagesWhoseSizeIsNotThatOfTheirPixels) {
+  Image image = test::sample_depth();
+  image.bytes.pop_back();
+  EXPECT_NE(refusal(image).find("size: 17, expected 18..18"), std::string::npos) << refusal(image);
+  image = test::sample_depth();
+  image.row_stride = 3;
+  EXPECT_NE(refusal(image).find("row_stride: 3"), std::string::npos);
+  image = test::sample_depth();
+  image.metadata.clear();
+  EXPECT_NE(refusal(image).find("\"encoding\""), std::string::npos);
+  image = test::sample_depth();
+  image.format = static_cast<PixelFormat>(12);
+  EXPECT_NE(refusal(image).find("pixelformat: 12"), std::string::npos);
+  image = test::sample_depth();
+  image.width = 0;
+  EXPECT_NE(refusal(image).find("width: 0"), std::string::npos);
+}
+
+TEST(Refused, PosesThatAreNone) {
+  const Eigen::Isometry3d nowhere = [] {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation().x() = NAN;
+    return T;
+  }();
+  PoseEstimate estimate = test::sample_estimate();
+  estimate.T_map_base = Transform<Map, Base>(nowhere);
+  EXPECT_NE(refusal(estimate).find("pos: nan"), std::string::npos);
+  estimate = test::sample_estimate();
+  estimate.covariance(1, 2) = 1;
+  EXPECT_NE(refusal(estimate).find("symmetric"), std::string::npos);
+  estimate = test::sample_estimate();
+  estimate.covariance(3, 3) = -1;
+  EXPECT_NE(refusal(estimate).find("covariance: -1"), std::string::npos);
+  EXPECT_NE(refusal(Odometry{test::sample_stamp, Transform<Odom, Base>(nowhere)}).find("x: nan"),
+            std::string::npos);
+  EXPECT_NE(refusal(TwistCommand{test::sample_stamp, {0, INFINITY, 0}}).find("vy: inf"), std::string::npos);
+
+  auto bytes = test::sample("pose_t", PoseStamped{test::sample_stamp, {}, {}, {}, {}}).bytes;
+  wire::big_endian(0.0, bytes.data() + 8 + 8 + 48);  // w: the quaternion is all zeros now, and no identity
+  PoseStamped pose;
+  const Status status = decode("POSE", bytes, pose);
+  ASSERT_FALSE(status);
+  EXPECT_NE(status.error().message.find("orientation: 0, expected a quaternion"), std::string::npos);
+}
+
+TEST(Refused, CommandsThatNameNoAgent) {
+  AgentCommand command = test::sample_command();
+  for (const char* name : {"", "a b", "a/b", "\xc3\xa4", "0123456789012345678901234567890123456789x"}) {
+    command.agent.name = name;
+    EXPECT_NE(refusal(command).find("name: "), std::string::npos) << name;
+  }
+  command.action = AgentCommand::Action::remove_all;
+  command.agent.name = "";
+  EXPECT_EQ(refusal(command), "taken");
+  command = test::sample_command();
+  command.agent.size.z() = 0;
+  EXPECT_NE(refusal(command).find("size: 0"), std::string::npos);
+}
+
+TEST(Refused, ABeamOfAnAgentThatIsNotNamed) {
+  EXPECT_NE(
+      refusal(ScanInfo{test::sample_stamp, true, "", 0, {"a"}, {0, 1}}).find("beam_agent: 1, expected -1..0"),
+      std::string::npos);
+  EXPECT_NE(refusal(ScanInfo{test::sample_stamp, true, "", NAN, {}, {}}).find("predicted_error"),
+            std::string::npos);
+  EXPECT_EQ(refusal(ScanInfo{test::sample_stamp, false, "no pose", INFINITY, {}, {}}), "taken");
+}
+
+TEST(Describe, WhatATerminalWouldObeyIsWrittenInHex) {
+  std::vector<std::uint8_t> bytes;
+  encode(RobotMessage{test::sample_stamp, "\x1b[2J\a"}, bytes);
+  EXPECT_NE(describe("ROBOT", bytes).find("\"\\x1b[2J\\x07\""), std::string::npos)
+      << describe("ROBOT", bytes);
+  EXPECT_EQ(describe("X", {}), "0 bytes: too short for a fingerprint");
+  EXPECT_EQ(describe("X", std::vector<std::uint8_t>(9, 0x11)),
+            "unknown type, fingerprint 0x1111111111111111, 9 bytes");
+}
+
+TEST(Allocation, AScanAndAnImageAllocateNothingAfterTheFirst) {
+  Scan scan = test::sample_scan(), decoded;
+  Image image = test::sample_depth(), seen;
+  std::vector<std::uint8_t> scan_bytes, image_bytes;
+  const auto round = [&] {
+    encode(scan, scan_bytes);
+    encode(image, image_bytes);
+    return decode("SCAN", scan_bytes, decoded).ok() && decode("DEPTH", image_bytes, seen).ok();
+  };
+  ASSERT_TRUE(round());
+  const test::AllocationWatch watch;
+  bool ok = true;
+  for (int i = 0; i < 100; ++i) ok = ok && round();
+  EXPECT_EQ(watch.count(), 0U);
+  EXPECT_TRUE(ok);
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,135 @@
+// A message of every wire type, filled in, for tests that go over all of them.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocols/codec.hpp"
+
+namespace parhelion::test {
+
+struct Sample {
+  std::string type;
+  std::vector<std::uint8_t> bytes;
+  std::function<Status(Bytes)> decode;
+  std::function<std::vector<std::uint8_t>()> encode_again;  ///< what was decoded last
+};
+
+template <class T>
+Sample sample(const std::string& type, const T& message) {
+  Sample made;
+  made.type = type;
+  encode(message, made.bytes);
+  const auto decoded = std::make_shared<T>();
+  made.decode = [decoded](Bytes bytes) { return decode("CHANNEL", bytes, *decoded); };
+  made.encode_again = [decoded] {
+    std::vector<std::uint8_t> bytes;
+    encode(*decoded, bytes);
+    return bytes;
+  };
+  return made;
+}
+
+inline constexpr SensorTime sample_stamp = SensorTime::from_utime(1'136'391'912'123'456);
+
+inline Scan sample_scan() {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  Scan scan;
+  scan.stamp = sample_stamp;
+  scan.ranges = {1.5F, 0.0F, 81.83F, infinity, -infinity, std::numeric_limits<float>::quiet_NaN(), -1.0F};
+  scan.intensities = {1, 2, 3, 4, 5, 6, 7};
+  scan.angle_first = -1.5F;
+  scan.angle_step = 0.5F;
+  return scan;
+}
+
+inline Image sample_depth() {
+  const std::string raw = "raw";
+  return {sample_stamp,
+          2,
+          3,
+          6,
+          PixelFormat::depth_mm,
+          std::vector<std::uint8_t>(18, 7),
+          {{"encoding", {raw.begin(), raw.end()}}, {"empty", {}}}};
+}
+
+inline AgentCommand sample_command() {
+  AgentCommand command;
+  command.stamp = sample_stamp;
+  command.request = 0xFFFF'FFFF'FFFF'FFFFU;
+  command.agent.name = "guide-1";
+  command.agent.kind = AgentKind::person;
+  command.agent.T_map_base = Transform<Map, Base>::planar(1, -2, 0.5, 3);
+  command.agent.behaviour = {BehaviourKind::patrol, 0.7, {{1, 2}, {3, 4}}};
+  command.agent.laser = "lms-200";
+  return command;
+}
+
+inline Event sample_event() {
+  Event event;
+  event.stamp = {sample_stamp.ns + 789};
+  event.kind = EventKind::collision_started;
+  event.subject = "robot";
+  event.object = "guide-1";
+  event.pair = PairKind::real_virtual;
+  event.position = {1, 2, 3};
+  event.impulse = 4.5;
+  event.request = 17;
+  event.text = "bumper, \"left\"";
+  return event;
+}
+
+inline WorldMessage sample_world() {
+  WorldMessage world;
+  world.stamp = {sample_stamp.ns + 1};
+  world.step = 240;
+  world.bodies.resize(2);
+  world.bodies[0].entity = "guide-1";
+  world.bodies[0].part = "torso";
+  world.bodies[0].epoch = 4'000'000'000U;
+  world.bodies[0].T_map_body = Transform<Map, Body>::planar(1, 2, 3, 4);
+  world.bodies[1].owner = BodyOwner::real_robot;
+  world.bodies[1].velocity = {0.1, 0.2, 0.3};
+  return world;
+}
+
+inline PoseEstimate sample_estimate() {
+  PoseEstimate estimate;
+  estimate.stamp = sample_stamp;
+  estimate.T_map_base = Transform<Map, Base>::planar(1, 2, 3);
+  estimate.covariance.diagonal() << 1, 2, 3, 4, 5, 6;
+  estimate.covariance(0, 5) = estimate.covariance(5, 0) = 0.25;
+  estimate.map_id = "sena";
+  estimate.state = SlamState::tracking;
+  estimate.step_time = microseconds(3500);
+  return estimate;
+}
+
+inline std::vector<Sample> samples() {
+  return {
+      sample("planar_lidar_t", sample_scan()),
+      sample("image_t", sample_depth()),
+      sample("pose2D_t", Odometry{sample_stamp, Transform<Odom, Base>::planar(1, 2, 3)}),
+      sample("pose_cov_t", sample_estimate()),
+      sample(
+          "pose_t",
+          PoseStamped{sample_stamp, Transform<Map, Base>::planar(1, 2, 3), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}),
+      sample("twist2D_t", TwistCommand{sample_stamp, {0.5, -0.25, 1}}),
+      sample("agent_cmd_t", sample_command()),
+      sample("event_t", sample_event()),
+      sample("session_t",
+             SessionHeader{sample_stamp, "name: s\n", "", "robot", 7, "0.1.0", {"SCAN", "ODOMETRY"}}),
+      sample("scan_info_t", ScanInfo{sample_stamp, true, "", 0.02, {"guide-1", "box"}, {-1, 0, 1, -1}}),
+      sample("loop_t", LoopDecision{sample_stamp, LoopDecision::Kind::steps_skipped, 3}),
+      sample("status_t",
+             ServerStatus{sample_stamp, {{"scan_p50_us", 123.5}, {"load", 0.5}}, {{"camera", "stand-in"}}}),
+      sample("robot_t", RobotMessage{sample_stamp, "name: robot\n"}),
+      sample("world_t", sample_world()),
+  };
+}
+
+}  // namespace parhelion::test

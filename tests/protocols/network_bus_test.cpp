@@ -1,0 +1,113 @@
+// LCM over the loopback. Each test has a port of its own, so that nothing else on the machine is heard.
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <random>
+
+#include "protocols/bus/bus.hpp"
+
+namespace parhelion {
+namespace {
+
+std::string own_url() {
+  static int used = 0;
+  const int port = 20000 + (static_cast<int>(getpid()) * 8 + used++) % 40000;
+  return "udpm://239.255.76.67:" + std::to_string(port) + "?ttl=0&recv_buf_size=4194304";
+}
+
+/// Opens a bus, or skips the test where the machine has no multicast route.
+#define OPEN_OR_SKIP(bus, url)                                                                \
+  auto bus##_opened = open_network_bus(url);                                                  \
+  if (!bus##_opened && bus##_opened.error().message.find("multicast") != std::string::npos) { \
+    GTEST_SKIP() << bus##_opened.error().message;                                             \
+  }                                                                                           \
+  ASSERT_TRUE(bus##_opened) << bus##_opened.error().message;                                  \
+  Bus& bus = **bus##_opened
+
+bool receive(Bus& bus, Message& message, Duration timeout) {
+  const auto came = bus.receive(message, timeout);
+  EXPECT_TRUE(came) << came.error().message;
+  return came && *came;
+}
+
+TEST(NetworkBus, AMessageOf300kBComesBackAsItWas) {
+  const std::string url = own_url();
+  OPEN_OR_SKIP(sender, url);
+  OPEN_OR_SKIP(receiver, url);
+  ASSERT_TRUE(receiver.subscribe("CAMERA", 4));
+  std::vector<std::uint8_t> payload(300'000);
+  std::mt19937 random(3);
+  for (auto& byte : payload) byte = static_cast<std::uint8_t>(random());
+  Message message;
+  // UDP may lose a fragment, so it is sent again until one is there.
+  bool came = false;
+  for (int attempt = 0; attempt < 20 && !came; ++attempt) {
+    ASSERT_TRUE(sender.publish("CAMERA", payload));
+    came = receive(receiver, message, seconds(1));
+  }
+  ASSERT_TRUE(came);
+  EXPECT_EQ(message.channel, "CAMERA");
+  EXPECT_EQ(message.payload, payload);
+  EXPECT_GT(message.arrival.ns, 0);
+}
+
+TEST(NetworkBus, ALateReceiverFindsTheNewestAndACount) {
+  const std::string url = own_url();
+  OPEN_OR_SKIP(bus, url);
+  ASSERT_TRUE(bus.subscribe("TELEOP", 2));
+  ASSERT_TRUE(bus.subscribe("END", 1));
+  constexpr std::uint8_t sent = 50;
+  for (std::uint8_t i = 0; i < sent; ++i) ASSERT_TRUE(bus.publish("TELEOP", std::vector<std::uint8_t>{i}));
+  Message message;
+  std::vector<std::uint8_t> heard;
+  // Once END is queued, all that came before it is.
+  ASSERT_TRUE(bus.publish("END", {}));
+  std::uint64_t got = 0;
+  while (receive(bus, message, seconds(5)) && message.channel != "END")
+    heard.push_back(message.payload.at(0)), ++got;
+  EXPECT_TRUE(std::is_sorted(heard.begin(), heard.end()));
+  ASSERT_FALSE(heard.empty());
+  EXPECT_EQ(heard.back(), sent - 1);
+  EXPECT_EQ(got + bus.dropped(), sent);
+}
+
+TEST(NetworkBus, OtherTransportsAndBrokenUrlsAreRefusedWithAnExample) {
+  for (const char* url : {"tcpq://localhost", "file://a.log", "rubbish", "udpm://not-an-address:1"}) {
+    const auto bus = open_network_bus(url);
+    ASSERT_FALSE(bus) << url;
+    EXPECT_NE(bus.error().message.find(url), std::string::npos);
+    EXPECT_NE(bus.error().message.find("expected"), std::string::npos) << bus.error().message;
+  }
+}
+
+TEST(NetworkBus, WithoutAMulticastRouteTheErrorSaysHowToAddOne) {
+  int report[2];
+  ASSERT_EQ(pipe(report), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    // A network namespace of its own has no route at all.
+    if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(77);
+    const auto bus = open_network_bus("");
+    const std::string said = bus ? "opened" : bus.error().message;
+    _exit(write(report[1], said.data(), said.size()) == static_cast<ssize_t>(said.size()) ? 0 : 1);
+  }
+  close(report[1]);
+  std::string said;
+  char part[512];
+  for (ssize_t n; (n = read(report[0], part, sizeof part)) > 0;)
+    said.append(part, static_cast<std::size_t>(n));
+  close(report[0]);
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "this machine allows no network namespace";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_NE(said.find("ip route add 224.0.0.0/4 dev lo"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace parhelion
