@@ -26,7 +26,27 @@ std::uint64_t fingerprint() {
   return static_cast<std::uint64_t>(T::getHash());
 }
 
-TEST(Fingerprint, OdometryIsThatOfTheMBot) { EXPECT_EQ(fingerprint<pose2D_t>(), 0x1f317af1246276acU); }
+TEST(Fingerprint, OdometryIsThatOfARealMBot) { EXPECT_EQ(fingerprint<pose2D_t>(), 0x1f317af1246276acU); }
+
+// Compared with fingerprints of types with the members that bot2-core and the MBot publish.
+TEST(Fingerprint, TypesThatOthersPublishStay) {
+  EXPECT_EQ(fingerprint<planar_lidar_t>(), 0xe3d17423180b5e8dU);
+  EXPECT_EQ(fingerprint<pose_t>(), 0x2e16efb052b0105eU);
+  EXPECT_EQ(fingerprint<image_t>(), 0x14739ffe13d5f5f0U);
+  EXPECT_EQ(fingerprint<twist2D_t>(), 0x85d72aee83523195U);
+}
+
+TEST(Fingerprint, OwnTypesStay) {
+  EXPECT_EQ(fingerprint<pose_cov_t>(), 0xbdbe6848aaae8c55U);
+  EXPECT_EQ(fingerprint<robot_t>(), 0x01848a2e835a8412U);
+  EXPECT_EQ(fingerprint<session_t>(), 0xc498141c344a4425U);
+  EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
+  EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);
+  EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
+  EXPECT_EQ(fingerprint<agent_cmd_t>(), 0x2f876a564ee9e9c2U);
+  EXPECT_EQ(fingerprint<event_t>(), 0xcd1413b729dbfd5bU);
+  EXPECT_EQ(fingerprint<world_t>(), 0xc778dbb2f6cdaf27U);
+}
 
 }  // namespace
 }  // namespace parhelion
