@@ -141,7 +141,8 @@ TEST(Physics, TheRealRobotPushesAgentsAndIsNotPushed) {
 }
 
 TEST(Physics, TheRealRobotsVelocityIsOdometrysNotTheDifferenceOfCorrections) {
-  // Corrections carry its pose forward while odometry says that it stands: what it touches gets no speed from that.
+  // Corrections carry its pose forward while odometry says that it stands: what it touches gets no speed from
+  // that.
   const auto pushed_speed = [](double twist) {
     Simulation simulation = make(room(20));
     spawn(simulation, agent("rover", AgentKind::robot, 0.52, 0));

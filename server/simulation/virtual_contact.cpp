@@ -1,0 +1,96 @@
+#include "server/simulation/virtual_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+bool is_zero(const Twist2& twist) { return twist.vx == 0 && twist.vy == 0 && twist.wz == 0; }
+
+/// Never larger than `value`, same sign; plain zero instead of minus zero.
+double scaled(double value, double scale) { return scale >= 1 ? value : scale * value + 0.0; }
+
+VirtualContactResult result(const VirtualContactInput& input, double scale, HoldReason reason) {
+  VirtualContactResult answer;
+  answer.scale = scale;
+  answer.reason = reason;
+  if (!input.teleop) return answer;
+  answer.command.stamp = input.teleop->stamp;
+  if (scale <= 0) return answer;  // not 0 * x: x may be infinite
+  const Twist2& asked = input.teleop->twist;
+  answer.command.twist = {scaled(asked.vx, scale), scaled(asked.vy, scale), scaled(asked.wz, scale)};
+  return answer;
+}
+
+double stopping_distance(const RobotLimits& robot, double speed) {
+  return speed * robot.reaction_time + speed * speed / (2 * robot.deceleration);
+}
+
+}  // namespace
+
+const char* to_string(HoldReason reason) {
+  switch (reason) {
+    case HoldReason::none:
+      return "none";
+    case HoldReason::contact:
+      return "contact";
+    case HoldReason::pose_lost:
+      return "pose_lost";
+    case HoldReason::crawl:
+      return "crawl";
+    case HoldReason::silence:
+      return "silence";
+    case HoldReason::invalid:
+      return "invalid";
+  }
+  return "unknown";
+}
+
+double footprint_speed(const RobotDescription& robot, const Twist2& twist) {
+  double fastest = std::hypot(twist.vx, twist.vy);
+  for (const Eigen::Vector2d& v : robot.footprint) {
+    fastest = std::max(fastest, std::hypot(twist.vx - twist.wz * v.y(), twist.vy + twist.wz * v.x()));
+  }
+  return fastest;
+}
+
+double contact_lookahead(const ContactLimits& limits, const RobotDescription& robot, const Twist2& twist) {
+  const double braking =
+      limits.stop_distance + stopping_distance(robot.limits, footprint_speed(robot, twist));
+  // A little more than needed, so that rounding takes nothing from a free command.
+  return 1.001 * std::max(limits.slow_distance, braking) + 1e-6;
+}
+
+double contact_scale(const ContactLimits& limits, const RobotLimits& robot, double distance, double speed) {
+  const double room = distance - limits.stop_distance;
+  if (!(room > 0)) return 0;
+  const double ramp = limits.slow_distance - limits.stop_distance;
+  const double slowed = ramp > 0 ? std::min(1.0, room / ramp) : 1.0;
+  if (!(speed > 0)) return slowed;
+  // The largest v with v r + v^2 / (2 a) = room, in the form that does not cancel.
+  const double a = robot.deceleration, r = robot.reaction_time;
+  const double brakeable = 2 * room / (r + std::sqrt(r * r + 2 * room / a));
+  return std::clamp(std::min(slowed, brakeable / speed), 0.0, 1.0);
+}
+
+VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& robot,
+                           const VirtualContactInput& input, VirtualContactState& state) {
+  const bool silent = !input.teleop || input.teleop_age.seconds() >= limits.silence;
+  const bool released = silent || is_zero(input.teleop->twist);
+  state.released_since_loss = !input.pose_known && (state.released_since_loss || released);
+  if (silent) return result(input, 0, HoldReason::silence);
+
+  const double speed = footprint_speed(robot, input.teleop->twist);
+  if (!std::isfinite(speed) || !std::isfinite(input.teleop->twist.wz))
+    return result(input, 0, HoldReason::invalid);
+  if (!input.pose_known) {
+    if (!state.released_since_loss) return result(input, 0, HoldReason::pose_lost);
+    return result(input, speed > limits.crawl_speed ? limits.crawl_speed / speed : 1.0, HoldReason::crawl);
+  }
+  if (released) return result(input, 1, HoldReason::none);
+  const double scale = contact_scale(limits, robot.limits, input.clearance.distance, speed);
+  return result(input, scale, scale < 1 ? HoldReason::contact : HoldReason::none);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,148 @@
+// Promise 3: MR_CMD = s * TELEOP with one 0 <= s <= 1. These tests try to break it.
+#include "server/simulation/virtual_contact.hpp"
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace parhelion {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+RobotDescription robot() {
+  RobotDescription description;
+  description.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
+  return description;
+}
+
+/// From -range to range, zero and both ends among them.
+double any(double range) {
+  return range * *rc::gen::element(-1.0, 0.0, 1.0) * *rc::gen::inRange(0, 1001) / 1000.0;
+}
+
+VirtualContactInput any_input() {
+  VirtualContactInput input;
+  if (*rc::gen::inRange(0, 10) > 0) input.teleop = TwistCommand{{5}, {any(3), any(3), any(4)}};
+  input.teleop_age = milliseconds(*rc::gen::inRange(0, 1000));
+  input.pose_known = *rc::gen::inRange(0, 3) > 0;
+  input.clearance.distance = *rc::gen::inRange(-200, 4000) / 1000.0;
+  return input;
+}
+
+VirtualContactInput pressed(Twist2 twist, bool pose_known, double clearance = 100) {
+  VirtualContactInput input;
+  input.teleop = TwistCommand{{5}, twist};
+  input.pose_known = pose_known;
+  input.clearance.distance = clearance;
+  return input;
+}
+
+RC_GTEST_PROP(Promise3, CommandsAreOnlyEverReducedAndACurveStaysTheSameCurve, ()) {
+  const ContactLimits limits;
+  VirtualContactState state;
+  for (int i = 0; i < 20; ++i) {
+    const VirtualContactInput input = any_input();
+    const VirtualContactResult out = limit(limits, robot(), input, state);
+    RC_ASSERT(out.scale >= 0 && out.scale <= 1);
+    const Twist2 asked = input.teleop ? input.teleop->twist : Twist2{};
+    const double pairs[3][2] = {
+        {asked.vx, out.command.twist.vx}, {asked.vy, out.command.twist.vy}, {asked.wz, out.command.twist.wz}};
+    for (const auto& [before, after] : pairs) {
+      RC_ASSERT(std::abs(after) <= std::abs(before));
+      RC_ASSERT(after == 0 || std::signbit(after) == std::signbit(before));
+      RC_ASSERT(std::abs(after - out.scale * before) <= 1e-15 * std::abs(before));
+    }
+    if (out.reason == HoldReason::none) {
+      RC_ASSERT(asked.vx == out.command.twist.vx && asked.vy == out.command.twist.vy &&
+                asked.wz == out.command.twist.wz);
+    }
+    if (!input.teleop || input.teleop_age.seconds() >= limits.silence) RC_ASSERT(out.scale == 0);
+  }
+}
+
+RC_GTEST_PROP(Promise3, TheRobotCanAlwaysBrakeBeforeTheStopDistance, ()) {
+  const ContactLimits limits;
+  RobotDescription machine = robot();
+  machine.limits.deceleration = *rc::gen::inRange(1, 50) / 10.0;
+  machine.limits.reaction_time = *rc::gen::inRange(0, 10) / 10.0;
+  VirtualContactState state;
+  const double distance = *rc::gen::inRange(0, 3000) / 1000.0;
+  const VirtualContactInput input = pressed({any(3), any(3), any(4)}, true, distance);
+  const double v = footprint_speed(machine, limit(limits, machine, input, state).command.twist);
+  const double way = v * machine.limits.reaction_time + v * v / (2 * machine.limits.deceleration);
+  RC_ASSERT(way <= std::max(0.0, distance - limits.stop_distance) + 1e-9);
+}
+
+RC_GTEST_PROP(Promise3, NearerIsNeverFaster, ()) {
+  const double speed = *rc::gen::inRange(0, 3000) / 1000.0;
+  const double far = *rc::gen::inRange(0, 3000) / 1000.0, near = far * *rc::gen::inRange(0, 1000) / 1000.0;
+  RC_ASSERT(contact_scale({}, {}, near, speed) <= contact_scale({}, {}, far, speed));
+}
+
+RC_GTEST_PROP(Promise3, BeyondTheLookaheadNothingIsChanged, ()) {
+  const Twist2 twist{any(3), any(3), any(4)};
+  VirtualContactState state;
+  const double distance = contact_lookahead({}, robot(), twist);
+  RC_ASSERT(limit({}, robot(), pressed(twist, true, distance), state).scale == 1);
+}
+
+RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndAfterAReleaseCrawls, ()) {
+  const Twist2 twist{any(3), any(3), any(4)};
+  RC_PRE(footprint_speed(robot(), twist) > 0);
+  VirtualContactState state;
+  limit({}, robot(), pressed(twist, true), state);
+  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
+  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).reason == HoldReason::pose_lost);
+  RC_ASSERT(limit({}, robot(), pressed({}, false), state).scale <= 1);  // released
+  // Virtual contact must not keep it where SLAM cannot recover.
+  const VirtualContactResult out = limit({}, robot(), pressed(twist, false, 0), state);
+  RC_ASSERT(out.reason == HoldReason::crawl);
+  RC_ASSERT(out.scale > 0);
+  RC_ASSERT(footprint_speed(robot(), out.command.twist) <= ContactLimits{}.crawl_speed * (1 + 1e-12));
+  // Lost again: stop again.
+  limit({}, robot(), pressed(twist, true), state);
+  RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
+}
+
+TEST(Promise3, SilenceIsARelease) {
+  VirtualContactState state;
+  limit({}, robot(), pressed({1, 0, 0}, true), state);
+  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
+  VirtualContactInput silent = pressed({1, 0, 0}, false);
+  silent.teleop_age = milliseconds(500);
+  EXPECT_EQ(limit({}, robot(), silent, state).reason, HoldReason::silence);
+  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).reason, HoldReason::crawl);
+}
+
+TEST(Promise3, HoldingTheStickWhileThePoseIsLostNeverBeginsToCrawl) {
+  VirtualContactState state;
+  limit({}, robot(), pressed({1, 0, 0}, true), state);
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
+}
+
+TEST(Promise3, ATeleopThatIsNotFiniteStops) {
+  for (const Twist2& twist :
+       {Twist2{kNan, 0, 0}, Twist2{0, kNan, 0}, Twist2{0, 0, kNan}, Twist2{kInfinity, 0, 0},
+        Twist2{1, 0, -kInfinity}, Twist2{1e308, 1e308, 1e308}}) {
+    for (const bool pose_known : {true, false}) {
+      VirtualContactState state{true};
+      const VirtualContactResult out = limit({}, robot(), pressed(twist, pose_known), state);
+      EXPECT_EQ(out.command.twist.vx, 0);
+      EXPECT_EQ(out.command.twist.vy, 0);
+      EXPECT_EQ(out.command.twist.wz, 0);
+    }
+  }
+}
+
+TEST(Promise3, AClearanceThatIsNotANumberStops) {
+  VirtualContactState state;
+  EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, true, kNan), state).scale, 0);
+}
+
+}  // namespace
+}  // namespace parhelion
