@@ -1,0 +1,59 @@
+// A grid map cut into three kinds of cells, and boxes seen from above. Internal to this room.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace parhelion {
+
+enum class Cell : std::uint8_t { free, unknown, occupied };
+
+struct CellGrid {
+  int width = 0, height = 0;                         ///< cells; row 0 at the lowest y
+  double resolution = 0.05;                          ///< m
+  Eigen::Vector2d origin = Eigen::Vector2d::Zero();  ///< m, corner of cell (0, 0)
+  std::vector<Cell> cells;
+
+  bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
+  std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  /// Outside of the map nothing is known.
+  Cell at(int x, int y) const { return contains(x, y) ? cells[index(x, y)] : Cell::unknown; }
+  /// In cells, from the origin.
+  Eigen::Vector2d centre(std::size_t i) const {
+    const auto w = static_cast<std::size_t>(width);
+    return {static_cast<double>(i % w) + 0.5, static_cast<double>(i / w) + 0.5};
+  }
+};
+
+/// A rectangle in the grid's plane, in cells from its origin.
+struct PlanBox {
+  Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+  double yaw = 0;  ///< rad, of the long side
+  double length = 0, thickness = 0;
+
+  bool covers(const Eigen::Vector2d& p) const {
+    const Eigen::Vector2d along(std::cos(yaw), std::sin(yaw));
+    const Eigen::Vector2d offset = p - centre;
+    return std::abs(offset.dot(along)) <= length / 2 &&
+           std::abs(along.x() * offset.y() - along.y() * offset.x()) <= thickness / 2;
+  }
+};
+
+/// 1 for each occupied cell that no box covers yet.
+using CellMask = std::vector<std::uint8_t>;
+
+/// Straight walls of at least `min_length` cells, longest support first; the cells that they cover leave
+/// `left`.
+std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMask& left);
+
+/// Few upright, disjoint rectangles over the cells of `mask`, with few free cells in them.
+std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask);
+
+/// The cells of `mask` that lie in some solid square of `side` cells (morphological opening).
+CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side);
+
+}  // namespace parhelion

@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <limits>
+
+#include "fusion/semantic/cell_grid.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr long box_price = 2;  ///< a box more is worth it where it saves more free cells than this
+
+struct Rectangle {
+  int x0 = 0, y0 = 0, x1 = -1, y1 = -1;  ///< cells, inclusive
+  bool empty() const { return x1 < x0; }
+};
+
+/// Sums over rectangles of cells in constant time.
+class SummedArea {
+ public:
+  template <class Counts>
+  SummedArea(const CellGrid& grid, Counts counts)
+      : width_(grid.width + 1),
+        sums_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(grid.height + 1)) {
+    for (int y = 0; y < grid.height; ++y) {
+      for (int x = 0; x < grid.width; ++x) {
+        sums_[at(x + 1, y + 1)] =
+            sums_[at(x, y + 1)] + sums_[at(x + 1, y)] - sums_[at(x, y)] + (counts(grid.index(x, y)) ? 1 : 0);
+      }
+    }
+  }
+  long sum(const Rectangle& r) const {
+    return sums_[at(r.x1 + 1, r.y1 + 1)] - sums_[at(r.x0, r.y1 + 1)] - sums_[at(r.x1 + 1, r.y0)] +
+           sums_[at(r.x0, r.y0)];
+  }
+
+ private:
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
+  int width_;
+  std::vector<long> sums_;
+};
+
+/// Cuts the plane in two, again and again, where that saves most free cells.
+class BlockCover {
+ public:
+  BlockCover(const CellGrid& grid, const CellMask& mask)
+      : grid_(grid),
+        wanted_(grid, [&](std::size_t i) { return mask[i] != 0; }),
+        free_(grid, [&](std::size_t i) { return grid.cells[i] == Cell::free; }) {}
+
+  std::vector<PlanBox> cover() {
+    std::vector<PlanBox> boxes;
+    std::vector<Rectangle> open{tight({0, 0, grid_.width - 1, grid_.height - 1})};
+    while (!open.empty()) {
+      const Rectangle r = open.back();
+      open.pop_back();
+      if (r.empty()) continue;
+      const long wasted = free_.sum(r);
+      const Cut cut = wasted > 0 ? best_cut(r) : Cut{};
+      const bool pays = cut.price + box_price < wasted;
+      const bool hollow = 2 * wasted > wanted_.sum(r);
+      if (cut.found && (pays || hollow)) {
+        open.push_back(cut.second);
+        open.push_back(cut.first);
+      } else {
+        boxes.push_back(box(r));
+      }
+    }
+    return boxes;
+  }
+
+ private:
+  struct Cut {
+    bool found = false;
+    Rectangle first, second;
+    long price = std::numeric_limits<long>::max() / 2;
+  };
+
+  /// The smallest rectangle with the same wanted cells.
+  Rectangle tight(Rectangle r) const {
+    if (r.empty() || wanted_.sum(r) == 0) return {};
+    // The nearest bound at which cells are lost, by halves.
+    const auto shrink = [&](auto lose, int low, int high) {
+      while (low < high) {
+        const int middle = low + (high - low + 1) / 2;
+        if (wanted_.sum(lose(middle)) == wanted_.sum(r)) {
+          low = middle;
+        } else {
+          high = middle - 1;
+        }
+      }
+      return low;
+    };
+    r.x0 = shrink([&](int v) { return Rectangle{v, r.y0, r.x1, r.y1}; }, r.x0, r.x1);
+    r.y0 = shrink([&](int v) { return Rectangle{r.x0, v, r.x1, r.y1}; }, r.y0, r.y1);
+    r.x1 = -shrink([&](int v) { return Rectangle{r.x0, r.y0, -v, r.y1}; }, -r.x1, -r.x0);
+    r.y1 = -shrink([&](int v) { return Rectangle{r.x0, r.y0, r.x1, -v}; }, -r.y1, -r.y0);
+    return r;
+  }
+
+  /// Fewest free cells in the two halves; the wider gap between them where that is equal.
+  Cut best_cut(const Rectangle& r) const {
+    Cut best;
+    long best_gap = -1;
+    const auto consider = [&](const Rectangle& a, const Rectangle& b) {
+      const Rectangle first = tight(a), second = tight(b);
+      if (first.empty() || second.empty()) return;
+      const long price = free_.sum(first) + free_.sum(second);
+      const long gap = std::max(second.x0 - first.x1, second.y0 - first.y1);
+      if (price > best.price || (price == best.price && gap <= best_gap)) return;
+      best = {true, first, second, price};
+      best_gap = gap;
+    };
+    for (int x = r.x0; x < r.x1; ++x) consider({r.x0, r.y0, x, r.y1}, {x + 1, r.y0, r.x1, r.y1});
+    for (int y = r.y0; y < r.y1; ++y) consider({r.x0, r.y0, r.x1, y}, {r.x0, y + 1, r.x1, r.y1});
+    return best;
+  }
+
+  static PlanBox box(const Rectangle& r) {
+    PlanBox out;
+    out.centre = {(r.x0 + r.x1 + 1) / 2.0, (r.y0 + r.y1 + 1) / 2.0};
+    out.length = r.x1 - r.x0 + 1;
+    out.thickness = r.y1 - r.y0 + 1;
+    return out;
+  }
+
+  const CellGrid& grid_;
+  SummedArea wanted_;
+  SummedArea free_;
+};
+
+}  // namespace
+
+std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask) {
+  return BlockCover(grid, mask).cover();
+}
+
+CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side) {
+  const SummedArea wanted(grid, [&](std::size_t i) { return mask[i] != 0; });
+  CellMask solid(mask.size(), 0);
+  for (int y = 0; y + side <= grid.height; ++y) {
+    for (int x = 0; x + side <= grid.width; ++x) {
+      if (wanted.sum({x, y, x + side - 1, y + side - 1}) < static_cast<long>(side) * side) continue;
+      for (int k = 0; k < side * side; ++k) solid[grid.index(x + k % side, y + k / side)] = 1;
+    }
+  }
+  return solid;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,45 @@
+// Walls as boxes from a 2D grid map, so that a site with only planar scans has a semantic model.
+//
+// Straight walls: greedy Hough transform over the occupied cells (Duda and Hart 1972), each peak refined by
+// total least squares over its longest run; the cells that a box covers vote no more. What is left (clutter,
+// legs, round things) becomes small upright boxes labelled unknown, so that each occupied cell is inside some
+// box.
+#pragma once
+
+#include <cstddef>
+
+#include "fusion/pose/slam.hpp"
+#include "protocols/model.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct ExtrudeOptions {
+  double height = 2.5;           ///< m, of walls and of the ceiling's lower side
+  double occupied_above = 0.65;  ///< probability from which a cell is solid (map_server's occupied_thresh)
+  double free_below = 0.35;      ///< probability up to which a cell was seen to be free
+  double min_wall_length = 0.3;  ///< m; shorter pieces are unknown, not walls
+  double slab_thickness = 0.1;   ///< m, of floor and ceiling
+  bool floor = true;             ///< a slab under everything that was seen, top at z = 0
+  bool ceiling = false;
+};
+
+/// The model, with the map's id. The same map gives the same model; no two boxes of a label overlap by the
+/// model's own rule. Errors: a map whose cells do not fit its size, or without an occupied cell; options out
+/// of range.
+Result<SemanticModel> extrude(const GridMap& map, const ExtrudeOptions& options);
+
+/// How well a model stands for a grid map, measured apart from how it was made: each cell against each wall,
+/// door, pillar and unknown box.
+struct ExtrusionFigures {
+  std::size_t occupied_cells = 0;
+  std::size_t covered_cells = 0;  ///< occupied cells whose centre is inside a box
+  double box_area = 0;            ///< m^2, of all boxes' footprints, overlaps counted twice
+  double box_area_over_free = 0;  ///< m^2 of that over free cells
+  std::size_t walls = 0;
+  std::size_t unknown = 0;
+};
+ExtrusionFigures measure_extrusion(const GridMap& map, const SemanticModel& model,
+                                   const ExtrudeOptions& options);
+
+}  // namespace parhelion

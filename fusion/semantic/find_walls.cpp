@@ -1,0 +1,297 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "fusion/semantic/cell_grid.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr int angles = 180;
+constexpr double strip = 1.0;      ///< cells on either side of a line in which a wall's cells are looked for
+constexpr double fit_strip = 1.5;  ///< the same for the fit
+constexpr double max_free_gap = 2.0;   ///< cells of free space that a wall may bridge: a door is much wider
+constexpr double max_gap = 6.0;        ///< cells, where none of them is known to be free
+constexpr int max_half_thickness = 6;  ///< cells
+constexpr double layer_width = 0.25;   ///< cells
+constexpr int max_layer = static_cast<int>(max_half_thickness / layer_width);
+
+struct Line {
+  Eigen::Vector2d point;  ///< cells
+  double yaw = 0;
+  Eigen::Vector2d along() const { return {std::cos(yaw), std::sin(yaw)}; }
+  Eigen::Vector2d across() const { return {-std::sin(yaw), std::cos(yaw)}; }
+  Eigen::Vector2d at(double t, double d) const { return point + t * along() + d * across(); }
+};
+
+/// A piece of a line without a gap, from t = begin to end.
+struct Run {
+  double begin = 0, end = 0;
+  double score = 0;  ///< cells of wall less cells of free space
+};
+
+/// Votes of cells for lines x cos a + y sin a = r, a in whole degrees, r in whole cells.
+class Accumulator {
+ public:
+  explicit Accumulator(const CellGrid& grid)
+      : rows_(2 * static_cast<int>(std::ceil(std::hypot(grid.width, grid.height))) + 3),
+        votes_(static_cast<std::size_t>(angles) * static_cast<std::size_t>(rows_)),
+        dead_(votes_.size()) {
+    for (int a = 0; a < angles; ++a) {
+      const double radians = a * std::numbers::pi / angles;
+      normal_.at(static_cast<std::size_t>(a)) = {std::cos(radians), std::sin(radians)};
+    }
+  }
+
+  void add(const Eigen::Vector2d& p, int votes) {
+    for (int a = 0; a < angles; ++a) {
+      const double r = normal_[static_cast<std::size_t>(a)].dot(p);
+      votes_[bin(a, static_cast<int>(std::lround(r)) + rows_ / 2)] += votes;
+    }
+  }
+
+  /// The line with the most votes that is not dead, while there are at least `least`.
+  std::optional<Line> peak(int least) {
+    std::size_t best = votes_.size();
+    int most = least - 1;
+    for (std::size_t i = 0; i < votes_.size(); ++i) {
+      if (votes_[i] > most && dead_[i] == 0) {
+        most = votes_[i];
+        best = i;
+      }
+    }
+    if (best == votes_.size()) return std::nullopt;
+    last_ = best;
+    const auto a = best / static_cast<std::size_t>(rows_);
+    const double r = static_cast<double>(best % static_cast<std::size_t>(rows_)) - rows_ / 2;
+    return Line{r * normal_.at(a), static_cast<double>(a) * std::numbers::pi / angles + std::numbers::pi / 2};
+  }
+
+  /// The last peak held no wall, and never will: cells only leave.
+  void bury_peak() { dead_[last_] = 1; }
+
+ private:
+  std::size_t bin(int a, int row) const {
+    return static_cast<std::size_t>(a) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
+  }
+  int rows_;
+  std::vector<int> votes_;
+  std::vector<std::uint8_t> dead_;
+  std::array<Eigen::Vector2d, angles> normal_;
+  std::size_t last_ = 0;
+};
+
+class WallFinder {
+ public:
+  WallFinder(const CellGrid& grid, double min_length, CellMask& left)
+      : grid_(grid), min_length_(min_length), left_(left), accumulator_(grid) {
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      if (left_[i] != 0) accumulator_.add(grid_.centre(i), 1);
+    }
+  }
+
+  std::vector<PlanBox> find() {
+    std::vector<PlanBox> walls;
+    const int least = std::max(3, static_cast<int>(min_length_ * 0.7));
+    while (auto line = accumulator_.peak(least)) {
+      const auto wall = wall_on(*line);
+      if (!wall || take_cells(*wall) == 0) {
+        accumulator_.bury_peak();
+      } else {
+        walls.push_back(*wall);
+      }
+    }
+    return walls;
+  }
+
+ private:
+  bool is_left(const Eigen::Vector2d& p) const {
+    const int x = static_cast<int>(std::floor(p.x()));
+    const int y = static_cast<int>(std::floor(p.y()));
+    return grid_.contains(x, y) && left_[grid_.index(x, y)] != 0;
+  }
+  Cell cell(const Eigen::Vector2d& p) const {
+    return grid_.at(static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())));
+  }
+
+  /// The best run on a line, walked in half cells.
+  Run best_run(const Line& line) const {
+    constexpr double step = 0.5;
+    const Eigen::Vector2d middle(grid_.width / 2.0, grid_.height / 2.0);
+    const double t_middle = (middle - line.point).dot(line.along());
+    const double reach = std::hypot(grid_.width, grid_.height) / 2 + 1;
+    Run best, run;
+    double gap = 0, free_in_gap = 0;
+    bool open = false;
+    for (double t = std::floor(t_middle - reach); t <= t_middle + reach; t += step) {
+      const bool hit = is_left(line.at(t, 0)) || is_left(line.at(t, strip)) || is_left(line.at(t, -strip));
+      if (hit) {
+        if (!open) run = Run{t, t, 0};
+        open = true;
+        run.end = t;
+        run.score += step - free_in_gap;
+        gap = free_in_gap = 0;
+        if (run.score > best.score) best = run;
+      } else if (open) {
+        const bool is_free = cell(line.at(t, 0)) == Cell::free;
+        gap += step;
+        free_in_gap += is_free ? step : 0;
+        open = gap <= max_gap && free_in_gap <= max_free_gap;
+        if (!open) gap = free_in_gap = 0;
+      }
+    }
+    return best;
+  }
+
+  /// Cells that are left within `half_width` of a run, by index, each once.
+  std::vector<std::size_t> cells_of(const Line& line, const Run& run, double half_width) const {
+    std::vector<std::size_t> found;
+    for (double t = run.begin; t <= run.end; t += 0.5) {
+      for (double d = -half_width; d <= half_width; d += 0.5) {
+        const Eigen::Vector2d p = line.at(t, d);
+        if (is_left(p))
+          found.push_back(
+              grid_.index(static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y()))));
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  /// Total least squares through the cells of a run.
+  std::optional<Line> fit(const Line& line, const Run& run) const {
+    const auto inliers = cells_of(line, run, fit_strip);
+    if (inliers.size() < 3) return std::nullopt;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const std::size_t i : inliers) mean += grid_.centre(i);
+    mean /= static_cast<double>(inliers.size());
+    double xx = 0, xy = 0, yy = 0;
+    for (const std::size_t i : inliers) {
+      const Eigen::Vector2d p = grid_.centre(i) - mean;
+      xx += p.x() * p.x();
+      xy += p.x() * p.y();
+      yy += p.y() * p.y();
+    }
+    return Line{mean, 0.5 * std::atan2(2 * xy, xx - yy)};
+  }
+
+  std::optional<PlanBox> wall_on(Line line) const {
+    Run run = best_run(line);
+    for (int round = 0; round < 4 && run.score > 0; ++round) {
+      const auto better = fit(line, run);
+      if (!better) break;
+      const Run again = best_run(*better);
+      if (again.score < run.score) break;
+      const bool settled = again.score == run.score;
+      line = *better;
+      run = again;
+      if (settled) break;
+    }
+    if (run.score < min_length_) return std::nullopt;
+    const PlanBox box = box_around(line, run);
+    // As thick as long is a block, not a wall.
+    if (box.length < min_length_ || box.length < 2 * box.thickness) return std::nullopt;
+    return box;
+  }
+
+  /// Thickness: layers of a quarter cell, outwards from the line as far as they hold more wall than what is
+  /// not wall. A cell left out would cost a box of its own, so wall counts double; unknown space is half as
+  /// bad as free space.
+  PlanBox box_around(const Line& line, const Run& run) const {
+    const auto cells = cells_of(line, run, max_half_thickness + 0.5);
+    std::array<double, 2 * max_layer + 1> gain{};
+    for (const std::size_t i : cells) {
+      const auto layer =
+          std::lround((grid_.centre(i) - line.point).dot(line.across()) / layer_width) + max_layer;
+      if (layer >= 0 && layer <= 2 * max_layer) gain.at(static_cast<std::size_t>(layer)) += 2;
+    }
+    for (int layer = 0; layer <= 2 * max_layer; ++layer) {
+      for (double t = run.begin; t <= run.end; t += 1) {
+        const Cell seen = cell(line.at(t, (layer - max_layer) * layer_width));
+        const double price = seen == Cell::free ? 1 : seen == Cell::unknown ? 0.5 : 0;
+        gain.at(static_cast<std::size_t>(layer)) -= price * layer_width;
+      }
+    }
+    const auto reach = [&](int direction) {
+      int best = 0;
+      double sum = 0, most = 0;
+      for (int k = 1; k <= max_layer; ++k) {
+        sum += gain.at(static_cast<std::size_t>(max_layer + direction * k));
+        if (sum > most) {
+          most = sum;
+          best = k;
+        }
+      }
+      return (best + 0.5) * layer_width;
+    };
+    return tight_box(line, cells, -reach(-1), reach(1));
+  }
+
+  /// Around the cells with low <= d <= high; at least one cell thick.
+  PlanBox tight_box(const Line& line, const std::vector<std::size_t>& cells, double low, double high) const {
+    double t0 = 1e300, t1 = -1e300, d0 = 1e300, d1 = -1e300;
+    for (const std::size_t i : cells) {
+      const Eigen::Vector2d p = grid_.centre(i) - line.point;
+      const double d = p.dot(line.across());
+      if (d < low || d > high) continue;
+      const double t = p.dot(line.along());
+      t0 = std::min(t0, t);
+      t1 = std::max(t1, t);
+      d0 = std::min(d0, d);
+      d1 = std::max(d1, d);
+    }
+    if (t0 > t1) return {};
+    PlanBox box;
+    box.yaw = line.yaw;
+    box.centre = line.at((t0 + t1) / 2, (d0 + d1) / 2);
+    box.length = t1 - t0 + 1;
+    box.thickness = std::max(1.0, d1 - d0 + 0.1);
+    return rounded(box);
+  }
+
+  /// Angles and lengths that read well in a file; never smaller than the box was.
+  static PlanBox rounded(PlanBox box) {
+    constexpr double degree = std::numbers::pi / 180;
+    constexpr double grain = 0.02;  // cells: 1 mm of 5 cm
+    box.yaw = std::round(box.yaw / degree * 1e3) / 1e3 * std::numbers::pi / 180;
+    box.length = (std::ceil(box.length / grain - 1e-9) + 1) * grain;
+    box.thickness = std::ceil(box.thickness / grain - 1e-9) * grain;
+    return box;
+  }
+
+  /// How many cells the box took.
+  int take_cells(const PlanBox& box) {
+    const double reach = std::hypot(box.length, box.thickness) / 2 + 1;
+    int taken = 0;
+    const auto low = [reach](double c) { return std::max(0, static_cast<int>(std::floor(c - reach))); };
+    const auto high = [reach](double c, int n) {
+      return std::min(n - 1, static_cast<int>(std::ceil(c + reach)));
+    };
+    for (int y = low(box.centre.y()); y <= high(box.centre.y(), grid_.height); ++y) {
+      for (int x = low(box.centre.x()); x <= high(box.centre.x(), grid_.width); ++x) {
+        const std::size_t i = grid_.index(x, y);
+        if (left_[i] == 0 || !box.covers(grid_.centre(i))) continue;
+        left_[i] = 0;
+        accumulator_.add(grid_.centre(i), -1);
+        ++taken;
+      }
+    }
+    return taken;
+  }
+
+  const CellGrid& grid_;
+  double min_length_;
+  CellMask& left_;
+  Accumulator accumulator_;
+};
+
+}  // namespace
+
+std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMask& left) {
+  return WallFinder(grid, min_length, left).find();
+}
+
+}  // namespace parhelion

@@ -1,0 +1,221 @@
+#include "fusion/semantic/extrude.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+#include <rapidcheck/gtest.h>
+
+#include <limits>
+
+#include "protocols/model_overlap.hpp"
+#include "tests/fusion/semantic/rooms.hpp"
+
+namespace parhelion {
+namespace {
+
+using Eigen::Vector2d;
+using test::Wall;
+
+void draw(GridMap& map, const Wall& wall, float probability = 0.9F) {
+  const Vector2d along = wall.b - wall.a;
+  const int steps = static_cast<int>(along.norm() / map.resolution * 4) + 1;
+  for (int i = 0; i <= steps; ++i) {
+    if (float* cell = test::cell_at(map, wall.a + along * i / steps)) *cell = probability;
+  }
+}
+
+void fill_free(GridMap& map) { map.occupied.assign(map.occupied.size(), 0.1F); }
+
+/// Largest distance from points of `wall` to the nearest wall box of the model.
+double distance_to_model(const Wall& wall, const SemanticModel& model) {
+  double worst = 0;
+  for (int i = 0; i <= 50; ++i) {
+    const Vector2d p = wall.a + (wall.b - wall.a) * i / 50.0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const ModelEntity& entity : model.entities) {
+      if (entity.label != EntityLabel::wall) continue;
+      const Eigen::Vector3d q = entity.T_map_body.inverse() * Eigen::Vector3d(p.x(), p.y(), 1);
+      const Vector2d outside = (q.head<2>().cwiseAbs() - entity.size.head<2>() / 2).cwiseMax(0);
+      nearest = std::min(nearest, outside.norm());
+    }
+    worst = std::max(worst, nearest);
+  }
+  return worst;
+}
+
+void expect_sound(const GridMap& map, const SemanticModel& model, const ExtrudeOptions& options) {
+  const auto figures = measure_extrusion(map, model, options);
+  EXPECT_EQ(figures.covered_cells, figures.occupied_cells);
+  EXPECT_FALSE(find_overlap(model.entities));
+  const auto again = parse_model(to_yaml(model), "model.yaml");
+  EXPECT_TRUE(again) << again.error().message;
+  EXPECT_EQ(model.map_id, map.id);
+}
+
+TEST(Extrude, AStraightWallIsOneThinBox) {
+  GridMap map = test::unknown_map(8, 6);
+  fill_free(map);
+  const Wall wall{{0, 1}, {5, 1}};
+  draw(map, wall);
+  const auto model = extrude(map, {});
+  ASSERT_TRUE(model) << model.error().message;
+  ASSERT_EQ(model->entities.size(), 2U) << "the wall and the floor";
+  const ModelEntity& box = model->entities[0];
+  EXPECT_EQ(box.label, EntityLabel::wall);
+  EXPECT_NEAR(box.size.x(), 5, 1.1 * map.resolution);
+  EXPECT_NEAR(box.size.y(), map.resolution, 0.005);
+  EXPECT_DOUBLE_EQ(box.size.z(), 2.5);
+  EXPECT_NEAR(std::remainder(box.T_map_body.yaw(), std::numbers::pi), 0, 1e-3);
+  EXPECT_NEAR(box.T_map_body.translation().y(), 1, map.resolution);
+  EXPECT_DOUBLE_EQ(box.T_map_body.translation().z(), 1.25);
+  EXPECT_LE(distance_to_model(wall, *model), map.resolution);
+  expect_sound(map, *model, {});
+}
+
+TEST(Extrude, WallsAtAnyAngleAreRecoveredWithinACell) {
+  for (int degrees = 0; degrees < 180; degrees += 7) {
+    GridMap map = test::unknown_map(12, 12);
+    fill_free(map);
+    const double yaw = degrees * std::numbers::pi / 180;
+    const Vector2d middle(5, 4), half(4.5 * std::cos(yaw), 4.5 * std::sin(yaw));
+    const Wall wall{middle - half, middle + half};
+    draw(map, wall);
+    const auto model = extrude(map, {});
+    ASSERT_TRUE(model) << model.error().message;
+    const auto figures = measure_extrusion(map, *model, {});
+    EXPECT_LE(figures.walls, 2U) << degrees << " degrees";
+    EXPECT_LE(distance_to_model(wall, *model), map.resolution) << degrees << " degrees";
+    EXPECT_NEAR(std::remainder(model->entities[0].T_map_body.yaw() - yaw, std::numbers::pi), 0, 0.01)
+        << degrees;
+    expect_sound(map, *model, {});
+  }
+}
+
+TEST(Extrude, ADoorStaysOpen) {
+  GridMap map = test::unknown_map(10, 6);
+  fill_free(map);
+  draw(map, {{0, 1}, {3, 1}});
+  draw(map, {{3.8, 1}, {7, 1}});
+  const auto model = extrude(map, {});
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(measure_extrusion(map, *model, {}).walls, 2U);
+  for (const ModelEntity& entity : model->entities) {
+    if (entity.label == EntityLabel::floor) continue;
+    const Eigen::Vector3d p = entity.T_map_body.inverse() * Eigen::Vector3d(3.4, 1.02, 1);
+    EXPECT_TRUE((p.array().abs() > entity.size.array() / 2).any()) << entity.name << " closes the door";
+  }
+}
+
+TEST(Extrude, AHoleOfOneCellIsBridged) {
+  GridMap map = test::unknown_map(10, 6);
+  draw(map, {{0, 1.02}, {3, 1.02}});
+  draw(map, {{3.1, 1.02}, {7, 1.02}});
+  const auto model = extrude(map, {});
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(measure_extrusion(map, *model, {}).walls, 1U);
+}
+
+TEST(Extrude, ClutterBecomesSmallSolidBoxesAndBlocksStayWhole) {
+  GridMap map = test::unknown_map(10, 10);
+  fill_free(map);
+  *test::cell_at(map, {1.02, 1.02}) = 1;
+  for (int x = 0; x < 20; ++x) {
+    for (int y = 0; y < 14; ++y) *test::cell_at(map, {4.02 + 0.05 * x, 4.02 + 0.05 * y}) = 1;
+  }
+  ExtrudeOptions options;
+  options.floor = false;
+  const auto model = extrude(map, options);
+  ASSERT_TRUE(model) << model.error().message;
+  ASSERT_EQ(model->entities.size(), 2U);
+  for (const ModelEntity& entity : model->entities) EXPECT_EQ(entity.label, EntityLabel::unknown);
+  expect_sound(map, *model, options);
+  const auto figures = measure_extrusion(map, *model, options);
+  EXPECT_NEAR(figures.box_area, 281 * 0.0025, 1e-9);
+  EXPECT_EQ(figures.box_area_over_free, 0);
+}
+
+/// An office: outer walls, a corridor with rooms and door openings, one slanted wall, two round pillars.
+std::vector<Wall> office() {
+  std::vector<Wall> walls{{{0, 0}, {20, 0}}, {{20, 0}, {20, 10}}, {{20, 10}, {0, 10}}, {{0, 10}, {0, 0}}};
+  for (int room = 0; room < 5; ++room) {
+    const double x = 4.0 * room;
+    walls.push_back({{x, 4}, {x + 1.2, 4}});
+    walls.push_back({{x + 2.1, 4}, {x + 4, 4}});
+    if (room > 0) walls.push_back({{x, 0}, {x, 4}});
+  }
+  walls.push_back({{14, 10}, {20, 7}});
+  for (const Vector2d& pillar : {Vector2d(5, 7), Vector2d(10, 7)}) {
+    for (int i = 0; i < 12; ++i) {
+      const auto corner = [&](int k) {
+        return Vector2d(pillar + 0.25 * Vector2d(std::cos(k * 0.5235987756), std::sin(k * 0.5235987756)));
+      };
+      walls.push_back({corner(i), corner(i + 1)});
+    }
+  }
+  return walls;
+}
+
+TEST(Extrude, AScannedOfficeIsRecoveredFromNoise) {
+  std::vector<Vector2d> places;
+  for (int i = 0; i < 18; ++i) places.emplace_back(1 + i, i % 2 == 0 ? 5.2 : 8.3);
+  for (int room = 0; room < 5; ++room)
+    places.emplace_back(4.0 * room + 1.5, 2), places.emplace_back(4.0 * room + 2.7, 1);
+  const auto walls = office();
+  for (const double sigma : {0.01, 0.03}) {
+    const GridMap map = test::scanned_map(walls, places, 23, 14, sigma, 5);
+    const auto model = extrude(map, {});
+    ASSERT_TRUE(model) << model.error().message;
+    expect_sound(map, *model, {});
+    const auto figures = measure_extrusion(map, *model, {});
+    std::printf(
+        "noise %.2f m: %zu occupied cells, %zu walls, %zu unknown, %.1f m2 of boxes, %.1f %% over free "
+        "cells\n",
+        sigma, figures.occupied_cells, figures.walls, figures.unknown, figures.box_area,
+        100 * figures.box_area_over_free / figures.box_area);
+    EXPECT_LT(figures.box_area_over_free, 0.25 * figures.box_area);
+    EXPECT_LT(figures.walls + figures.unknown, figures.occupied_cells / 8);
+    for (std::size_t i = 0; i < 19; ++i) {
+      EXPECT_LE(distance_to_model(walls[i], *model), 2 * map.resolution + 3 * sigma) << "wall " << i;
+    }
+  }
+}
+
+RC_GTEST_PROP(Extrude, AnyMapIsCoveredWithoutOverlap, ()) {
+  GridMap map = test::unknown_map(*rc::gen::inRange(1, 60) * 0.05, *rc::gen::inRange(1, 60) * 0.05);
+  const int mode = *rc::gen::inRange(0, 3);
+  const unsigned seed = *rc::gen::arbitrary<unsigned>();
+  std::mt19937 random(seed);
+  for (float& cell : map.occupied) {
+    cell = mode == 0 ? static_cast<float>(random() % 1000) / 1000.F : random() % 16 == 0 ? 0.9F : 0.2F;
+  }
+  for (int i = mode == 2 ? 5 : 0; i > 0; --i) {
+    const auto point = [&] {
+      return Vector2d(map.x_min + random() % 60 * 0.05, map.y_min + random() % 60 * 0.05);
+    };
+    draw(map, {point(), point()});
+  }
+  map.occupied[0] = 1;
+  const auto model = extrude(map, {});
+  RC_ASSERT(model.ok());
+  const auto figures = measure_extrusion(map, *model, {});
+  RC_ASSERT(figures.covered_cells == figures.occupied_cells);
+  RC_ASSERT(!find_overlap(model->entities));
+  RC_ASSERT(to_yaml(*extrude(map, {})) == to_yaml(*model));
+}
+
+TEST(Extrude, RefusesMapsAndOptionsThatCannotBe) {
+  GridMap map = test::unknown_map(2, 2);
+  EXPECT_THAT(extrude(map, {}).error().message, ::testing::HasSubstr("no occupied cell"));
+  map.occupied[3] = 1;
+  ExtrudeOptions options;
+  options.height = 0;
+  EXPECT_THAT(extrude(map, options).error().message, ::testing::HasSubstr("0 m < height"));
+  map.occupied.pop_back();
+  EXPECT_THAT(extrude(map, {}).error().message, ::testing::HasSubstr("expected width x height"));
+  map = test::unknown_map(2, 2);
+  map.resolution = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(extrude(map, {}));
+}
+
+}  // namespace
+}  // namespace parhelion
