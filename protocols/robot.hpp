@@ -43,7 +43,7 @@ Result<RobotDescription> load_robot_description(const std::string& path);
 /// Writes YAML that parse_robot_description reads back to the same values, units included.
 std::string to_yaml(const RobotDescription& robot);
 
-/// Reads a laser preset by name ("lms-200", "s3000", "utm-30lx"), from fusion/scan/presets.
+/// Reads a laser preset by name ("lms-200", "s3000", "utm-30lx", "urg-04lx"), from fusion/scan/presets.
 Result<LaserDescription> load_laser_preset(const std::string& name);
 
 }  // namespace parhelion

@@ -8,7 +8,25 @@ namespace parhelion {
 namespace {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kSlack = 1e-6;  // rad; far more than rounding, far less than a beam
+constexpr double kSlack = 1e-4;  // rad; more than coarse_bearing is off, far less than a beam
+
+/// atan2 to 2e-5 rad (Abramowitz and Stegun 4.4.49), 0 at the origin.
+double coarse_bearing(double y, double x) {
+  const double ax = std::abs(x), ay = std::abs(y);
+  const double most = std::max(ax, ay);
+  const double q = most > 0 ? std::min(ax, ay) / most : 0;
+  const double z = q * q;
+  double a = q * (0.9998660 + z * (-0.3302995 + z * (0.1801410 + z * (-0.0851330 + z * 0.0208351))));
+  if (ay > ax) a = std::numbers::pi / 2 - a;
+  if (x < 0) a = std::numbers::pi - a;
+  return y < 0 ? -a : a;
+}
+
+/// Nearest whole number below; quicker than std::floor where the CPU's baseline has no rounding instruction.
+long floor_of(double x) {
+  const auto whole = static_cast<long>(x);
+  return whole - (static_cast<double>(whole) > x ? 1 : 0);
+}
 
 }  // namespace
 
@@ -23,13 +41,18 @@ void BeamRanges::add(BeamRange r) {
 
 BeamWindow::BeamWindow(const BeamSet& beams, double half_turn, double half_tilt, double max_range)
     : angle_first_(beams.angle_first),
-      angle_step_(beams.angle_step),
+      beams_per_radian_(1 / double{beams.angle_step}),
+      beams_per_turn_(kFullTurn * std::abs(beams_per_radian_)),
       beams_(beams.time.size()),
-      half_turn_(half_turn),
       half_tilt_(half_tilt),
       max_range_(max_range),
       sin_turn_(std::sin(half_turn)),
-      cos_turn_(std::cos(half_turn)) {}
+      cos_turn_(std::cos(half_turn)) {
+  // Sweeps of many turns, or of none at all: every beam is a candidate.
+  const double turns = static_cast<double>(beams_) / beams_per_turn_;
+  const bool told = beams.angle_step != 0 && turns < static_cast<double>(BeamRanges{}.range.size()) - 1;
+  if (!told || std::abs(angle_first_) > 1e3 || beams_per_turn_ > 1e9) beams_per_turn_ = 0;
+}
 
 BeamRanges BeamWindow::all() const {
   BeamRanges ranges;
@@ -38,12 +61,14 @@ BeamRanges BeamWindow::all() const {
 }
 
 BeamRanges BeamWindow::meet(const Eigen::Vector3d& center, double radius) const {
+  // A point P of a beam is off the middle plane by at most tilt * |P|. The sum of absolute values is no less
+  // than |center|.
+  const double off_plane = std::abs(center.z()) - radius;
+  if (off_plane > half_tilt_ * (center.lpNorm<1>() + radius) + kSlack) return {};
   const double distance_squared = center.squaredNorm();
   const double reach = max_range_ + radius;
   if (distance_squared > reach * reach) return {};
   const double distance = std::sqrt(distance_squared);
-  // A point P of a beam is off the middle plane by at most tilt * |P|.
-  if (std::abs(center.z()) - radius > half_tilt_ * (distance + radius) + kSlack) return {};
   if (distance <= radius) return all();
   // The sphere is a cap of the sky of angular radius beta; the laser's turning widens it. Beams lie on the
   // sky's equator, where the cap about elevation e reaches cos(bearing) >= cos(beta) / cos(e) (spherical law
@@ -51,32 +76,26 @@ BeamRanges BeamWindow::meet(const Eigen::Vector3d& center, double radius) const 
   const double sin_cap = radius / distance;
   const double cos_cap = std::sqrt(1 - sin_cap * sin_cap);
   const double c = (cos_cap * cos_turn_ - sin_cap * sin_turn_) * distance;  // cos(beta) * distance
-  const double in_plane = std::hypot(center.x(), center.y());
+  const double in_plane = std::sqrt(center.x() * center.x() + center.y() * center.y());
   if (c <= -in_plane) return all();
-  if (c > in_plane * (1 + kSlack)) return {};
-  const double bearing = std::atan2(center.y(), center.x());
-  const double width = std::acos(std::min(c / in_plane, 1.0)) + kSlack;
-  return between(bearing - width, bearing + width);
+  if (c > in_plane) return {};
+  // acos(c / in_plane) as an arc tangent.
+  const double width = coarse_bearing(std::sqrt(std::max(in_plane * in_plane - c * c, 0.0)), c);
+  return about(coarse_bearing(center.y(), center.x()), width + kSlack);
 }
 
-BeamRanges BeamWindow::between(double low, double high) const {
-  if (angle_step_ == 0 || high - low >= kFullTurn) return all();
+BeamRanges BeamWindow::about(double bearing, double width) const {
+  const double half = width * std::abs(beams_per_radian_);
+  if (beams_per_turn_ == 0 || 2 * half >= beams_per_turn_) return all();
+  // In beam numbers: [middle - half, middle + half], and the same a turn on and back.
+  const auto n = static_cast<long>(beams_);
+  double middle = (bearing - angle_first_) * beams_per_radian_;
+  middle -= static_cast<double>(floor_of((middle + half) / beams_per_turn_)) * beams_per_turn_;
   BeamRanges ranges;
-  // Beam index where the bearing is passed, for each turn that the sweep covers.
-  const double last_angle = angle_first_ + static_cast<double>(beams_) * angle_step_;
-  const double least = std::min(angle_first_, last_angle), most = std::max(angle_first_, last_angle);
-  const double first_turn = std::ceil((least - high) / kFullTurn);
-  const double turns = std::floor((most - low) / kFullTurn) - first_turn;
-  if (turns >= static_cast<double>(ranges.range.size())) return all();
-  const auto n = static_cast<double>(beams_);
-  for (double k = 0; k <= turns; ++k) {
-    // In the order of the beams.
-    const double offset = kFullTurn * (first_turn + (angle_step_ > 0 ? k : turns - k));
-    const double a = (low + offset - angle_first_) / angle_step_,
-                 b = (high + offset - angle_first_) / angle_step_;
-    const double from = std::ceil(std::min(a, b)), to = std::floor(std::max(a, b)) + 1;
-    ranges.add({static_cast<std::size_t>(std::clamp(from, 0.0, n)),
-                static_cast<std::size_t>(std::clamp(to, 0.0, n))});
+  for (; middle - half < static_cast<double>(n); middle += beams_per_turn_) {
+    const long first = std::max(floor_of(middle - half) + 1, 0L),
+               last = std::min(floor_of(middle + half) + 1, n);
+    if (first < last) ranges.add({static_cast<std::size_t>(first), static_cast<std::size_t>(last)});
   }
   return ranges;
 }

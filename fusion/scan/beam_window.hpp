@@ -38,11 +38,12 @@ class BeamWindow {
 
  private:
   BeamRanges all() const;
-  BeamRanges between(double low, double high) const;
+  BeamRanges about(double bearing, double width) const;
 
-  double angle_first_, angle_step_;
+  double angle_first_;
+  double beams_per_radian_, beams_per_turn_;  ///< infinite where the beams cannot be told by their bearing
   std::size_t beams_;
-  double half_turn_, half_tilt_, max_range_;
+  double half_tilt_, max_range_;
   double sin_turn_, cos_turn_;
 };
 

@@ -1,9 +1,8 @@
 #include "fusion/scan/lidar_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "fusion/scan/philox.hpp"
 
@@ -13,10 +12,50 @@ namespace {
 std::uint32_t low(std::uint64_t word) { return static_cast<std::uint32_t>(word); }
 std::uint32_t high(std::uint64_t word) { return static_cast<std::uint32_t>(word >> 32); }
 
-/// In (0, 1]: 53 bits of two words, shifted by half a step so that the logarithm is finite.
+/// In (0, 1): 52 bits of two words, in the middle of their steps.
 double uniform(std::uint32_t a, std::uint32_t b) {
-  const std::uint64_t bits = (std::uint64_t{a} << 32 | b) >> 11;
-  return (static_cast<double>(bits) + 0.5) * 0x1p-53;
+  const std::uint64_t bits = (std::uint64_t{a} << 32 | b) >> 12;
+  return (static_cast<double>(bits) + 0.5) * 0x1p-52;
+}
+
+template <std::size_t N>
+double polynomial(const std::array<double, N>& coefficients, double x) {
+  double sum = 0;
+  for (const double c : coefficients) sum = sum * x + c;
+  return sum;
+}
+
+constexpr std::array kCentreTop{2509.0809287301226727, 33430.575583588128105, 67265.770927008700853,
+                                45921.953931549871457, 13731.693765509461125, 1971.5909503065514427,
+                                133.14166789178437745, 3.387132872796366608};
+constexpr std::array kCentreBottom{
+    5226.495278852854561,  28729.085735721942674, 39307.89580009271061,  21213.794301586595867,
+    5394.1960214247511077, 687.1870074920579083,  42.313330701600911252, 1.0};
+constexpr std::array kTailTop{7.7454501427834140764e-4, 0.0227238449892691845833, 0.24178072517745061177,
+                              1.27045825245236838258,   3.64784832476320460504,   5.7694972214606914055,
+                              4.6303378461565452959,    1.42343711074968357734};
+constexpr std::array kTailBottom{
+    1.05075007164441684324e-9, 5.475938084995344946e-4, 0.0151986665636164571966, 0.14810397642748007459,
+    0.68976733498510000455,    1.6763848301838038494,   2.05319162663775882187,   1.0};
+constexpr std::array kFarTop{2.01033439929228813265e-7, 2.71155556874348757815e-5, 0.0012426609473880784386,
+                             0.026532189526576123093,   0.29656057182850489123,    1.7848265399172913358,
+                             5.4637849111641143699,     6.6579046435011037772};
+constexpr std::array kFarBottom{
+    2.04426310338993978564e-15, 1.4215117583164458887e-7, 1.8463183175100546818e-5, 7.868691311456132591e-4,
+    0.0148753612908506148525,   0.13692988092273580531,   0.59983220655588793769,   1.0};
+
+/// Quantile of the standard normal distribution: Wichura, algorithm AS 241 (PPND16), Applied Statistics 37
+/// (1988).
+double normal_quantile(double p) {
+  const double q = p - 0.5;
+  if (std::abs(q) <= 0.425) {
+    const double r = 0.180625 - q * q;
+    return q * polynomial(kCentreTop, r) / polynomial(kCentreBottom, r);
+  }
+  const double r = std::sqrt(-std::log(q < 0 ? p : 1 - p));
+  const double x = r <= 5 ? polynomial(kTailTop, r - 1.6) / polynomial(kTailBottom, r - 1.6)
+                          : polynomial(kFarTop, r - 5) / polynomial(kFarBottom, r - 5);
+  return q < 0 ? -x : x;
 }
 
 }  // namespace
@@ -25,8 +64,7 @@ double standard_normal(NoiseKey key, std::size_t beam) {
   const PhiloxCounter word =
       philox4x32({low(beam), high(beam), low(key.scan_sequence), high(key.scan_sequence)},
                  {low(key.seed), high(key.seed)});
-  return std::sqrt(-2 * std::log(uniform(word[0], word[1]))) *
-         std::cos(2 * std::numbers::pi * uniform(word[2], word[3]));
+  return normal_quantile(uniform(word[0], word[1]));
 }
 
 Measurement measure(const LaserDescription& laser, NoiseKey key, std::size_t beam, float true_range) {

@@ -30,7 +30,8 @@ Measurement measure(const LaserDescription& laser, NoiseKey key, std::size_t bea
 float measure_range(const LaserDescription& laser, NoiseKey key, std::size_t beam, float true_range);
 
 /// A draw from the standard normal distribution that depends on (key, beam) alone: Philox4x32-10 (Salmon et
-/// al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011) through Box and Muller's transform (1958).
+/// al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011) through the quantile function (Wichura, AS
+/// 241, 1988).
 double standard_normal(NoiseKey key, std::size_t beam);
 
 /// First and last instant of a sweep, relative to the scan's stamp.

@@ -2,10 +2,12 @@
 // Embree's tree.
 #include "fusion/scan/ray_caster.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "fusion/scan/beam_window.hpp"
@@ -58,6 +60,10 @@ struct RayCaster::State {
   std::vector<std::int32_t> body;
   std::vector<float> reflectivity;
 
+  // Bodies by distance from the laser; each with what it is seen as.
+  std::vector<std::pair<double, std::int32_t>> by_distance;
+  std::vector<SeenBody> seen_bodies;
+
   // Rays in the frame of the body at hand, made where first needed: valid where `ray_of` names that body.
   std::vector<std::int32_t> ray_of;
   std::vector<Vector3d> origin_body, direction_body;
@@ -71,42 +77,59 @@ struct RayCaster::State {
     direction_body.resize(beams);
   }
 
+  /// Nearest first: what is hidden behind is then given up early.
+  void order(std::span<const BodyMotion> bodies);
   void cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window);
   void cast(const Shape& shape, std::int32_t index, const BeamRange& beams, double nearest);
   void bring_rays(const BodyMotion& motion, const RotationSweep& rotation, std::int32_t index,
-                  const BeamRange& beams);
+                  const BeamRange& beams, double nearest);
   void write(double max_range, std::span<RangeHit> hits) const;
 };
 
+void RayCaster::State::order(std::span<const BodyMotion> bodies) {
+  by_distance.clear();
+  seen_bodies.clear();
+  for (const BodyMotion& motion : bodies) {
+    seen_bodies.push_back(seen(motion, rays));
+    const double distance = seen_bodies.back().t.squaredNorm();
+    if (!motion.T_map_body_start.finite() || !motion.T_map_body_end.finite()) continue;
+    by_distance.emplace_back(distance, static_cast<std::int32_t>(seen_bodies.size() - 1));
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+}
+
 void RayCaster::State::cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window) {
-  const SeenBody view = seen(motion, rays);
+  const SeenBody& view = seen_bodies[static_cast<std::size_t>(index)];
   RotationSweep rotation;
   bool has_rotation = false;
   for (const Shape& shape : motion.body->shapes) {
     const Vector3d offset = shape.T_body_shape.translation();
     const Vector3d center = view.A * offset + view.t;
-    const double radius = bounding_radius(shape.kind, shape.size) + view.drift + view.spin * offset.norm();
+    const double radius =
+        bounding_radius(shape.kind, shape.size) + view.drift + view.spin * offset.lpNorm<1>();
     for (const BeamRange& beams : window.meet(center, radius)) {
       if (!has_rotation) {
         rotation = RotationSweep(motion.T_map_body_start.rotation(), motion.T_map_body_end.rotation());
         has_rotation = true;
       }
-      bring_rays(motion, rotation, index, beams);
-      cast(shape, index, beams, center.norm() - radius);
+      const double nearest = center.norm() - radius;
+      bring_rays(motion, rotation, index, beams, nearest);
+      cast(shape, index, beams, nearest);
     }
   }
 }
 
 void RayCaster::State::bring_rays(const BodyMotion& motion, const RotationSweep& rotation, std::int32_t index,
-                                  const BeamRange& beams) {
+                                  const BeamRange& beams, double nearest) {
   const Vector3d from = motion.T_map_body_start.translation();
   const Vector3d moved = motion.T_map_body_end.translation() - from;
   for (std::size_t i = beams.first; i < beams.last; ++i) {
-    if (ray_of[i] == index) continue;
+    if (ray_of[i] == index || range[i] < nearest) continue;
     ray_of[i] = index;
     const double s = rays.time(i);
-    origin_body[i] = rotation.turn_back(s, rays.origin(i) - from - s * moved);
-    direction_body[i] = rotation.turn_back(s, rays.direction(i));
+    const Matrix3d R_body_map = rotation.at(s).transpose();
+    origin_body[i] = R_body_map * (rays.origin(i) - from - s * moved);
+    direction_body[i] = R_body_map * rays.direction(i);
   }
 }
 
@@ -122,7 +145,7 @@ void RayCaster::State::cast(const Shape& shape, std::int32_t index, const BeamRa
     const double t =
         shape_chord(shape.kind, shape.size, R_shape_body * to_origin, R_shape_body * direction_body[i])
             .range();
-    if (t >= range[i]) continue;
+    if (t > range[i] || (t == range[i] && index >= body[i])) continue;
     range[i] = t;
     body[i] = index;
     reflectivity[i] = shape.material.laser_reflectivity;
@@ -152,10 +175,9 @@ void RayCaster::cast_bodies(const LaserMotion& laser, const BeamSet& beams,
   if (can_cast(laser, beams)) {
     state.rays.set(laser, beams);
     const BeamWindow window(beams, state.rays.half_turn(), state.rays.half_tilt(), max_range);
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-      if (!bodies[b].T_map_body_start.finite() || !bodies[b].T_map_body_end.finite()) continue;
-      state.cast(bodies[b], static_cast<std::int32_t>(b), window);
-    }
+    state.order(bodies);
+    for (const auto& [distance, b] : state.by_distance)
+      state.cast(bodies[static_cast<std::size_t>(b)], b, window);
   }
   state.write(max_range, hits);
 }

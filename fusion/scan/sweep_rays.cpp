@@ -1,5 +1,6 @@
 #include "fusion/scan/sweep_rays.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace parhelion {
@@ -30,19 +31,18 @@ RotationSweep::RotationSweep(const Eigen::Matrix3d& R_start, const Eigen::Matrix
   if (sine == 0) return;
   axis_ = q.vec() / sine;
   angle_ = 2 * std::atan2(sine, q.w());
+  Eigen::Matrix3d K;
+  K << 0, -axis_.z(), axis_.y(), axis_.z(), 0, -axis_.x(), -axis_.y(), axis_.x(), 0;
+  across_ = R_start * K;
+  back_ = across_ * K;
 }
 
 Eigen::Matrix3d RotationSweep::at(double s) const {
-  return angle_ == 0 ? R_start_
-                     : Eigen::Matrix3d(R_start_ * Eigen::AngleAxisd(s * angle_, axis_).toRotationMatrix());
-}
-
-Eigen::Vector3d RotationSweep::about_axis(double phi, const Eigen::Vector3d& v) const {
-  // Rodrigues, with 1 - cos written so that nothing cancels.
+  if (angle_ == 0) return R_start_;
+  // Rodrigues' formula, with 1 - cos written so that nothing cancels.
   double sine = 0, versine = 0;
-  sine_and_versine(phi, sine, versine);
-  const Eigen::Vector3d across = axis_.cross(v);
-  return v + sine * across + versine * axis_.cross(across);
+  sine_and_versine(s * angle_, sine, versine);
+  return R_start_ + sine * across_ + versine * back_;
 }
 
 void SweepRays::set_angles(float first, float step, std::size_t n) {
@@ -56,9 +56,19 @@ void SweepRays::set_angles(float first, float step, std::size_t n) {
   }
 }
 
+bool SweepRays::holds(const LaserMotion& laser, const BeamSet& beams) const {
+  return angle_first_ == beams.angle_first && angle_step_ == beams.angle_step &&
+         std::equal(time_.begin(), time_.end(), beams.time.begin(), beams.time.end()) &&
+         laser.T_map_laser_start.isometry().matrix() == T_start_ &&
+         laser.T_map_laser_end.isometry().matrix() == T_end_;
+}
+
 void SweepRays::set(const LaserMotion& laser, const BeamSet& beams) {
+  if (holds(laser, beams)) return;
   const std::size_t n = beams.time.size();
   set_angles(beams.angle_first, beams.angle_step, n);
+  T_start_ = laser.T_map_laser_start.isometry().matrix();
+  T_end_ = laser.T_map_laser_end.isometry().matrix();
   const RotationSweep rotation(laser.T_map_laser_start.rotation(), laser.T_map_laser_end.rotation());
   start_ = laser.T_map_laser_start.translation();
   end_ = laser.T_map_laser_end.translation();
@@ -70,8 +80,8 @@ void SweepRays::set(const LaserMotion& laser, const BeamSet& beams) {
   direction_.resize(n);
   const Eigen::Vector3d moved = end_ - start_;
   for (std::size_t i = 0; i < n; ++i) {
-    origin_[i] = start_ + time_[i] * moved;
-    direction_[i] = rotation.turn(time_[i], direction_laser_[i]);
+    origin_[i] = start_ + time(i) * moved;
+    direction_[i] = rotation.at(time(i)) * direction_laser_[i];
   }
 }
 

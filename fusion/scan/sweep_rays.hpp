@@ -18,24 +18,14 @@ class RotationSweep {
 
   double angle() const { return angle_; }                ///< rad, 0..pi
   const Eigen::Vector3d& axis() const { return axis_; }  ///< in b
-  const Eigen::Matrix3d& start() const { return R_start_; }
   Eigen::Matrix3d at(double s) const;
-  /// R_a_b(s) * v_b.
-  Eigen::Vector3d turn(double s, const Eigen::Vector3d& v_b) const {
-    return R_start_ * (angle_ == 0 ? v_b : about_axis(s * angle_, v_b));
-  }
-  /// R_a_b(s)^T * v_a.
-  Eigen::Vector3d turn_back(double s, const Eigen::Vector3d& v_a) const {
-    const Eigen::Vector3d v_start = R_start_.transpose() * v_a;
-    return angle_ == 0 ? v_start : about_axis(-s * angle_, v_start);
-  }
 
  private:
-  Eigen::Vector3d about_axis(double phi, const Eigen::Vector3d& v) const;
-
   Eigen::Matrix3d R_start_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d axis_ = Eigen::Vector3d::UnitZ();
   double angle_ = 0;
+  // R_start * K and R_start * K^2, K the cross product with the axis.
+  Eigen::Matrix3d across_ = Eigen::Matrix3d::Zero(), back_ = Eigen::Matrix3d::Zero();
 };
 
 /// Rays of one sweep. Memory is kept from sweep to sweep.
@@ -44,7 +34,7 @@ class SweepRays {
   void set(const LaserMotion& laser, const BeamSet& beams);
 
   std::size_t size() const { return origin_.size(); }
-  double time(std::size_t i) const { return time_[i]; }
+  double time(std::size_t i) const { return double{time_[i]}; }
   const Eigen::Vector3d& origin(std::size_t i) const { return origin_[i]; }        ///< map, m
   const Eigen::Vector3d& direction(std::size_t i) const { return direction_[i]; }  ///< map, unit length
 
@@ -57,14 +47,17 @@ class SweepRays {
   double half_tilt() const { return half_tilt_; }
 
  private:
+  /// Bodies and building are cast over one sweep, one after the other: the second finds the rays made.
+  bool holds(const LaserMotion& laser, const BeamSet& beams) const;
   void set_angles(float first, float step, std::size_t n);
 
+  Eigen::Matrix4d T_start_ = Eigen::Matrix4d::Zero(), T_end_ = Eigen::Matrix4d::Zero();
   float angle_first_ = 0, angle_step_ = 0;
   std::vector<Eigen::Vector3d> direction_laser_;
-  std::vector<double> time_;
+  std::vector<float> time_;
   std::vector<Eigen::Vector3d> origin_, direction_;
-  Eigen::Vector3d start_, end_;
-  Eigen::Matrix3d R_map_middle_;
+  Eigen::Vector3d start_ = Eigen::Vector3d::Zero(), end_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d R_map_middle_ = Eigen::Matrix3d::Identity();
   double half_turn_ = 0, half_tilt_ = 0;
 };
 

@@ -1,0 +1,57 @@
+// Real returns that the model of the building does not explain (people, moved furniture), as discs in the
+// map.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "fusion/scan/ray_caster.hpp"
+#include "fusion/scan/sweep_rays.hpp"
+#include "protocols/scan.hpp"
+
+namespace parhelion {
+
+/// What was seen of one obstacle, or of a piece of a long one. It holds for the instant of the scan: the
+/// obstacle may walk.
+struct UnexplainedDisc {
+  Eigen::Vector2d center;  ///< m, map frame
+  double radius = 0;       ///< m, holds all its returns
+  std::size_t returns = 0;
+};
+
+struct UnexplainedOptions {
+  double margin = 0.3;        ///< m, nearer than the modelled wall on the beam by this much
+  double clearance = 0.3;     ///< m, from any modelled surface about that bearing
+  double sigmas = 3;          ///< added to both: this many standard deviations of a return
+  double gap = 0.25;          ///< m, between neighbouring returns of one obstacle
+  double max_diameter = 1.0;  ///< m; what is longer becomes several discs
+  double min_radius = 0.1;    ///< m; a laser sees the near side only
+  std::size_t min_returns = 2;
+};
+
+/// Memory is kept from scan to scan: after warm-up nothing is allocated.
+class UnexplainedReturns {
+ public:
+  explicit UnexplainedReturns(const UnexplainedOptions& options = {}) : options_(options) {}
+
+  /// `time` as in BeamSet; `building_hits` from cast_building over the same beams, one per beam (where it is
+  /// shorter than the scan, nothing is said of the rest); `sigma`: m, 1 sigma of where a return lies in the
+  /// map (pose and model), to which the laser's own noise is added. Valid until the next call.
+  std::span<const UnexplainedDisc> find(const Scan& real, const LaserDescription& laser,
+                                        const LaserMotion& motion, std::span<const float> time,
+                                        std::span<const RangeHit> building_hits, double sigma);
+
+ private:
+  bool clear_of_model(std::size_t i, double range, std::span<const RangeHit> building_hits, double clearance,
+                      double angle_step) const;
+  void close_cluster();
+
+  UnexplainedOptions options_;
+  SweepRays rays_;
+  std::vector<char> unexplained_;         // per beam
+  std::vector<Eigen::Vector2d> cluster_;  // returns of the obstacle at hand, in the order of the beams
+  std::vector<UnexplainedDisc> discs_;
+};
+
+}  // namespace parhelion

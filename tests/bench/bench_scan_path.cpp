@@ -1,0 +1,342 @@
+// The scan path on the scene that the reach is stated for: 361 beams, 80 m, 100 boxes and 50 moving robots of
+// 20 boxes each, 200 walls; and the same with Embree (instances with two time steps) and with the exact twin.
+// p50 and p99 over single scans.
+#include <benchmark/benchmark.h>
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <numbers>
+#include <random>
+
+#include "fusion/scan/augment.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t kBeams = 361;
+constexpr double kMaxRange = 80;
+
+class Draw {
+ public:
+  double real(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
+
+ private:
+  std::mt19937_64 engine_{7};
+};
+
+LaserDescription lms200() {
+  LaserDescription laser;
+  laser.convention = {0.05F, 80, RangeConvention::Sentinel::value, 81.83F, RangeConvention::Sentinel::value,
+                      0};
+  laser.passes = 2;
+  laser.pass_period = 1.0 / 75;
+  laser.beam_interval = 1.0 / 75 / 360;
+  laser.noise_sigma = 0.005;
+  laser.quantization = 0.01;
+  return laser;
+}
+
+Shape box(const Eigen::Vector3d& size, const Eigen::Vector3d& at, double yaw = 0) {
+  Shape shape;
+  shape.size = size;
+  shape.T_body_shape = {Eigen::Quaterniond(Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ())), at};
+  return shape;
+}
+
+/// Chassis, wheels, mast, arms: 20 boxes, of which a laser at 0.3 m meets about half.
+BodyDefinition robot() {
+  BodyDefinition body;
+  body.shapes.push_back(box({0.7, 0.5, 0.3}, {0, 0, 0.25}));
+  for (int i = 0; i < 4; ++i)
+    body.shapes.push_back(box({0.3, 0.08, 0.3}, {i < 2 ? 0.2 : -0.2, i % 2 ? 0.3 : -0.3, 0.15}));
+  for (int i = 0; i < 15; ++i) {
+    const double a = i * 0.42;
+    body.shapes.push_back(box({0.1, 0.15, 0.2}, {0.3 * std::cos(a), 0.25 * std::sin(a), 0.1 + 0.07 * i}, a));
+  }
+  return body;
+}
+
+struct World {
+  LaserDescription laser = lms200();
+  std::vector<float> time;
+  Sweep sweep;
+  BeamSet beams;
+  std::deque<BodyDefinition> definitions;
+  std::vector<BodyMotion> bodies;
+  std::vector<Eigen::Vector4d> start, speed;  ///< x, y, z, yaw of each body
+  SemanticModel building;
+  Scan real;
+  LaserMotion motion;
+
+  World();
+  void add(BodyDefinition body, Draw& draw, bool moves);
+  /// The motion over scan number `n`, as the server makes it from two states.
+  void advance(int n);
+};
+
+World::World() {
+  Draw draw;
+  sweep = beam_times(laser, kBeams, time);
+  beams = {static_cast<float>(-std::numbers::pi / 2), static_cast<float>(std::numbers::pi / 360), time};
+  for (int i = 0; i < 100; ++i) {
+    BodyDefinition body;
+    body.shapes.push_back(box({draw.real(0.3, 1), draw.real(0.3, 1), draw.real(0.3, 1.5)}, {0, 0, 0.4}));
+    add(body, draw, false);
+  }
+  for (int i = 0; i < 50; ++i) add(robot(), draw, true);
+  for (int i = 0; i < 200; ++i) {
+    ModelEntity wall;
+    wall.size = {draw.real(1, 10), 0.15, 2.8};
+    wall.T_map_body = Transform<Map, Body>::planar(draw.real(-40, 40), draw.real(-40, 40),
+                                                   draw.real(0, 1) < 0.5 ? 0 : std::numbers::pi / 2, 1.4);
+    building.entities.push_back(wall);
+  }
+  real.ranges.resize(kBeams);
+  for (float& range : real.ranges)
+    range = draw.real(0, 1) < 0.2 ? 81.83F : static_cast<float>(draw.real(1, 60));
+  advance(0);
+}
+
+void World::add(BodyDefinition body, Draw& draw, bool moves) {
+  const double distance = draw.real(2, 40), bearing = draw.real(-1.6, 1.6);
+  start.emplace_back(distance * std::cos(bearing), distance * std::sin(bearing), 0, draw.real(-3, 3));
+  speed.emplace_back(moves ? draw.real(-1, 1) : 0, moves ? draw.real(-1, 1) : 0, 0,
+                     moves ? draw.real(-1, 1) : 0);
+  definitions.push_back(std::move(body));
+  bodies.push_back({&definitions.back(), {}, {}});
+}
+
+void World::advance(int n) {
+  const double t0 = 0.0267 * (n % 75), t1 = t0 + (sweep.end - sweep.start).seconds();
+  const auto pose = [](const Eigen::Vector4d& p) { return Eigen::Vector4d(p); };
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const Eigen::Vector4d p = pose(start[b] + t0 * speed[b]), q = pose(start[b] + t1 * speed[b]);
+    bodies[b].T_map_body_start = Transform<Map, Body>::planar(p.x(), p.y(), p.w(), p.z());
+    bodies[b].T_map_body_end = Transform<Map, Body>::planar(q.x(), q.y(), q.w(), q.z());
+  }
+  motion.T_map_laser_start = Transform<Map, Laser>::planar(0.5 * t0, 0, 0.3 * t0, 0.3);
+  motion.T_map_laser_end = Transform<Map, Laser>::planar(0.5 * t1, 0, 0.3 * t1, 0.3);
+}
+
+/// The bodies in Embree: one scene a body definition, one instance a body, two time steps of quaternion
+/// motion.
+class EmbreeBodies {
+ public:
+  explicit EmbreeBodies(const World& world) : device_(rtcNewDevice("threads=1")), top_(rtcNewScene(device_)) {
+    rtcSetSceneFlags(top_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+    rtcSetSceneBuildQuality(top_, RTC_BUILD_QUALITY_LOW);
+    for (const BodyMotion& motion : world.bodies) add(*motion.body);
+  }
+  ~EmbreeBodies() {
+    for (RTCGeometry instance : instances_) rtcReleaseGeometry(instance);
+    for (RTCScene scene : scenes_) rtcReleaseScene(scene);
+    rtcReleaseScene(top_);
+    rtcReleaseDevice(device_);
+  }
+
+  void cast(const World& world, std::span<RangeHit> hits) {
+    update(world);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    const Transform<Map, Laser>&a = world.motion.T_map_laser_start, &b = world.motion.T_map_laser_end;
+    rays_.resize(hits.size());
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const Transform<Map, Laser> T_map_laser = interpolate(a, b, world.time[i]);
+      const double angle = world.beams.angle_first + static_cast<double>(i) * world.beams.angle_step;
+      const Eigen::Vector3f o = T_map_laser.translation().cast<float>();
+      const Eigen::Vector3f d =
+          (T_map_laser.rotation() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)).cast<float>();
+      rays_[i] = {};
+      rays_[i].ray = {o.x(), o.y(), o.z(), 0, d.x(), d.y(), d.z(), world.time[i], static_cast<float>(kMaxRange),
+                      ~0U,   0,     0};
+      rays_[i].hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect1M(top_, &context, rays_.data(), static_cast<unsigned>(rays_.size()), sizeof(RTCRayHit));
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const bool hit = rays_[i].hit.geomID != RTC_INVALID_GEOMETRY_ID;
+      hits[i] = hit ? RangeHit{rays_[i].ray.tfar, static_cast<std::int32_t>(rays_[i].hit.instID[0]), 0.5F}
+                    : RangeHit{INFINITY, -1, 0};
+    }
+  }
+
+ private:
+  void add(const BodyDefinition& body);
+  void update(const World& world);
+
+  RTCDevice device_;
+  RTCScene top_;
+  std::vector<RTCScene> scenes_;
+  std::vector<RTCGeometry> instances_;
+  std::vector<RTCRayHit> rays_;
+};
+
+void EmbreeBodies::add(const BodyDefinition& body) {
+  RTCScene scene = rtcNewScene(device_);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+  RTCGeometry quads = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_QUAD);
+  auto* p = static_cast<float*>(rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                        12, body.shapes.size() * 8));
+  auto* index = static_cast<unsigned*>(
+      rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, body.shapes.size() * 6));
+  const unsigned faces[6][4] = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
+  unsigned first = 0;
+  for (const Shape& shape : body.shapes) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d half = shape.size / 2;
+      const Eigen::Vector3d v = shape.T_body_shape * Eigen::Vector3d(corner & 1 ? half.x() : -half.x(),
+                                                                     corner & 2 ? half.y() : -half.y(),
+                                                                     corner & 4 ? half.z() : -half.z());
+      for (int k = 0; k < 3; ++k) *p++ = static_cast<float>(v[k]);
+    }
+    for (const auto& face : faces) {
+      for (unsigned corner : face) *index++ = first + corner;
+    }
+    first += 8;
+  }
+  rtcCommitGeometry(quads);
+  rtcAttachGeometry(scene, quads);
+  rtcReleaseGeometry(quads);
+  rtcCommitScene(scene);
+  RTCGeometry instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(instance, scene);
+  rtcSetGeometryTimeStepCount(instance, 2);
+  rtcAttachGeometry(top_, instance);
+  scenes_.push_back(scene);
+  instances_.push_back(instance);
+}
+
+void EmbreeBodies::update(const World& world) {
+  for (std::size_t b = 0; b < instances_.size(); ++b) {
+    const Transform<Map, Body>* poses[2] = {&world.bodies[b].T_map_body_start,
+                                            &world.bodies[b].T_map_body_end};
+    for (unsigned step = 0; step < 2; ++step) {
+      const Eigen::Quaternionf q = poses[step]->quaternion().cast<float>();
+      const Eigen::Vector3f t = poses[step]->translation().cast<float>();
+      RTCQuaternionDecomposition d{};
+      d.scale_x = d.scale_y = d.scale_z = 1;
+      d.quaternion_r = q.w(), d.quaternion_i = q.x(), d.quaternion_j = q.y(), d.quaternion_k = q.z();
+      d.translation_x = t.x(), d.translation_y = t.y(), d.translation_z = t.z();
+      rtcSetGeometryTransformQuaternion(instances_[b], step, &d);
+    }
+    rtcCommitGeometry(instances_[b]);
+  }
+  rtcCommitScene(top_);
+}
+
+/// Times each scan by itself and reports percentiles over all of them, microseconds.
+template <class Scan>
+void over_scans(benchmark::State& state, World& world, Scan scan) {
+  std::vector<double> us;
+  int n = 0;
+  for (auto _ : state) {
+    world.advance(n++);
+    const auto start = std::chrono::steady_clock::now();
+    scan();
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    state.SetIterationTime(took.count());
+    us.push_back(took.count() * 1e6);
+  }
+  std::sort(us.begin(), us.end());
+  state.counters["p50_us"] = us[us.size() / 2];
+  state.counters["p99_us"] = us[us.size() * 99 / 100];
+}
+
+void whole_path(benchmark::State& state) {
+  World world;
+  RayCaster caster;
+  caster.set_building(world.building);
+  std::vector<RangeHit> bodies(kBeams), building(kBeams);
+  Scan out;
+  std::vector<std::int32_t> beam_body;
+  std::size_t replaced = 0;
+  std::uint64_t sequence = 0;
+  over_scans(state, world, [&] {
+    caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, bodies);
+    caster.cast_building(world.motion, world.beams, kMaxRange, building);
+    replaced = augment_scan(world.real, world.laser, {1, ++sequence}, bodies, building, out, beam_body);
+  });
+  state.counters["replaced"] = static_cast<double>(replaced);
+}
+BENCHMARK(whole_path)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+void bodies_own_caster(benchmark::State& state) {
+  World world;
+  RayCaster caster;
+  std::vector<RangeHit> hits(kBeams);
+  over_scans(state, world,
+             [&] { caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, hits); });
+}
+BENCHMARK(bodies_own_caster)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+void bodies_embree(benchmark::State& state) {
+  World world;
+  EmbreeBodies caster(world);
+  std::vector<RangeHit> hits(kBeams), twin(kBeams);
+  over_scans(state, world, [&] { caster.cast(world, hits); });
+  cast_bodies_exact(world.motion, world.beams, world.bodies, kMaxRange, twin);
+  double apart = 0;
+  for (std::size_t i = 0; i < kBeams; ++i)
+    apart += !(hits[i].range == twin[i].range || std::abs(hits[i].range - twin[i].range) < 1e-3F);
+  state.counters["apart"] = apart;
+}
+BENCHMARK(bodies_embree)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+void bodies_exact_twin(benchmark::State& state) {
+  World world;
+  std::vector<RangeHit> hits(kBeams);
+  over_scans(state, world,
+             [&] { cast_bodies_exact(world.motion, world.beams, world.bodies, kMaxRange, hits); });
+}
+BENCHMARK(bodies_exact_twin)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(20);
+
+void building_tree(benchmark::State& state) {
+  World world;
+  RayCaster caster;
+  caster.set_building(world.building);
+  std::vector<RangeHit> hits(kBeams);
+  over_scans(state, world, [&] { caster.cast_building(world.motion, world.beams, kMaxRange, hits); });
+}
+BENCHMARK(building_tree)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+/// The walls as one body at rest, through the caster for bodies.
+void building_own_caster(benchmark::State& state) {
+  World world;
+  BodyDefinition walls;
+  for (const ModelEntity& entity : world.building.entities) {
+    Shape shape;
+    shape.size = entity.size;
+    shape.T_body_shape = Transform<Body, ShapeFrame>(entity.T_map_body.isometry());
+    walls.shapes.push_back(shape);
+  }
+  const std::vector<BodyMotion> bodies{{&walls, {}, {}}};
+  RayCaster caster;
+  std::vector<RangeHit> hits(kBeams);
+  over_scans(state, world, [&] { caster.cast_bodies(world.motion, world.beams, bodies, kMaxRange, hits); });
+}
+BENCHMARK(building_own_caster)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+void augment(benchmark::State& state) {
+  World world;
+  RayCaster caster;
+  std::vector<RangeHit> bodies(kBeams), building(kBeams, RangeHit{INFINITY, -1, 0});
+  caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, bodies);
+  Scan out;
+  std::vector<std::int32_t> beam_body;
+  std::uint64_t sequence = 0;
+  over_scans(state, world, [&] {
+    augment_scan(world.real, world.laser, {1, ++sequence}, bodies, building, out, beam_body);
+  });
+}
+BENCHMARK(augment)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+}  // namespace
+}  // namespace parhelion
+
+BENCHMARK_MAIN();

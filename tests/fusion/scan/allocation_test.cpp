@@ -1,0 +1,78 @@
+// Counts what the scan path allocates: nothing after warm-up.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "fusion/scan/augment.hpp"
+#include "fusion/scan/unexplained.hpp"
+#include "tests/fusion/scan/random_scene.hpp"
+
+namespace {
+std::atomic<std::size_t> allocations{0};
+
+void* counted(std::size_t size, std::size_t alignment) {
+  ++allocations;
+  void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t a) {
+  return counted(size, static_cast<std::size_t>(a));
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace parhelion {
+namespace {
+
+TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
+  constexpr int kBeams = 361;
+  test::RandomScene scene = test::random_scene(3, kBeams, 30, 50);
+  LaserDescription laser;
+  laser.convention = {0.1F, 80, RangeConvention::Sentinel::infinity, 0, RangeConvention::Sentinel::value, 0};
+  laser.noise_sigma = 0.01;
+  laser.beam_interval = 1e-5;
+  RayCaster caster;
+  caster.set_building(scene.building);
+  UnexplainedReturns unexplained;
+  Scan real, out;
+  real.ranges.assign(kBeams, 20);
+  real.intensities.assign(kBeams, 1);
+  real.angle_first = scene.beams.angle_first;
+  real.angle_step = scene.beams.angle_step;
+  std::vector<float> time;
+  std::vector<std::int32_t> beam_body;
+  std::vector<RangeHit> bodies(kBeams), building(kBeams);
+  std::size_t replaced = 0, discs = 0;
+  const auto scan = [&](std::size_t n) {
+    // The laser goes on, and the number of bodies changes from scan to scan.
+    const auto forward = Transform<Map, Laser>(Eigen::Isometry3d(Eigen::Translation3d(
+        scene.laser.T_map_laser_end.translation() + Eigen::Vector3d(0.01 * static_cast<double>(n), 0, 0))));
+    scene.laser.T_map_laser_end =
+        Transform<Map, Laser>(scene.laser.T_map_laser_end.quaternion(), forward.translation());
+    beam_times(laser, kBeams, time);
+    const std::span<const BodyMotion> some = std::span(scene.bodies).first(scene.bodies.size() - n % 7);
+    const BeamSet beams{real.angle_first, real.angle_step, time};
+    caster.cast_bodies(scene.laser, beams, some, 80, bodies);
+    caster.cast_building(scene.laser, beams, 80, building);
+    replaced += augment_scan(real, laser, {1, n}, bodies, building, out, beam_body);
+    discs += unexplained.find(out, laser, scene.laser, time, building, 0.02).size();
+    simulate_scan(laser, {2, n}, bodies, building, {}, out);
+  };
+  for (std::size_t n = 0; n < 14; ++n) scan(n);
+  const std::size_t before = allocations;
+  for (std::size_t n = 0; n < 140; ++n) scan(n);
+  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_GT(replaced, 0U);
+  EXPECT_GT(discs, 0U);
+}
+
+}  // namespace
+}  // namespace parhelion
