@@ -1,4 +1,5 @@
-// Draws virtual bodies into real images, hidden behind what is really in front of them (promise 5). No GL type here.
+// Draws virtual bodies into real images, hidden behind what is really in front of them (promise 5). No GL
+// type here.
 #pragma once
 
 #include <memory>
@@ -22,11 +23,11 @@ struct RenderJob {
   WorldSnapshot world;                          ///< at the image's stamp
   std::optional<Image> depth;                   ///< nearest in time, where there is one
   DepthCameraDescription depth_camera;
-  Transform<Map, DepthOptical> T_map_depth;     ///< at the depth image's stamp
-  std::optional<Scan> scan;                     ///< current real scan, occluder in the laser's plane
+  Transform<Map, DepthOptical> T_map_depth;  ///< at the depth image's stamp
+  std::optional<Scan> scan;                  ///< current real scan, occluder in the laser's plane
   LaserDescription laser;
-  Transform<Map, Laser> T_map_laser;            ///< at the scan's stamp
-  double floor_z = 0;                           ///< m, map frame, where contact shadows fall
+  Transform<Map, Laser> T_map_laser;  ///< at the scan's stamp
+  double floor_z = 0;                 ///< m, map frame, where contact shadows fall
 };
 
 struct RenderTimings {
@@ -34,10 +35,10 @@ struct RenderTimings {
 };
 
 struct RenderAnswer {
-  Image image;                   ///< same stamp and format; the same bytes where nothing is drawn
-  std::optional<Image> depth;    ///< MR_DEPTH: never deeper than the real pixel
+  Image image;                 ///< same stamp and format; the same bytes where nothing is drawn
+  std::optional<Image> depth;  ///< MR_DEPTH: never deeper than the real pixel
   bool drawn = false;
-  std::string reason;            ///< why the original went out although there was something to draw; else empty
+  std::string reason;  ///< why the original went out although there was something to draw; else empty
   std::vector<std::string> visible;  ///< entities with at least one visible pixel
   RenderTimings timings;
 };
@@ -49,7 +50,8 @@ class Compositor {
   static Result<std::unique_ptr<Compositor>> create(const SemanticModel& building);
   virtual ~Compositor() = default;
   virtual RenderAnswer compose(const RenderJob& job) = 0;
-  /// The same before re-encoding: BGR pixels and the mask of pixels that a body or its shadow covers (255 where covered).
+  /// The same before re-encoding: BGR pixels and the mask of pixels that a body or its shadow covers (255
+  /// where covered).
   struct Pixels {
     int width = 0, height = 0;
     std::vector<std::uint8_t> bgr, mask;
@@ -57,13 +59,14 @@ class Compositor {
   virtual Result<Pixels> compose_pixels(const RenderJob& job) = 0;
 };
 
-/// A whole rendered view of building and bodies: the stand-in camera of demo and simulated robots (levels 1, 2).
+/// A whole rendered view of building and bodies: the stand-in camera of demo and simulated robots (levels 1,
+/// 2).
 class VirtualCamera {
  public:
   static Result<std::unique_ptr<VirtualCamera>> create(const SemanticModel& building);
   virtual ~VirtualCamera() = default;
-  /// JPEG, at `stamp`; metadata "stand-in" says what it was rendered from where `stand_in` is not empty, and it is written
-  /// on the picture.
+  /// JPEG, at `stamp`; metadata "stand-in" says what it was rendered from where `stand_in` is not empty, and
+  /// it is written on the picture.
   virtual Image render(const CameraDescription& camera, const Transform<Map, CameraOptical>& T_map_optical,
                        const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in) = 0;
 };

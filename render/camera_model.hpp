@@ -1,0 +1,91 @@
+// Pinhole with a lens: from a direction to a pixel and back, and the pinhole views that a distorted image is
+// drawn through.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "protocols/image.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// Pixels [x0, x1) x [y0, y1).
+struct PixelRect {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool empty() const { return x1 <= x0 || y1 <= y0; }
+  int width() const { return x1 - x0; }
+  int height() const { return y1 - y0; }
+  PixelRect united(const PixelRect& other) const;
+  PixelRect intersected(const PixelRect& other) const;
+  PixelRect grown(int pixels) const { return {x0 - pixels, y0 - pixels, x1 + pixels, y1 + pixels}; }
+};
+
+/// The intrinsics for an image of this size: scaled where the aspect is the same. Error: not calibrated, not
+/// finite, another aspect, or a size that is no image's.
+Result<CameraIntrinsics> intrinsics_for_size(const CameraIntrinsics& intrinsics, int width, int height);
+
+/// Pixel of a point in the optical frame (m), or nothing where the lens model does not image it (behind a
+/// pinhole, beyond the angle up to which the distortion is monotonic). Brown-Conrady and Kannala-Brandt as
+/// OpenCV defines them.
+std::optional<Eigen::Vector2d> project(const CameraIntrinsics& intrinsics, const Eigen::Vector3d& p_optical);
+/// Unit direction in the optical frame of a pixel, or nothing where no direction is imaged there.
+std::optional<Eigen::Vector3d> unproject(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel);
+
+/// An undistorted view: pixel (u, v) looks along R_optical_view * ((u - cx) / f, (v - cy) / f, 1).
+struct PinholeView {
+  Eigen::Matrix3d R_optical_view = Eigen::Matrix3d::Identity();
+  double fx = 0, fy = 0, cx = 0, cy = 0;
+  int width = 0, height = 0;
+};
+
+/// How the image of a camera is drawn by a renderer that only knows pinholes: directly where the lens has no
+/// distortion, else through one view (up to 65 degrees off axis) or the faces of a cube, warped by a map that
+/// is computed once. The views are at least as fine as the image, so that the warp costs no sharpness beyond
+/// its bilinear filter.
+class CameraProjection {
+ public:
+  explicit CameraProjection(const CameraIntrinsics& intrinsics);
+
+  const CameraIntrinsics& intrinsics() const { return intrinsics_; }
+  /// The image is the one view itself: no warp.
+  bool direct() const { return direct_; }
+  const std::vector<PinholeView>& views() const { return views_; }
+
+  static constexpr std::uint8_t kNoView = 255;
+  struct Source {
+    float u, v;         ///< pixel in the view
+    std::uint8_t view;  ///< kNoView: the lens images nothing here
+  };
+  /// Where pixel (x, y) of the image is found; only where not direct().
+  const Source& source(int x, int y) const {
+    return sources_[static_cast<std::size_t>(y) * static_cast<std::size_t>(intrinsics_.width) +
+                    static_cast<std::size_t>(x)];
+  }
+  /// Pixel of a point in the optical frame, as project() above, with the lens's limit at hand.
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_optical) const;
+  /// Unit direction of an image pixel; zero where the lens images nothing.
+  Eigen::Vector3d direction(int x, int y) const;
+  /// The image pixels (to 16) that are drawn from within `rect` of the view; and the converse.
+  PixelRect image_rect(std::size_t view, const PixelRect& rect) const;
+  PixelRect view_rect(std::size_t view, const PixelRect& image) const;
+
+ private:
+  struct Block {
+    float u0, v0, u1, v1;
+  };
+  void make_views(double max_angle, double max_slope_x, double max_slope_y, double scale);
+  void make_sources();
+
+  CameraIntrinsics intrinsics_;
+  double lens_limit_ = 0;  ///< radius or angle up to which the distortion is monotonic
+  bool direct_ = true;
+  std::vector<PinholeView> views_;
+  std::vector<Source> sources_;
+  int blocks_x_ = 0, blocks_y_ = 0;
+  std::vector<Block> blocks_;  ///< bounds in each view of each 16x16 block of the image; u0 > u1: none
+};
+
+}  // namespace parhelion

@@ -1,0 +1,267 @@
+#include "render/depth_occlusion.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+namespace parhelion {
+namespace {
+
+using Rule = DepthRule;
+
+/// exp(-d / (2 sigma^2)) of a squared colour difference, in steps of 8.
+const std::array<float, 4096>& colour_weights() {
+  static const std::array<float, 4096> table = [] {
+    std::array<float, 4096> t{};
+    for (std::size_t i = 0; i < t.size(); ++i)
+      t[i] = static_cast<float>(
+          std::exp(-(8.0 * static_cast<double>(i)) / (2 * Rule::kColourSigma * Rule::kColourSigma)));
+    return t;
+  }();
+  return table;
+}
+
+struct Tap {
+  int dx, dy;
+  float weight;
+};
+
+const std::vector<Tap>& taps() {
+  static const std::vector<Tap> list = [] {
+    std::vector<Tap> t;
+    for (int dy = -Rule::kRadius; dy <= Rule::kRadius; dy += 2)
+      for (int dx = -Rule::kRadius; dx <= Rule::kRadius; dx += 2)
+        t.push_back({dx, dy,
+                     static_cast<float>(
+                         std::exp(-(dx * dx + dy * dy) / (2 * Rule::kSpatialSigma * Rule::kSpatialSigma)))});
+    return t;
+  }();
+  return list;
+}
+
+/// The part of the depth image that can fall on `window` of the image, from any range.
+PixelRect depth_part(const DepthView& view, const PixelRect& window,
+                     const Transform<DepthOptical, CameraOptical>& T_depth_optical, double z_far) {
+  const PixelRect whole{0, 0, view.depth.width, view.depth.height};
+  PixelRect part;
+  const auto add = [&](int x, int y) {
+    const Eigen::Vector3d ray = view.camera.direction(x, y);
+    for (const double range : {0.25, z_far}) {
+      const auto pixel = view.depth_camera.project(T_depth_optical * Eigen::Vector3d(ray * range));
+      if (!pixel) return false;
+      const auto u = static_cast<int>(std::clamp(pixel->x(), -9.0, 9000.0)),
+                 v = static_cast<int>(std::clamp(pixel->y(), -9.0, 9000.0));
+      part = part.united({u - 4, v - 4, u + 5, v + 5});
+    }
+    return true;
+  };
+  bool bounded = true;
+  for (int x = window.x0; x < window.x1 && bounded; x += 8)
+    bounded = add(x, window.y0) && add(x, window.y1 - 1);
+  for (int y = window.y0; y < window.y1 && bounded; y += 8)
+    bounded = add(window.x0, y) && add(window.x1 - 1, y);
+  bounded = bounded && add(window.x1 - 1, window.y1 - 1);
+  return bounded ? part.intersected(whole) : whole;
+}
+
+double smoothstep(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+/// Depth along the optical axis at which a pixel's ray meets the floor; beyond everything where it does not.
+double floor_depth(const DepthView& view, int x, int y) {
+  const Eigen::Vector3d ray = view.camera.direction(x, y);
+  const double fall = (view.T_map_optical.rotation() * ray).z();
+  const double height = view.T_map_optical.translation().z() - view.floor_z;
+  return fall < -1e-6 && height > 0 ? ray.z() * height / -fall : Rule::kNothing;
+}
+
+}  // namespace
+
+void DepthOcclusion::register_depth(const DepthView& view) {
+  const std::size_t count =
+      static_cast<std::size_t>(window_.width()) * static_cast<std::size_t>(window_.height());
+  depth_.assign(count, static_cast<float>(Rule::kNothing));
+  confidence_.assign(count, static_cast<float>(Rule::kUnknown));
+  const Transform<CameraOptical, DepthOptical> T_optical_depth =
+      view.T_map_optical.inverse() * view.T_map_depth;
+  const Eigen::Matrix3d R = T_optical_depth.rotation();
+  const Eigen::Vector3d t = T_optical_depth.translation();
+  const CameraIntrinsics& d = view.depth_camera.intrinsics();
+  const CameraIntrinsics& c = view.camera.intrinsics();
+  const double z_min = std::max(view.description.range_min, 0.001);
+  const double z_max = view.description.range_max > 0 ? view.description.range_max : 65.534;
+  const PixelRect part = depth_part(view, window_, T_optical_depth.inverse(), z_max);
+  const double scale = 0.5 * std::max(c.fx / d.fx, c.fy / d.fy);
+  for (int v = part.y0; v < part.y1; ++v) {
+    for (int u = part.x0; u < part.x1; ++u) {
+      const double z =
+          0.001 *
+          view.depth.millimetres[static_cast<std::size_t>(v) * static_cast<std::size_t>(view.depth.width) +
+                                 static_cast<std::size_t>(u)];
+      if (z < z_min || z > z_max) continue;
+      Eigen::Vector3d ray((u - d.cx) / d.fx, (v - d.cy) / d.fy, 1);
+      if (!view.depth_camera.direct()) {
+        ray = view.depth_camera.direction(u, v);
+        if (ray.z() < 0.05) continue;
+        ray /= ray.z();
+      }
+      const Eigen::Vector3d p = R * (z * ray) + t;
+      if (p.z() < kNearPlane) continue;
+      Eigen::Vector2d pixel;
+      if (view.camera.direct()) {
+        pixel = {c.fx * p.x() / p.z() + c.cx, c.fy * p.y() / p.z() + c.cy};
+      } else {
+        const auto projected = view.camera.project(p);
+        if (!projected) continue;
+        pixel = *projected;
+      }
+      const double half = std::min(4.0, std::max(0.5, scale * z / p.z()) + 0.05);
+      if (!(pixel.x() > window_.x0 - 5 && pixel.x() < window_.x1 + 5 && pixel.y() > window_.y0 - 5 &&
+            pixel.y() < window_.y1 + 5))
+        continue;
+      const int x0 = std::max(window_.x0, static_cast<int>(std::ceil(pixel.x() - half)));
+      const int x1 = std::min(window_.x1 - 1, static_cast<int>(std::floor(pixel.x() + half)));
+      const int y0 = std::max(window_.y0, static_cast<int>(std::ceil(pixel.y() - half)));
+      const int y1 = std::min(window_.y1 - 1, static_cast<int>(std::floor(pixel.y() + half)));
+      for (int y = y0; y <= y1; ++y) {
+        for (int x = x0; x <= x1; ++x) {
+          float& nearest = depth_[at(x, y)];
+          nearest = std::min(nearest, static_cast<float>(p.z()));
+        }
+      }
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (depth_[i] < static_cast<float>(Rule::kNothing)) confidence_[i] = static_cast<float>(Rule::kMeasured);
+}
+
+/// Measured depths with a jump near them count little.
+void DepthOcclusion::find_edges() {
+  const cv::Mat depth(window_.height(), window_.width(), CV_32F, depth_.data());
+  nearest_.resize(depth_.size());
+  farthest_.resize(depth_.size());
+  cv::Mat nearest(depth.size(), CV_32F, nearest_.data()), farthest(depth.size(), CV_32F, farthest_.data());
+  cv::Mat known;
+  depth.copyTo(known);
+  known.setTo(0, depth >= Rule::kNothing);
+  const int side = 2 * Rule::kEdgeRadius + 1;
+  const cv::Mat square = cv::Mat::ones(side, side, CV_8U);
+  cv::erode(depth, nearest, square);
+  cv::dilate(known, farthest, square);
+  for (std::size_t i = 0; i < depth_.size(); ++i) {
+    if (confidence_[i] != static_cast<float>(Rule::kMeasured)) continue;
+    if (farthest_[i] - nearest_[i] > static_cast<float>(Rule::jump(static_cast<double>(depth_[i]))))
+      confidence_[i] = static_cast<float>(Rule::kEdge);
+  }
+}
+
+void DepthOcclusion::add_model(const Layer& modelled) {
+  const PixelRect rect = modelled.rect.intersected(window_);
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      const std::uint32_t depth_id = modelled.depth_id[modelled.at(x, y)];
+      float& depth = depth_[at(x, y)];
+      if (!depth_id || depth < static_cast<float>(Rule::kNothing)) continue;
+      depth = static_cast<float>(layer_depth(depth_id));
+      confidence_[at(x, y)] = static_cast<float>(Rule::kModelled);
+    }
+  }
+}
+
+void DepthOcclusion::fill_rows() {
+  const auto nothing = static_cast<float>(Rule::kNothing);
+  const int width = window_.width();
+  for (int y = 0; y < window_.height(); ++y) {
+    float* row = &depth_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+    float* confidence = &confidence_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+    for (int x = 0; x < width;) {
+      if (row[x] < nothing) {
+        ++x;
+        continue;
+      }
+      int end = x;
+      while (end < width && row[end] >= nothing) ++end;
+      const float left = x > 0 ? row[x - 1] : 0, right = end < width ? row[end] : 0;
+      if (const float farther = std::max(left, right); farther > 0) {
+        std::fill(row + x, row + end, farther);
+        std::fill(confidence + x, confidence + end, static_cast<float>(Rule::kFilled));
+      }
+      x = end;
+    }
+  }
+}
+
+void DepthOcclusion::find_bounds() {
+  const cv::Mat depth(window_.height(), window_.width(), CV_32F, depth_.data());
+  cv::Mat nearest(depth.size(), CV_32F, nearest_.data()), farthest(depth.size(), CV_32F, farthest_.data());
+  const int side = 2 * Rule::kRadius + 1;
+  const cv::Mat square = cv::Mat::ones(side, side, CV_8U);
+  cv::erode(depth, nearest, square);
+  cv::dilate(depth, farthest, square);
+}
+
+double DepthOcclusion::visible_share(const DepthView& view, int x, int y, float threshold) const {
+  const int width = view.camera.intrinsics().width;
+  const auto pixel = [&](int px, int py) {
+    return &view.bgr[3 * (static_cast<std::size_t>(py) * static_cast<std::size_t>(width) +
+                          static_cast<std::size_t>(px))];
+  };
+  const std::uint8_t* centre = pixel(x, y);
+  float behind = 0, all = 0;
+  for (const Tap& tap : taps()) {
+    const int qx = x + tap.dx, qy = y + tap.dy;
+    if (qx < window_.x0 || qy < window_.y0 || qx >= window_.x1 || qy >= window_.y1) continue;
+    const std::uint8_t* q = pixel(qx, qy);
+    const int b = q[0] - centre[0], g = q[1] - centre[1], r = q[2] - centre[2];
+    const std::size_t step = std::min<std::size_t>(static_cast<std::size_t>(b * b + g * g + r * r) / 8, 4095);
+    const std::size_t i = at(qx, qy);
+    const float weight = tap.weight * confidence_[i] * (colour_weights()[step] + 1e-4F);
+    all += weight;
+    if (depth_[i] >= threshold) behind += weight;
+  }
+  return all > 0 ? static_cast<double>(behind / all) : 1;
+}
+
+void DepthOcclusion::apply(const DepthView& view, Layer& layer) {
+  const CameraIntrinsics& c = view.camera.intrinsics();
+  window_ = PixelRect{layer.rect.x0 - Rule::kReach, layer.rect.y0 - Rule::kRadius,
+                      layer.rect.x1 + Rule::kReach, layer.rect.y1 + Rule::kRadius}
+                .intersected({0, 0, c.width, c.height});
+  register_depth(view);
+  find_edges();
+  add_model(view.modelled);
+  fill_rows();
+  find_bounds();
+  const PixelRect& rect = layer.rect;
+  for (int y = rect.y0; y < rect.y1; ++y) {
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      const std::size_t i = layer.at(x, y);
+      std::uint8_t* rgba = &layer.rgba[4 * i];
+      if (!rgba[3]) continue;
+      std::uint32_t depth_id = layer.depth_id[i];
+      if (!depth_id &&
+          (rgba[0] | rgba[1] | rgba[2])) {  // an edge whose own sample missed the body: a neighbour's
+        for (const auto& [dx, dy] :
+             {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
+          const int nx = x + dx, ny = y + dy;
+          if (nx < rect.x0 || ny < rect.y0 || nx >= rect.x1 || ny >= rect.y1) continue;
+          depth_id = layer.depth_id[layer.at(nx, ny)];
+          if (depth_id) break;
+        }
+      }
+      const double z = depth_id ? layer_depth(depth_id) : floor_depth(view, x, y);
+      const auto threshold = static_cast<float>(z - Rule::tolerance(std::min(z, 20.0)));
+      const std::size_t w = at(x, y);
+      if (nearest_[w] >= threshold) continue;
+      const double share = farthest_[w] < threshold ? 0 : visible_share(view, x, y, threshold);
+      const double coverage = smoothstep(Rule::kSoftLow, Rule::kSoftHigh, share);
+      for (int k = 0; k < 4; ++k) rgba[k] = static_cast<std::uint8_t>(rgba[k] * coverage + 0.5);
+      if (!rgba[3]) rgba[0] = rgba[1] = rgba[2] = 0, layer.depth_id[i] = 0;
+    }
+  }
+}
+
+}  // namespace parhelion

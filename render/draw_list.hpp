@@ -1,0 +1,89 @@
+// What one frame draws: visible shapes, their shadows and their occluders, culled and chosen by projected
+// size. In the optical frame of the camera, single precision: coordinates there are small.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "protocols/model.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/world.hpp"
+#include "render/camera_model.hpp"
+#include "render/mesh.hpp"
+
+namespace parhelion {
+
+/// One shape, as the vertex shader takes it.
+struct Instance {
+  float rotation[9];  ///< R_optical_shape, column by column
+  float translation[3];
+  float scale[3];
+  float bevel;
+  float albedo[3];
+  float roughness;
+  float metallic;
+  float entity;  ///< 1 + index into DrawList::entities; 0: none
+};
+
+/// One corner of a shadow on the floor.
+struct ShadowVertex {
+  float position[3];  ///< optical frame, m
+  float local[2];     ///< m, in the footprint's own axes
+  float half[2];      ///< m, half extents of the footprint
+  float corner;       ///< m, radius of its corners
+  float softness;     ///< m, of the wide penumbra
+  float contact;      ///< 0..1, darkness of the narrow one
+  float ambient;      ///< 0..1, darkness of the wide one
+};
+
+inline constexpr std::size_t kMeshes = 4 * kLevels * 2;
+constexpr std::size_t mesh_index(ShapeKind kind, int level, bool bevelled) {
+  return (static_cast<std::size_t>(kind) * kLevels + static_cast<std::size_t>(level)) * 2 +
+         (bevelled ? 1 : 0);
+}
+
+struct DrawList {
+  std::array<std::vector<Instance>, kMeshes> shapes;  ///< by mesh_index
+  std::vector<ShadowVertex> shadows;                  ///< triangles
+  std::vector<Instance> occluders;                    ///< plain boxes
+  std::vector<std::string> entities;                  ///< names, by Instance::entity - 1
+  std::vector<PixelRect> view_rects;                  ///< what is touched of each view
+  double farthest = 0;                                ///< m along the ray, no drawn point is farther
+
+  bool empty() const;
+  void clear(std::size_t views);
+};
+
+/// Nearest depth that is drawn, m.
+inline constexpr double kNearPlane = 0.02;
+/// Occluders push a drawn surface back by less than this before they hide it, m: what stands against a wall
+/// or on the floor is not eaten by it.
+inline constexpr double kOcclusionBias = 0.03;
+
+/// The pixels of a view that a convex hull of points (optical frame) may touch; empty where all are behind
+/// the near plane. `edges`: pairs of indices that bound it.
+PixelRect projected_box(const PinholeView& view, const Transform<CameraOptical, ShapeFrame>& T_optical_shape,
+                        const Eigen::Vector3d& half);
+
+/// Adds each body for which `drawn` holds and that may be visible; with its shadow on the plane z = floor_z
+/// (map) where asked.
+void add_bodies(DrawList& list, const CameraProjection& projection,
+                const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
+                const std::function<bool(const BodyDefinition&)>& drawn, const double* floor_z);
+
+/// Adds the shadow of one shape, or nothing where it casts none; `strength` scales its darkness.
+void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view_rects,
+                const CameraProjection& projection, const Transform<Map, CameraOptical>& T_map_optical,
+                const Shape& shape, const Transform<Map, ShapeFrame>& T_map_shape, double floor_z,
+                double strength = 1);
+
+/// Adds a box (half extents, m) as an occluder, where it may stand before something drawn.
+void add_occluder(DrawList& list, const CameraProjection& projection,
+                  const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half);
+
+Instance make_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const ShapeScale& scale,
+                       const Material& material, std::size_t entity);
+
+}  // namespace parhelion

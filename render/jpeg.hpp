@@ -1,0 +1,44 @@
+// JPEG in and out, by libjpeg-turbo.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// How a JPEG was made, so that it can be made so again.
+struct JpegFormat {
+  enum class Subsampling : std::uint8_t { yuv444, yuv422, yuv420, gray, yuv440, yuv411 };
+  int width = 0, height = 0;
+  int quality = 90;  ///< 1..100 on libjpeg's scale, estimated from the luminance quantisation table
+  Subsampling subsampling = Subsampling::yuv420;
+};
+
+/// Decodes and encodes; keeps its buffers. One thread at a time.
+class JpegCodec {
+ public:
+  JpegCodec();
+  ~JpegCodec();
+  JpegCodec(const JpegCodec&) = delete;
+  JpegCodec& operator=(const JpegCodec&) = delete;
+
+  /// Size and format from the header. Error: no JPEG, or one of a size or colour space that is not handled.
+  Result<JpegFormat> read_header(const std::vector<std::uint8_t>& jpeg);
+  /// To BGR, 3 * width bytes a row. Error: a stream that is truncated or corrupt anywhere.
+  Result<JpegFormat> decode(const std::vector<std::uint8_t>& jpeg, std::vector<std::uint8_t>& bgr);
+  Result<std::vector<std::uint8_t>> encode(const std::vector<std::uint8_t>& bgr, const JpegFormat& format);
+
+ private:
+  void* decompressor_ = nullptr;
+  void* compressor_ = nullptr;
+  std::vector<std::uint8_t> buffer_;
+};
+
+/// Quality (1..100) whose scaled standard luminance table (ITU-T T.81, table K.1) is nearest the stream's
+/// own; 90 where the stream has none.
+int estimate_jpeg_quality(const std::vector<std::uint8_t>& jpeg);
+
+}  // namespace parhelion

@@ -1,0 +1,108 @@
+// Draws a list into a layer over the image: premultiplied colour with coverage, and depth with identity.
+// Private to this room.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "render/draw_list.hpp"
+#include "render/egl_context.hpp"
+
+namespace parhelion {
+
+/// What is drawn over `rect` of an image, row by row.
+struct Layer {
+  PixelRect rect;
+  std::vector<std::uint8_t> rgba;  ///< premultiplied sRGB and coverage; black with coverage: shadow
+  std::vector<std::uint32_t>
+      depth_id;  ///< quarter millimetres along the optical axis << 10 | entity; 0: no body
+
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y - rect.y0) * static_cast<std::size_t>(rect.width()) +
+           static_cast<std::size_t>(x - rect.x0);
+  }
+};
+
+inline double layer_depth(std::uint32_t depth_id) { return (depth_id >> 10) * 0.00025; }
+inline std::uint32_t layer_entity(std::uint32_t depth_id) { return depth_id & 1023U; }
+
+/// The building as a stand-in camera sees it, drawn before the list; fills every pixel.
+struct Scenery {
+  std::vector<Instance> boxes;  ///< Instance::metallic is opacity, roughness above 1.5 a floor
+  std::vector<Instance> glass;
+  std::vector<ShadowVertex> shadows;  ///< of the building on its floor
+  Transform<Map, CameraOptical> T_map_optical;
+  double floor_z = 0;  ///< m, map
+};
+
+/// The meshes, programs and frame buffers of one context.
+class LayerRenderer {
+ public:
+  static Result<std::unique_ptr<LayerRenderer>> create(EglContext& context);
+  ~LayerRenderer();
+
+  /// Starts drawing; the driver may go on while the caller does other work. `R_optical_map` turns the lights.
+  void draw(const CameraProjection& projection, const DrawList& list, const Eigen::Matrix3d& R_optical_map,
+            bool use_occluders, const Scenery* scenery = nullptr);
+  /// Waits for the drawing and warps it to the image.
+  void read(const CameraProjection& projection, const DrawList& list, Layer& layer);
+
+  /// Depth and identity only, one sample a pixel: of the shapes, or of the occluders.
+  enum class Depth { shapes, occluders };
+  void read_depth(const CameraProjection& projection, const DrawList& list, Depth what, Layer& layer);
+
+ private:
+  struct Program {
+    GLuint id = 0;
+    GLint R_view_optical = -1, pinhole = -1, depth_range = -1, up = -1, to_light = -1, R_map_view = -1,
+          inverse_pinhole = -1, camera = -1;
+  };
+  struct Target {
+    GLuint framebuffer = 0, colour = 0, identity = 0, depth = 0;
+    int width = 0, height = 0;
+  };
+  explicit LayerRenderer(EglContext& context) : context_(context), gl_(context.gl()) {}
+
+  Status make_program(Program& program, const char* vertex, const std::string& fragment);
+  void make_meshes();
+  void make_instance_array();
+  Status ensure(Target& target, int width, int height, int samples, bool colour, bool depth);
+  void release(Target& target);
+  void use(const Program& program, const PinholeView& view, double far, double bias,
+           const Eigen::Matrix3d* R_optical_map);
+  void draw_instances(std::size_t mesh, const std::vector<Instance>& instances);
+  void draw_shadows(const std::vector<ShadowVertex>& shadows, bool over_scenery);
+  void draw_view(const PinholeView& view, const PixelRect& rect, const DrawList& list,
+                 const Eigen::Matrix3d& R_optical_map, bool use_occluders, const Scenery* scenery);
+  void read_view(GLuint framebuffer, const PixelRect& rect, bool colour, std::vector<std::uint8_t>& rgba,
+                 std::vector<std::uint32_t>& depth_id);
+  void draw_scenery(const PinholeView& view, const Scenery& scenery, double far,
+                    const Eigen::Matrix3d& R_optical_map);
+  void set_scissor(const PixelRect& rect);
+
+  EglContext& context_;
+  const Gl& gl_;
+  int samples_ = 4;
+  Program lit_, depth_, shadow_, backdrop_, scenery_;
+  struct MeshRange {
+    GLsizei count = 0;
+    std::size_t offset = 0;  ///< bytes into the index buffer
+  };
+  std::array<MeshRange, kMeshes> meshes_{};
+  std::size_t plain_box_ = 0;
+  GLuint vertex_buffer_ = 0, index_buffer_ = 0, instance_buffer_ = 0, shadow_buffer_ = 0;
+  GLuint shape_array_ = 0, shadow_array_ = 0, empty_array_ = 0;
+  Target multisampled_, resolved_, single_;
+  struct ViewPixels {
+    PixelRect rect;
+    std::vector<std::uint8_t> rgba;
+    std::vector<std::uint32_t> depth_id;
+  };
+  std::vector<ViewPixels> view_pixels_;
+  std::vector<std::uint32_t> wide_;  ///< four words a pixel, for drivers that cannot read one
+
+  void warp(const CameraProjection& projection, bool colour, Layer& layer) const;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,42 @@
+// Unit meshes of the four shapes, by level of detail. A vertex is core * scale + direction * bevel: one mesh
+// serves every size of its shape with an edge of constant width (see ShapeScale).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "protocols/scene.hpp"
+
+namespace parhelion {
+
+struct MeshVertex {
+  float core[3];
+  float direction[3];  ///< unit; the normal too
+};
+
+struct Mesh {
+  std::vector<MeshVertex> vertices;
+  std::vector<std::uint16_t> indices;  ///< triangles, counter-clockwise from outside
+};
+
+/// How a mesh's vertices become a shape's: point = core * scale + direction * bevel.
+struct ShapeScale {
+  Eigen::Vector3f scale;
+  float bevel;  ///< m; the radius for spheres and capsules
+};
+
+/// Width of the chamfer on the edges of boxes and cylinders: 6 mm, less on small ones.
+double edge_bevel(const Shape& shape);
+ShapeScale shape_scale(const Shape& shape, bool bevelled);
+/// Radius of the sphere about the shape's centre that holds it, m.
+double bounding_radius(const Shape& shape);
+/// Half extents of the shape's bounding box in its own frame, m.
+Eigen::Vector3d half_extents(const Shape& shape);
+
+/// Segments round a circle: the levels of detail.
+inline constexpr int kSegments[] = {8, 12, 16, 24, 36, 52, 76, 112};
+inline constexpr int kLevels = 8;
+
+Mesh make_mesh(ShapeKind kind, int segments, bool bevelled);
+
+}  // namespace parhelion

@@ -1,0 +1,54 @@
+// What is really there and may hide virtual bodies: the semantic model, moving real bodies, and what the
+// laser sees that the model does not explain. (The depth image is another matter: depth_occlusion.hpp.)
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "protocols/model.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/world.hpp"
+#include "render/draw_list.hpp"
+
+namespace parhelion {
+
+/// A box of the building: pose of its centre, half extents in metres.
+struct OccluderBox {
+  std::string name;
+  Transform<Map, ShapeFrame> T_map_box;
+  Transform<ShapeFrame, Map> T_box_map;
+  Eigen::Vector3d half;
+};
+
+/// Boxes of the model that hide what is behind them: all but windows (seen through) and what an instructor
+/// drew (virtual).
+std::vector<OccluderBox> occluders_of(const SemanticModel& building);
+
+/// Height that is supposed of whatever the laser sees and the model does not explain, m over the floor: a
+/// standing person's. A lower thing hides too much by this; the other error would draw over a person.
+inline constexpr double kScanOccluderHeight = 1.8;
+/// A return this near a box of the model is explained by it, m: the errors of pose, model and laser together.
+inline constexpr double kExplained = 0.25;
+
+/// Strips from the floor to kScanOccluderHeight at the returns of a scan that no box explains; neighbours
+/// nearer to each other than kScanGap, or than three beam spacings, are joined. Only returns that are not
+/// farther than `farthest` from the camera.
+inline constexpr double kScanGap = 0.15;
+std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription& laser,
+                                        const Transform<Map, Laser>& T_map_laser, double floor_z,
+                                        const Eigen::Vector3d& p_map_camera, double farthest,
+                                        const std::vector<OccluderBox>& building);
+
+/// Adds to the list what may stand before its bodies. A box of the building whose name is that of a real body
+/// of the scene (a door on its hinge) is replaced by that body as it stands now; other real robots hide too,
+/// the one that carries the camera does not.
+void add_occluders(DrawList& list, const CameraProjection& projection,
+                   const Transform<Map, CameraOptical>& T_map_optical,
+                   const std::vector<OccluderBox>& building, const WorldSnapshot& world);
+
+/// True where the body belongs to a robot that the camera sits on: inside its bounding sphere, or a hand's
+/// breadth from it.
+bool carries_camera(const BodyDefinition& body, const Transform<Map, Body>& T_map_body,
+                    const Eigen::Vector3d& p_map_camera);
+
+}  // namespace parhelion

@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <list>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "render/compositor.hpp"
+#include "render/egl_context.hpp"
+#include "render/jpeg.hpp"
+#include "render/layer_renderer.hpp"
+#include "render/occluders.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kSight = 120;  ///< m, walls beyond are in the haze
+constexpr int kQuality = 88;    ///< of the JPEG
+
+/// Linear RGB of what a building is made of, by label.
+Eigen::Vector3f colour_of(EntityLabel label) {
+  switch (label) {
+    case EntityLabel::wall:
+      return {0.72F, 0.69F, 0.63F};
+    case EntityLabel::floor:
+      return {0.30F, 0.29F, 0.28F};
+    case EntityLabel::ceiling:
+      return {0.78F, 0.78F, 0.77F};
+    case EntityLabel::door:
+      return {0.36F, 0.21F, 0.11F};
+    case EntityLabel::stairs:
+      return {0.42F, 0.42F, 0.44F};
+    case EntityLabel::window:
+      return {0.45F, 0.62F, 0.72F};
+    case EntityLabel::pillar:
+      return {0.55F, 0.55F, 0.57F};
+    case EntityLabel::unknown:
+      break;
+  }
+  return {0.46F, 0.50F, 0.46F};
+}
+
+struct BuildingPart {
+  std::string name;
+  EntityLabel label;
+  Transform<Map, ShapeFrame> T_map_box;
+  Shape shape;
+};
+
+/// The floor's height: the lowest modelled floor's top, else the lowest foot of a wall, else 0.
+double floor_of(const std::vector<BuildingPart>& parts) {
+  double floor = 1e9, foot = 1e9;
+  for (const BuildingPart& part : parts) {
+    const double z = part.T_map_box.translation().z(), half = 0.5 * part.shape.size.z();
+    if (part.label == EntityLabel::floor)
+      floor = std::min(floor, z + half);
+    else
+      foot = std::min(foot, z - half);
+  }
+  return floor < 1e9 ? floor : foot < 1e9 ? foot : 0;
+}
+
+class EglVirtualCamera : public VirtualCamera {
+ public:
+  static Result<std::unique_ptr<VirtualCamera>> make(const SemanticModel& building) {
+    auto context = EglContext::create();
+    if (!context) return context.error();
+    auto camera = std::make_unique<EglVirtualCamera>();
+    camera->context_ = std::move(*context);
+    auto renderer = LayerRenderer::create(*camera->context_);
+    if (!renderer) return renderer.error();
+    camera->renderer_ = std::move(*renderer);
+    for (const ModelEntity& entity : building.entities) {
+      if (entity.is_virtual || !entity.T_map_body.finite() || !entity.size.allFinite() ||
+          entity.size.minCoeff() <= 0)
+        continue;
+      BuildingPart part{
+          entity.name, entity.label, Transform<Map, ShapeFrame>(entity.T_map_body.isometry()), {}};
+      part.shape.size = entity.size;
+      part.shape.material.albedo = colour_of(entity.label);
+      camera->parts_.push_back(std::move(part));
+    }
+    camera->floor_z_ = floor_of(camera->parts_);
+    return std::unique_ptr<VirtualCamera>(std::move(camera));
+  }
+
+  Image render(const CameraDescription& camera, const Transform<Map, CameraOptical>& T_map_optical,
+               const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in) override;
+
+ private:
+  void list_scenery(const CameraProjection& projection, const WorldSnapshot& world);
+  void add_part(const CameraProjection& projection, const Shape& shape,
+                const Transform<Map, ShapeFrame>& T_map_shape, EntityLabel label);
+  const CameraProjection& projection(const CameraIntrinsics& intrinsics);
+
+  std::unique_ptr<EglContext> context_;
+  std::unique_ptr<LayerRenderer> renderer_;
+  std::vector<BuildingPart> parts_;
+  double floor_z_ = 0;
+  std::list<CameraProjection> projections_;
+  JpegCodec codec_;
+  DrawList list_;
+  Scenery scenery_;
+  Layer layer_;
+  std::vector<std::uint8_t> bgr_;
+};
+
+const CameraProjection& EglVirtualCamera::projection(const CameraIntrinsics& c) {
+  for (const CameraProjection& p : projections_) {
+    const CameraIntrinsics& k = p.intrinsics();
+    if (k.width == c.width && k.height == c.height && k.fx == c.fx && k.fy == c.fy && k.cx == c.cx &&
+        k.cy == c.cy && k.lens == c.lens && k.distortion == c.distortion)
+      return p;
+  }
+  if (projections_.size() >= 4) projections_.pop_back();
+  projections_.emplace_front(c);
+  return projections_.front();
+}
+
+void EglVirtualCamera::add_part(const CameraProjection& camera, const Shape& shape,
+                                const Transform<Map, ShapeFrame>& T_map_shape, EntityLabel label) {
+  const Transform<CameraOptical, ShapeFrame> T_optical_shape = scenery_.T_map_optical.inverse() * T_map_shape;
+  const Eigen::Vector3d half = half_extents(shape);
+  const bool seen = std::any_of(camera.views().begin(), camera.views().end(), [&](const PinholeView& view) {
+    return !projected_box(view, T_optical_shape, half).empty();
+  });
+  if (label != EntityLabel::floor && label != EntityLabel::ceiling && label != EntityLabel::window &&
+      T_optical_shape.translation().norm() < kSight) {
+    std::vector<PixelRect> ignored(camera.views().size());
+    add_shadow(scenery_.shadows, ignored, camera, scenery_.T_map_optical, shape, T_map_shape, floor_z_, 0.6);
+  }
+  if (!seen) return;
+  Instance instance = make_instance(T_optical_shape, {half.cast<float>(), 0.F}, shape.material, 0);
+  instance.metallic = label == EntityLabel::window ? 0.3F : 1.F;
+  instance.roughness = label == EntityLabel::floor ? 2.F : 0.85F;
+  (label == EntityLabel::window ? scenery_.glass : scenery_.boxes).push_back(instance);
+}
+
+void EglVirtualCamera::list_scenery(const CameraProjection& camera, const WorldSnapshot& world) {
+  scenery_.boxes.clear();
+  scenery_.glass.clear();
+  scenery_.shadows.clear();
+  scenery_.floor_z = floor_z_;
+  std::set<std::string> moved;  // doors as they stand now
+  if (world.scene) {
+    auto state = world.bodies.begin();
+    for (const auto& body : world.scene->bodies) {
+      while (state != world.bodies.end() && state->id < body->id) ++state;
+      if (state == world.bodies.end()) break;
+      if (state->id != body->id || body->owner != BodyOwner::building || body->injectable) continue;
+      moved.insert(body->entity);
+      const auto part =
+          std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.name == body->entity; });
+      const EntityLabel label = part == parts_.end() ? EntityLabel::unknown : part->label;
+      for (Shape shape : body->shapes) {
+        shape.material.albedo = colour_of(label);
+        add_part(camera, shape, state->T_map_body * shape.T_body_shape, label);
+      }
+    }
+  }
+  for (const BuildingPart& part : parts_)
+    if (!moved.count(part.name)) add_part(camera, part.shape, part.T_map_box, part.label);
+}
+
+void write_notice(cv::Mat& picture) {
+  const std::string notice = "STAND-IN CAMERA: rendered from the model";
+  const double scale = std::max(0.3, picture.cols / 640.0 * 0.55);
+  const int thickness = std::max(1, static_cast<int>(scale * 1.8));
+  int baseline = 0;
+  const cv::Size size = cv::getTextSize(notice, cv::FONT_HERSHEY_DUPLEX, scale, thickness, &baseline);
+  const int pad = size.height / 2;
+  const cv::Rect band =
+      cv::Rect(0, picture.rows - size.height - baseline - pad, picture.cols, size.height + baseline + pad) &
+      cv::Rect(0, 0, picture.cols, picture.rows);
+  if (band.empty()) return;
+  cv::Mat strip = picture(band);
+  strip.convertTo(strip, -1, 0.45);
+  cv::putText(picture, notice, {pad, picture.rows - baseline - pad / 2}, cv::FONT_HERSHEY_DUPLEX, scale,
+              {235, 240, 245}, thickness, cv::LINE_AA);
+}
+
+Image EglVirtualCamera::render(const CameraDescription& description,
+                               const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
+                               SensorTime stamp, const std::string& stand_in) {
+  Image image;
+  image.stamp = stamp;
+  const auto intrinsics = intrinsics_for_size(description.intrinsics, description.intrinsics.width,
+                                              description.intrinsics.height);
+  if (!intrinsics || !T_map_optical.finite()) return image;
+  const CameraProjection& camera = projection(*intrinsics);
+  const Eigen::Vector3d eye = T_map_optical.translation();
+  scenery_.T_map_optical = T_map_optical;
+  list_scenery(camera, world);
+  std::set<std::string> carriers;
+  if (world.scene)
+    for (const auto& body : world.scene->bodies)
+      for (const BodyState& state : world.bodies)
+        if (state.id == body->id && body->owner != BodyOwner::building &&
+            carries_camera(*body, state.T_map_body, eye))
+          carriers.insert(body->entity);
+  list_.clear(camera.views().size());
+  add_bodies(
+      list_, camera, T_map_optical, world,
+      [&](const BodyDefinition& body) {
+        if (body.owner == BodyOwner::building && !body.injectable) return false;
+        return !(carriers.count(body.entity) || (body.injectable && !stand_in.empty()));
+      },
+      &floor_z_);
+  list_.farthest = std::max(list_.farthest, kSight);
+  for (std::size_t v = 0; v < camera.views().size(); ++v)
+    list_.view_rects[v] = camera.view_rect(v, {0, 0, intrinsics->width, intrinsics->height});
+  renderer_->draw(camera, list_, T_map_optical.rotation().transpose(), false, &scenery_);
+  renderer_->read(camera, list_, layer_);
+
+  bgr_.assign(3 * static_cast<std::size_t>(intrinsics->width) * static_cast<std::size_t>(intrinsics->height),
+              0);
+  for (int y = layer_.rect.y0; y < layer_.rect.y1; ++y) {
+    for (int x = layer_.rect.x0; x < layer_.rect.x1; ++x) {
+      const std::uint8_t* in = &layer_.rgba[4 * layer_.at(x, y)];
+      std::uint8_t* out =
+          &bgr_[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(intrinsics->width) +
+                     static_cast<std::size_t>(x))];
+      out[0] = in[2], out[1] = in[1], out[2] = in[0];
+    }
+  }
+  if (!stand_in.empty()) {
+    cv::Mat picture(intrinsics->height, intrinsics->width, CV_8UC3, bgr_.data());
+    write_notice(picture);
+    image.metadata.push_back({"stand-in", {stand_in.begin(), stand_in.end()}});
+  }
+  auto jpeg =
+      codec_.encode(bgr_, {intrinsics->width, intrinsics->height, kQuality, JpegFormat::Subsampling::yuv420});
+  if (!jpeg) return image;
+  image.width = intrinsics->width, image.height = intrinsics->height;
+  image.bytes = std::move(*jpeg);
+  return image;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VirtualCamera>> VirtualCamera::create(const SemanticModel& building) {
+  return EglVirtualCamera::make(building);
+}
+
+}  // namespace parhelion
