@@ -55,6 +55,12 @@ inline Pose2 moved(const Twist2& twist, double dt) {
   return {(s * twist.vx - c * twist.vy) * dt, (c * twist.vx + s * twist.vy) * dt, yaw};
 }
 
+/// The constant twist, body frame, that leads from a to b in dt seconds.
+inline Twist2 twist_between(const Pose2& a, const Pose2& b, double dt) {
+  const Twist2 step = twist_to(a.inverse() * b);
+  return {step.vx / dt, step.vy / dt, step.wz / dt};
+}
+
 /// Between a (s = 0) and b (s = 1) along the arc of constant twist; beyond, extrapolates.
 inline Pose2 interpolate(const Pose2& a, const Pose2& b, double s) {
   return a * moved(twist_to(a.inverse() * b), s);

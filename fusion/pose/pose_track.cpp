@@ -40,10 +40,16 @@ double ratio(Duration part, Duration whole) {
   return static_cast<double>(part.ns) / static_cast<double>(whole.ns);
 }
 
-/// Body-frame twist from a to b, dt seconds apart.
-Twist2 twist_between(const Pose2& a, const Pose2& b, double dt) {
-  const Twist2 step = twist_to(a.inverse() * b);
-  return {step.vx / dt, step.vy / dt, step.wz / dt};
+NoPose reason(OdometryTrack::Missing missing) {
+  switch (missing) {
+    case OdometryTrack::Missing::none_there:
+      return NoPose::no_odometry;
+    case OdometryTrack::Missing::older_than_history:
+      return NoPose::older_than_history;
+    case OdometryTrack::Missing::too_far_ahead:
+      return NoPose::too_far_ahead;
+  }
+  return NoPose::no_odometry;
 }
 
 }  // namespace
@@ -69,51 +75,19 @@ const char* to_string(NoPose why) {
 }
 
 PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& options)
-    : robot_(robot), options_(options) {
-  odometry_.slots.resize(odometry_slots);
-  estimates_.slots.resize(estimate_slots);
-}
-
-template <class T>
-std::size_t PoseTrack::Ring<T>::age_at(SensorTime t) const {
-  std::size_t low = 0, high = count;
-  while (low < high) {
-    const std::size_t middle = low + (high - low) / 2;
-    if (newest(middle).stamp <= t) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
-  }
-  return low;
-}
-
-void PoseTrack::restart() {
-  odometry_.clear();
-  estimates_.clear();
-  T_map_odom_.reset();
-  provisional_ = lost_ = relocalizing_ = false;
-}
+    : robot_(robot),
+      options_(options),
+      odometry_(options.history, options.max_extrapolation),
+      estimates_(estimate_slots) {}
 
 void PoseTrack::add(const Odometry& odometry) {
-  OdometrySample sample{odometry.stamp, planar(odometry.T_odom_base)};
-  if (!sample.T_odom_base.finite()) {
-    ++rejected_;
-    return;
+  const OdometryTrack::Taken taken = odometry_.add(odometry);
+  if (taken != OdometryTrack::Taken::yes) ++rejected_;
+  if (taken == OdometryTrack::Taken::restarted) {
+    estimates_.clear();
+    T_map_odom_.reset();
+    provisional_ = lost_ = relocalizing_ = false;
   }
-  if (odometry_.count > 0) {
-    const OdometrySample& last = odometry_.newest();
-    if (odometry.stamp <= last.stamp) {
-      ++rejected_;
-      if (last.stamp - odometry.stamp <= options_.history) return;
-      restart();
-    } else {
-      const Pose2 step = last.T_odom_base.inverse() * sample.T_odom_base;
-      sample.driven = last.driven + step.position().norm();
-      sample.turned = last.turned + std::abs(step.yaw);
-    }
-  }
-  odometry_.push(sample);
   if (provisional_) place(estimates_.newest());
 }
 
@@ -122,11 +96,11 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
     ++rejected_;
     return Correction::ignored;
   }
-  if (estimates_.count > 0 && estimate.stamp <= estimates_.newest().stamp) {
+  if (estimates_.count() > 0 && estimate.stamp <= estimates_.newest().stamp) {
     ++rejected_;
     if (estimates_.newest().stamp - estimate.stamp <= options_.history) return Correction::ignored;
     // Only where odometry agrees that the clock started anew is the old knowledge dropped.
-    if (odometry_.count > 0 && odometry_.newest().stamp - estimate.stamp > options_.history)
+    if (!odometry_.empty() && odometry_.newest_stamp() - estimate.stamp > options_.history)
       return Correction::ignored;
     estimates_.clear();
     T_map_odom_.reset();
@@ -134,12 +108,12 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
   mismatch_ = !options_.map_id.empty() && estimate.map_id != options_.map_id;
   if (mismatch_) return Correction::ignored;
   if (estimate.state != SlamState::tracking) {
-    lost_ = estimate.state == SlamState::lost || estimates_.count > 0;
+    lost_ = estimate.state == SlamState::lost || estimates_.count() > 0;
     return Correction::ignored;
   }
 
   EstimateSample sample{estimate.stamp, estimate.T_map_base, estimate.covariance};
-  const bool known = estimates_.count > 0;
+  const bool known = estimates_.count() > 0;
   if (known) {
     const Transform<Map, Base> expected = expected_pose(estimate.stamp);
     sample.jumped = (expected.translation() - estimate.T_map_base.translation()).norm() >
@@ -163,64 +137,13 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
 
 bool PoseTrack::place(const EstimateSample& estimate) {
   provisional_ = false;
-  if (odometry_.count == 0) return true;
-  NoPose why{};
-  const auto carried = odometry_at(estimate.stamp, why);
+  if (odometry_.empty()) return true;
+  const auto carried = odometry_.at(estimate.stamp);
   if (!carried) return false;
   at_correction_ = *carried;
   provisional_ = carried->ahead > 0;
   T_map_odom_ = estimate.T_map_base * transform<Odom, Base>(carried->T_odom_base).inverse();
   return true;
-}
-
-Twist2 PoseTrack::twist_ending_at(std::size_t age) const {
-  const OdometrySample& end = odometry_.newest(age);
-  std::size_t start = age + 1;
-  if (start >= odometry_.count) return {};
-  while (start + 1 < odometry_.count && end.stamp - odometry_.newest(start).stamp < twist_span &&
-         end.stamp - odometry_.newest(start + 1).stamp <= options_.max_extrapolation) {
-    ++start;
-  }
-  const OdometrySample& first = odometry_.newest(start);
-  if (end.stamp - first.stamp > options_.max_extrapolation + options_.max_extrapolation) return {};
-  return twist_between(first.T_odom_base, end.T_odom_base, (end.stamp - first.stamp).seconds());
-}
-
-std::optional<PoseTrack::Carried> PoseTrack::odometry_at(SensorTime t, NoPose& why) const {
-  const OdometrySample& last = odometry_.newest();
-  if (t < last.stamp - options_.history) {
-    why = NoPose::older_than_history;
-    return std::nullopt;
-  }
-  const std::size_t age = odometry_.age_at(t);
-  if (age == odometry_.count) {
-    why = NoPose::no_odometry;
-    return std::nullopt;
-  }
-  const OdometrySample& before = odometry_.newest(age);
-  if (age == 0) {
-    if (t - before.stamp > options_.max_extrapolation) {
-      why = NoPose::too_far_ahead;
-      return std::nullopt;
-    }
-    Carried carried{before.T_odom_base, before.driven, before.turned, (t - before.stamp).seconds(),
-                    twist_ending_at(0)};
-    const Pose2 step = moved(carried.twist, carried.ahead);
-    carried.T_odom_base = before.T_odom_base * step;
-    carried.driven += step.position().norm();
-    carried.turned += std::abs(step.yaw);
-    return carried;
-  }
-  const OdometrySample& after = odometry_.newest(age - 1);
-  // In the middle of a gap nobody knows what the robot did.
-  if (t - before.stamp > options_.max_extrapolation && after.stamp - t > options_.max_extrapolation) {
-    why = NoPose::no_odometry;
-    return std::nullopt;
-  }
-  const double s = ratio(t - before.stamp, after.stamp - before.stamp);
-  return Carried{interpolate(before.T_odom_base, after.T_odom_base, s),
-                 before.driven + s * (after.driven - before.driven),
-                 before.turned + s * (after.turned - before.turned), 0, twist_ending_at(age - 1)};
 }
 
 PoseCovariance PoseTrack::unsensed_growth(double dt) const {
@@ -235,8 +158,12 @@ PoseCovariance PoseTrack::unsensed_growth(double dt) const {
 }
 
 std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why) const {
-  const auto carried = odometry_at(t, why);
-  if (!carried) return std::nullopt;
+  OdometryTrack::Missing missing{};
+  const auto carried = odometry_.at(t, &missing);
+  if (!carried) {
+    why = reason(missing);
+    return std::nullopt;
+  }
   if (!T_map_odom_) {
     why = NoPose::no_slam;
     return std::nullopt;
@@ -267,7 +194,7 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
     return std::nullopt;
   }
   const std::size_t age = estimates_.age_at(t);
-  if (age == estimates_.count) {
+  if (age == estimates_.count()) {
     why = NoPose::no_slam;
     return std::nullopt;
   }
@@ -280,7 +207,7 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
   const EstimateSample& b = estimates_.newest(end);
   PoseAtInstant pose{b.T_map_base, b.covariance, t - last.stamp, {}};
   const double ahead = std::max(0.0, (t - last.stamp).seconds());
-  const bool pair = end + 1 < estimates_.count && !b.jumped &&
+  const bool pair = end + 1 < estimates_.count() && !b.jumped &&
                     b.stamp - estimates_.newest(end + 1).stamp <= options_.max_extrapolation;
   if (!pair) {
     if (t < b.stamp) {
@@ -304,8 +231,8 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
 }
 
 std::optional<PoseAtInstant> PoseTrack::predict(SensorTime t, NoPose& why) const {
-  if (odometry_.count > 0) return from_odometry(t, why);
-  if (estimates_.count > 0) return from_estimates(t, why);
+  if (!odometry_.empty()) return from_odometry(t, why);
+  if (estimates_.count() > 0) return from_estimates(t, why);
   why = NoPose::no_slam;
   return std::nullopt;
 }
@@ -321,18 +248,18 @@ Transform<Map, Base> PoseTrack::expected_pose(SensorTime t) const {
 }
 
 std::optional<PoseAtInstant> PoseTrack::at(SensorTime t, NoPose* why) const {
-  NoPose reason = NoPose::no_slam;
+  NoPose no_pose = NoPose::no_slam;
   std::optional<PoseAtInstant> pose;
   if (mismatch_) {
-    reason = NoPose::map_mismatch;
+    no_pose = NoPose::map_mismatch;
   } else if (lost_) {
-    reason = NoPose::slam_lost;
+    no_pose = NoPose::slam_lost;
   } else if (relocalizing_) {
-    reason = NoPose::relocalizing;
+    no_pose = NoPose::relocalizing;
   } else {
-    pose = predict(t, reason);
+    pose = predict(t, no_pose);
   }
-  if (!pose && why != nullptr) *why = reason;
+  if (!pose && why != nullptr) *why = no_pose;
   return pose;
 }
 

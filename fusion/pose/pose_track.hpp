@@ -2,12 +2,11 @@
 // pose(t) = T_map_odom (last word of SLAM) * T_odom_base(t), with age and covariance.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "fusion/pose/pose2.hpp"
+#include "fusion/pose/odometry_track.hpp"
+#include "fusion/pose/ring.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 
@@ -71,49 +70,15 @@ class PoseTrack {
   /// The pose, or why there is none. Never an identity in its place.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
   std::uint64_t rejected() const { return rejected_; }  ///< inputs kept out
-  bool carried_by_odometry() const { return odometry_.count > 0; }
+  bool carried_by_odometry() const { return !odometry_.empty(); }
 
  private:
-  /// Newest at age 0; the oldest is overwritten.
-  template <class T>
-  struct Ring {
-    std::vector<T> slots;
-    std::size_t count = 0;
-    std::size_t next = 0;
-    const T& newest(std::size_t age = 0) const {
-      return slots[(next + 2 * slots.size() - 1 - age) % slots.size()];
-    }
-    void push(const T& sample) {
-      slots[next] = sample;
-      next = (next + 1) % slots.size();
-      if (count < slots.size()) ++count;
-    }
-    void clear() { count = 0; }
-    /// Age of the newest sample with stamp <= t; count where there is none. Binary search.
-    std::size_t age_at(SensorTime t) const;
-  };
-  struct OdometrySample {
-    SensorTime stamp;
-    Pose2 T_odom_base;
-    double driven = 0;  ///< m, length of the path up to here
-    double turned = 0;  ///< rad, the same for rotation
-  };
   struct EstimateSample {
     SensorTime stamp;
     Transform<Map, Base> T_map_base;
     PoseCovariance covariance = PoseCovariance::Zero();
     bool jumped = false;  ///< not to be interpolated from the one before
   };
-  /// Odometry at an instant.
-  struct Carried {
-    Pose2 T_odom_base;
-    double driven = 0, turned = 0;
-    double ahead = 0;  ///< s beyond the last sample
-    Twist2 twist;
-  };
-
-  std::optional<Carried> odometry_at(SensorTime t, NoPose& why) const;
-  Twist2 twist_ending_at(std::size_t age) const;
   std::optional<PoseAtInstant> from_odometry(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> from_estimates(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> predict(SensorTime t, NoPose& why) const;
@@ -124,11 +89,11 @@ class PoseTrack {
 
   RobotDescription robot_;
   PoseTrackOptions options_;
-  Ring<OdometrySample> odometry_;
+  OdometryTrack odometry_;
   Ring<EstimateSample> estimates_;
   std::optional<Transform<Map, Odom>> T_map_odom_;
-  Carried at_correction_;     ///< odometry at the stamp of the last word of SLAM
-  bool provisional_ = false;  ///< that was extrapolated: place again when odometry gets there
+  OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last word of SLAM
+  bool provisional_ = false;         ///< that was extrapolated: place again when odometry gets there
   bool lost_ = false;
   bool relocalizing_ = false;
   bool mismatch_ = false;

@@ -25,14 +25,20 @@ struct GridMap {
   std::vector<Eigen::Vector3d> path;  ///< x, y, yaw driven while mapping, for pictures; may be empty
 };
 
-/// ROS map YAML + PGM (map_server's trinary format), both ways.
+/// SHA-256, hex, over the geometry and the cells as map_server's trinary format knows them (occupied, free,
+/// unknown): the same before saving and after loading.
+std::string grid_map_id(const GridMap& map);
+
+/// ROS map YAML + PGM (map_server's trinary format), both ways. `prefix`.yaml and `prefix`.pgm are
+/// overwritten. Errors name file and line or byte.
 Status save_ros_map(const GridMap& map, const std::string& prefix);
 Result<GridMap> load_ros_map(const std::string& yaml_path);
 
 struct SlamOptions {
   std::uint64_t seed = 1;
   std::optional<Eigen::Vector3d> start;  ///< x, y, yaw in the map; without it: global localization
-  double resolution = 0.05;              ///< m, of a map being built
+  double resolution = 0.05;              ///< m, of a map being built, or made from a .simplemap
+  std::function<void(double)> progress;  ///< 0..1, called while finish() closes loops
 };
 
 /// Causal: each scan is answered with what is known then.

@@ -1,0 +1,61 @@
+// Finds a scan in a map without a good first guess: branch and bound over a likelihood grid and its maxima
+// over ever larger squares (Olson 2009; Hess et al. 2016, section V).
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fusion/pose/pose2.hpp"
+
+namespace parhelion {
+
+class CorrelativeMap {
+ public:
+  /// `resolution`: m, of the grid and of the search.
+  CorrelativeMap(std::span<const Eigen::Vector2d> points_map, double resolution, int levels = 7);
+
+  struct Window {
+    Pose2 centre;
+    double reach_x = 0, reach_y = 0;  ///< m, half sides
+    double angle = 0;                 ///< rad, half
+  };
+  struct Candidate {
+    Pose2 T_map_base;
+    double score = 0;  ///< 0..1, mean likelihood of the points
+  };
+  struct Request {
+    double least_score = 0.5;
+    std::size_t count = 1;        ///< how many distinct answers at most
+    double distinct = 1.0;        ///< m, answers nearer than that (and `distinct_angle`) are one
+    double distinct_angle = 0.5;  ///< rad
+  };
+  /// Best first.
+  std::vector<Candidate> search(std::span<const Eigen::Vector2d> points_base, const Window& window,
+                                const Request& request) const;
+  /// The same by trying everything; for tests.
+  std::vector<Candidate> search_slow(std::span<const Eigen::Vector2d> points_base, const Window& window,
+                                     const Request& request) const;
+  /// A window that holds the whole map.
+  Window everywhere() const;
+
+ private:
+  struct Offset {
+    int x, y;
+  };
+  struct Search;
+  double score(const std::vector<Offset>& cells, Offset shift, int level) const;
+  std::vector<Offset> rotated(std::span<const Eigen::Vector2d> points, double yaw, const Pose2& centre) const;
+  void branch(Search& search, const std::vector<Offset>& cells, double yaw, Offset shift, int level) const;
+  template <class Visit>
+  void each_yaw(std::span<const Eigen::Vector2d> points, const Window& window, Visit visit) const;
+
+  double resolution_;
+  double x_min_ = 0, y_min_ = 0;
+  int width_ = 0, height_ = 0, levels_;
+  std::vector<std::vector<std::uint8_t>>
+      grids_;  ///< level h: maximum over the 2^h x 2^h cells from each cell on
+};
+
+}  // namespace parhelion

@@ -1,0 +1,30 @@
+// From the plane of the matchers to the words of SLAM.
+#pragma once
+
+#include "fusion/pose/pose2.hpp"
+#include "protocols/pose.hpp"
+
+namespace parhelion {
+
+/// `covariance`: x, y, yaw. What a planar SLAM does not see gets the sigma that the assumption of a level
+/// floor leaves: 1 cm of height, 0.6 degrees of roll and pitch.
+inline PoseEstimate planar_estimate(SensorTime stamp, const Pose2& T_map_base,
+                                    const Eigen::Matrix3d& covariance, SlamState state) {
+  PoseEstimate estimate;
+  estimate.stamp = stamp;
+  estimate.T_map_base = transform<Map, Base>(T_map_base);
+  estimate.covariance.diagonal() << 0, 0, 1e-4, 1e-4, 1e-4, 0;
+  constexpr int rows[] = {0, 1, 5};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      estimate.covariance(rows[i], rows[j]) = 0.5 * (covariance(i, j) + covariance(j, i));
+  }
+  // A matcher cannot know better than its map is drawn: 5 mm and 0.1 degrees.
+  estimate.covariance(0, 0) += 2.5e-5;
+  estimate.covariance(1, 1) += 2.5e-5;
+  estimate.covariance(5, 5) += 3e-6;
+  estimate.state = state;
+  return estimate;
+}
+
+}  // namespace parhelion

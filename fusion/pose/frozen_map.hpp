@@ -1,0 +1,25 @@
+// A map that localization does not change, from a .simplemap or a ROS map.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fusion/pose/correlative.hpp"
+#include "fusion/pose/slam.hpp"
+#include "fusion/pose/surfel_map.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct FrozenMap {
+  GridMap grid;
+  SurfelMap fine{0.1}, coarse{0.4};
+  CorrelativeMap likelihood{{}, 0.1, 1};
+  double sigma = 0.01;  ///< m, how finely its surfaces are known
+};
+
+/// The id of a .simplemap is that of the ROS map beside it (PREFIX.yaml) where there is one, as `slam
+/// --save-map` writes them; else that of its grid at `resolution`.
+Result<FrozenMap> load_frozen_map(const std::string& path, double resolution);
+
+}  // namespace parhelion

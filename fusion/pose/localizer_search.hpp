@@ -1,0 +1,34 @@
+// Where in the map could the robot be? Several places look alike: each is followed until the others have
+// fallen behind.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "fusion/pose/frozen_map.hpp"
+#include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/scan_points.hpp"
+
+namespace parhelion {
+
+class GlobalSearch {
+ public:
+  /// The place, once it is the only one left; nullopt before.
+  std::optional<Pose2> add(const FrozenMap& map, const ScanPoints& scan, const Pose2& step);
+  void restart() { hypotheses_.clear(); }
+
+ private:
+  struct Hypothesis {
+    Pose2 T_map_base;
+    double evidence = 0;  ///< sum of the shares of explained points, and of the likelihood, over the scans
+  };
+  void seed(const FrozenMap& map, const ScanPoints& scan);
+  void follow(const FrozenMap& map, const ScanPoints& scan, const Pose2& step);
+  void merge();
+
+  std::vector<Hypothesis> hypotheses_;
+  int scans_ = 0;  ///< since the seed
+  double way_ = 0, turn_ = 0;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,99 @@
+#include "fusion/pose/mapping_front.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace parhelion {
+namespace {
+
+/// Below this share of explained points a match says nothing.
+constexpr double least_explained = 0.3;
+/// 1 sigma, m: a pose carried by odometry alone beyond this is lost.
+constexpr double lost_sigma = 0.5;
+
+}  // namespace
+
+Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned) {
+  // Wider than the description says, with floors: a systematic error (a bent axis, a wrong wheel) that the
+  // filter believed would lag each match by a little, and the map, built from those, would bend with it.
+  const double position = 4 * robot.odometry_error_translation * driven + 0.002;
+  const double yaw = 4 * robot.odometry_error_rotation * turned + 0.5 * driven + 0.005;
+  return Eigen::Vector3d(position * position, position * position, yaw * yaw).asDiagonal();
+}
+
+Eigen::Matrix3d carried_covariance(const Eigen::Matrix3d& covariance, const Pose2& before, const Pose2& after,
+                                   const Eigen::Matrix3d& step_covariance) {
+  Eigen::Matrix3d F = Eigen::Matrix3d::Identity();
+  F(0, 2) = -(after.y - before.y);
+  F(1, 2) = after.x - before.x;
+  return F * covariance * F.transpose() + step_covariance;
+}
+
+MappingFront::MappingFront(const RobotDescription& robot, const Options& options)
+    : robot_(robot), options_(options), fine_(options.cell), coarse_(4 * options.cell) {}
+
+Match MappingFront::matched(const ScanPoints& scan, const Pose2& expected,
+                            const Eigen::Matrix3d& prior) const {
+  MatchOptions rough = options_.match;
+  rough.iterations = 6;
+  rough.gate = 4 * options_.cell;
+  rough.range_sigma = options_.cell;
+  const std::vector<Eigen::Vector2d> few = thinned(scan.points, 120);
+  const Match near = match(coarse_, few, expected, expected, prior, rough);
+  const Match from_near = match(fine_, scan.points, near.T_map_base, expected, prior, options_.match);
+  const Match direct = match(fine_, scan.points, expected, expected, prior, options_.match);
+  return from_near.points > direct.points ? from_near : direct;
+}
+
+MappingFront::Word MappingFront::add(const ScanPoints& scan, const Pose2& step) {
+  const bool first = keyframes_.empty();
+  Word word;
+  if (first) {
+    if (!scan.points.empty()) keep(scan);
+  } else {
+    const double driven = step.position().norm(), turned = std::abs(step.yaw);
+    driven_ += driven;
+    turned_ += turned;
+    const Pose2 expected = pose_ * step;
+    const Eigen::Matrix3d predicted =
+        carried_covariance(covariance_, pose_, expected, odometry_covariance(robot_, driven, turned));
+    const Match found = matched(scan, expected, predicted.inverse());
+    word.explained = found.explained;
+    if (found.explained >= least_explained) {
+      pose_ = found.T_map_base;
+      covariance_ = (predicted.inverse() + found.information).inverse();
+    } else {
+      pose_ = expected;
+      covariance_ = predicted;
+    }
+    word.lost = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1))) > lost_sigma;
+    const bool moved_on = driven_ - driven_at_keyframe_ >= options_.keyframe_distance ||
+                          turned_ - turned_at_keyframe_ >= options_.keyframe_angle;
+    if (moved_on && found.explained >= 0.5 * least_explained) keep(scan), word.keyframe = true;
+  }
+  ++scans_;
+  word.T_map_base = pose_;
+  word.covariance = covariance_;
+  return word;
+}
+
+void MappingFront::keep(const ScanPoints& scan) {
+  Keyframe keyframe{scan, pose_, Eigen::Matrix3d::Zero(), driven_, scans_};
+  if (!keyframes_.empty()) {
+    const Eigen::Matrix3d step =
+        odometry_covariance(robot_, driven_ - driven_at_keyframe_, turned_ - turned_at_keyframe_);
+    keyframe.step_information = (0.25 * step).inverse();
+  }
+  driven_at_keyframe_ = driven_;
+  turned_at_keyframe_ = turned_;
+  fine_.add(scan.points, pose_);
+  coarse_.add(scan.points, pose_);
+  keyframes_.push_back(std::move(keyframe));
+  while (driven_ - keyframes_[oldest_in_map_].driven > options_.window) {
+    const Keyframe& old = keyframes_[oldest_in_map_++];
+    fine_.add(old.scan.points, old.T_map_base, -1);
+    coarse_.add(old.scan.points, old.T_map_base, -1);
+  }
+}
+
+}  // namespace parhelion

@@ -1,0 +1,71 @@
+// The live half of mapping: each scan is matched to the surfels of the way just driven, with odometry as
+// expectation.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/scan_points.hpp"
+#include "fusion/pose/surfel_map.hpp"
+#include "protocols/robot.hpp"
+
+namespace parhelion {
+
+struct Keyframe {
+  ScanPoints scan;
+  Pose2 T_map_base;  ///< as the front saw it, or as optimised
+  Eigen::Matrix3d step_information =
+      Eigen::Matrix3d::Zero();  ///< of the motion since the keyframe before, in that one's frame
+  double driven = 0;            ///< m, way up to here
+  std::size_t scan_index = 0;   ///< number of the scan
+};
+
+/// What odometry may have done wrong over a motion: covariance of x, y, yaw in the frame of its end.
+Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned);
+/// A covariance of a pose after the motion `step` from it, both in the map frame.
+Eigen::Matrix3d carried_covariance(const Eigen::Matrix3d& covariance, const Pose2& before, const Pose2& after,
+                                   const Eigen::Matrix3d& step_covariance);
+
+class MappingFront {
+ public:
+  struct Options {
+    double cell = 0.1;                ///< m
+    double keyframe_distance = 0.15;  ///< m
+    double keyframe_angle = 0.1;      ///< rad
+    double window = 25;               ///< m of way that the local map holds
+    MatchOptions match;
+  };
+  struct Word {
+    Pose2 T_map_base;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< map frame
+    double explained = 0;
+    bool lost = false;
+    bool keyframe = false;
+  };
+
+  MappingFront(const RobotDescription& robot, const Options& options);
+
+  /// `step`: odometry since the scan before; the first scan is at `start`.
+  Word add(const ScanPoints& scan, const Pose2& step);
+  void set_start(const Pose2& start) { pose_ = start; }
+  const std::vector<Keyframe>& keyframes() const { return keyframes_; }
+  std::vector<Keyframe> take_keyframes() { return std::move(keyframes_); }
+
+ private:
+  Match matched(const ScanPoints& scan, const Pose2& expected, const Eigen::Matrix3d& prior) const;
+  void keep(const ScanPoints& scan);
+
+  RobotDescription robot_;
+  Options options_;
+  SurfelMap fine_, coarse_;
+  std::vector<Keyframe> keyframes_;
+  std::size_t oldest_in_map_ = 0;
+  Pose2 pose_;
+  Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
+  double driven_ = 0, turned_ = 0, unmatched_ = 0;
+  double driven_at_keyframe_ = 0, turned_at_keyframe_ = 0;
+  std::size_t scans_ = 0;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,47 @@
+// Wheel odometry at any instant: along arcs of constant twist between two samples, with the last twist beyond
+// them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "fusion/pose/pose2.hpp"
+#include "fusion/pose/ring.hpp"
+#include "protocols/pose.hpp"
+
+namespace parhelion {
+
+struct OdometryAtInstant {
+  Pose2 T_odom_base;
+  double driven = 0;  ///< m, length of the path up to here; differences count
+  double turned = 0;  ///< rad, the same for rotation
+  double ahead = 0;   ///< s beyond the last sample
+  Twist2 twist;       ///< body frame
+};
+
+class OdometryTrack {
+ public:
+  enum class Taken { yes, no /* not finite or a backward stamp */, restarted };
+  enum class Missing { none_there, older_than_history, too_far_ahead };
+
+  OdometryTrack(Duration history, Duration max_extrapolation);
+
+  /// A stamp that jumps back by more than the history is a new start of the sensor's clock. Never allocates.
+  Taken add(const Odometry& odometry);
+  std::optional<OdometryAtInstant> at(SensorTime t, Missing* missing = nullptr) const;
+  bool empty() const { return samples_.count() == 0; }
+  SensorTime newest_stamp() const { return samples_.newest().stamp; }
+
+ private:
+  struct Sample {
+    SensorTime stamp;
+    Pose2 T_odom_base;
+    double driven = 0, turned = 0;
+  };
+  Twist2 twist_ending_at(std::size_t age) const;
+
+  Duration history_, max_extrapolation_;
+  Ring<Sample> samples_;
+};
+
+}  // namespace parhelion

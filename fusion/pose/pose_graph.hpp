@@ -1,0 +1,24 @@
+// A graph of planar poses and what was measured between them.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "fusion/pose/pose2.hpp"
+
+namespace parhelion {
+
+struct PoseGraphEdge {
+  std::size_t from = 0, to = 0;
+  Pose2 T_from_to;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< of x, y, yaw in the frame of `from`
+  bool loop = false;  ///< may be wrong: weighed down where the others disagree
+};
+
+/// Least squares (MRPT's sparse Levenberg-Marquardt); pose 0 stays. Loop edges are weighed by Cauchy's
+/// function, in a few rounds, so that a wrong one does not bend the rest.
+std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
+                             int rounds);
+
+}  // namespace parhelion

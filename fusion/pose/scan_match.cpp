@@ -1,0 +1,85 @@
+#include "fusion/pose/scan_match.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+namespace parhelion {
+namespace {
+
+/// Neighbouring beams see the same error of the map and of the laser: they do not count as independent.
+constexpr double independent_share = 0.1;
+
+struct NormalEquations {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  double squares = 0;
+  int explained = 0;
+};
+
+NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d> points, const Pose2& pose,
+                          const MatchOptions& options) {
+  NormalEquations sum;
+  const double c = std::cos(pose.yaw), s = std::sin(pose.yaw);
+  const double noise = options.range_sigma * options.range_sigma;
+  for (const Eigen::Vector2d& p : points) {
+    const Eigen::Vector2d arm(c * p.x() - s * p.y(), s * p.x() + c * p.y());
+    const Eigen::Vector2d q(pose.x + arm.x(), pose.y + arm.y());
+    const Surfel* surfel = map.nearest(q);
+    if (surfel == nullptr) continue;
+    const Eigen::Vector2d offset = q - surfel->mean;
+    Eigen::Matrix2d W;
+    double distance;
+    if (surfel->flat) {
+      distance = std::abs(surfel->normal.dot(offset));
+      W = surfel->normal * surfel->normal.transpose() / (noise + surfel->thickness * surfel->thickness);
+    } else {
+      distance = offset.norm();
+      W = (surfel->covariance + noise * Eigen::Matrix2d::Identity()).inverse() * 0.25;
+    }
+    if (distance > options.gate) continue;
+    if (distance < options.inlier) {
+      ++sum.explained;
+      sum.squares += distance * distance;
+    }
+    // Geman-McClure on the normalised distance: people and moved chairs lose their say.
+    const double chi2 = offset.dot(W * offset);
+    constexpr double knee = 9;
+    const double robust = knee / (knee + chi2);
+    const double weight = robust * robust;
+    Eigen::Matrix<double, 2, 3> J;
+    J << 1, 0, -arm.y(), 0, 1, arm.x();
+    const Eigen::Matrix<double, 3, 2> JtW = weight * J.transpose() * W;
+    sum.H += JtW * J;
+    sum.b += JtW * offset;
+  }
+  sum.H *= independent_share;
+  sum.b *= independent_share;
+  return sum;
+}
+
+}  // namespace
+
+Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, const Pose2& start,
+            const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options) {
+  Match result;
+  Pose2 pose = start;
+  const Eigen::Matrix3d regular = 1e-3 * Eigen::Matrix3d::Identity();
+  for (int i = 0; i < options.iterations; ++i) {
+    const NormalEquations sum = equations(map, points_base, pose, options);
+    const Eigen::Vector3d off(pose.x - expected.x, pose.y - expected.y, wrap_angle(pose.yaw - expected.yaw));
+    const Eigen::Vector3d step = (sum.H + prior + regular).ldlt().solve(-(sum.b + prior * off));
+    if (!step.allFinite()) break;
+    pose = {pose.x + step.x(), pose.y + step.y(), wrap_angle(pose.yaw + step.z())};
+    if (step.head<2>().norm() < 1e-4 && std::abs(step.z()) < 2e-5) break;
+  }
+  const NormalEquations sum = equations(map, points_base, pose, options);
+  result.T_map_base = pose;
+  result.information = sum.H;
+  result.points = sum.explained;
+  result.explained =
+      points_base.empty() ? 0 : static_cast<double>(sum.explained) / static_cast<double>(points_base.size());
+  result.rms = sum.explained > 0 ? std::sqrt(sum.squares / sum.explained) : 0;
+  return result;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,32 @@
+// Aligns the points of a scan with a surfel map: Gauss-Newton on point-to-line distances (Censi 2008), robust
+// weights, together with what odometry expected (an iterated extended Kalman update).
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "fusion/pose/pose2.hpp"
+#include "fusion/pose/surfel_map.hpp"
+
+namespace parhelion {
+
+struct MatchOptions {
+  int iterations = 12;
+  double range_sigma = 0.01;  ///< m, 1 sigma of a point about the surface besides the surfel's own thickness
+  double gate = 0.3;          ///< m, points farther from their surfel take no part
+  double inlier = 0.1;        ///< m, counts as explained
+};
+
+struct Match {
+  Pose2 T_map_base;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< x, y, yaw in the map frame, of the points alone
+  double explained = 0;  ///< share of all points that lie within `inlier` of a surfel
+  double rms = 0;        ///< m, of those
+  int points = 0;        ///< explained
+};
+
+/// `expected` with information `prior` (x, y, yaw in the map frame; zero: none).
+Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, const Pose2& start,
+            const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options);
+
+}  // namespace parhelion

@@ -1,0 +1,84 @@
+#include "fusion/pose/scan_points.hpp"
+
+#include <limits>
+
+namespace parhelion {
+
+ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist) {
+  ScanPoints result{
+      scan.stamp,     laser.T_base_laser.translation().head<2>(), {}, scan.ranges.size(), scan.angle_first,
+      scan.angle_step};
+  result.points.reserve(scan.ranges.size());
+  const bool moving = twist.vx != 0 || twist.vy != 0 || twist.wz != 0;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    if (laser.convention.classify(scan.ranges[i]) != BeamKind::hit) continue;
+    const double range = scan.ranges[i];
+    const double angle =
+        static_cast<double>(scan.angle_first) + static_cast<double>(i) * static_cast<double>(scan.angle_step);
+    const Eigen::Vector3d p_laser(range * std::cos(angle), range * std::sin(angle), 0);
+    const Eigen::Vector2d p_base = (laser.T_base_laser * p_laser).head<2>();
+    const double dt = moving ? laser.beam_time(i, scan.ranges.size()).seconds() : 0;
+    result.points.push_back(dt == 0 ? p_base : moved(twist, dt) * p_base);
+  }
+  return result;
+}
+
+namespace {
+
+/// Range along the beam to the line through a and b.
+double range_to_line(double angle, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+  const Eigen::Vector2d along = b - a;
+  const double cross = direction.x() * along.y() - direction.y() * along.x();
+  return std::abs(cross) < 1e-9 ? a.norm() : (a.x() * along.y() - a.y() * along.x()) / cross;
+}
+
+}  // namespace
+
+Scan rectified(const ScanPoints& scan, const LaserDescription& laser) {
+  Scan result{scan.stamp,
+              std::vector<float>(scan.beams, std::numeric_limits<float>::quiet_NaN()),
+              {},
+              scan.angle_first,
+              scan.angle_step};
+  const Transform<Laser, Base> T_laser_base = laser.T_base_laser.inverse();
+  const double z = laser.T_base_laser.translation().z();
+  const double first = static_cast<double>(scan.angle_first), step = static_cast<double>(scan.angle_step);
+  const auto put = [&](double beam, double range) {
+    const auto i = std::lround(beam);
+    if (i < 0 || i >= static_cast<long>(scan.beams)) return;
+    float& own = result.ranges[static_cast<std::size_t>(i)];
+    if (std::isnan(own) || range < static_cast<double>(own)) own = static_cast<float>(range);
+  };
+  double last_beam = 0;
+  Eigen::Vector2d last(0, 0);
+  for (std::size_t k = 0; k < scan.points.size(); ++k) {
+    const Eigen::Vector2d p =
+        (T_laser_base * Eigen::Vector3d(scan.points[k].x(), scan.points[k].y(), z)).head<2>();
+    // Continuous index: unwrapped about the middle of the scan.
+    const double middle = first + step * static_cast<double>(scan.beams) / 2;
+    const double beam = (middle + wrap_angle(std::atan2(p.y(), p.x()) - middle) - first) / step;
+    const bool neighbours =
+        k > 0 && std::abs(beam - last_beam) < 2.5 && (p - last).norm() < 0.1 + 0.05 * p.norm();
+    if (!neighbours) put(beam, p.norm());
+    if (neighbours) {
+      for (double i = std::ceil(std::min(beam, last_beam)); i <= std::max(beam, last_beam); ++i) {
+        const double range = range_to_line(first + i * step, last, p);
+        if (range > 0 && range < 1.2 * std::max(p.norm(), last.norm())) put(i, range);
+      }
+    }
+    last = p;
+    last_beam = beam;
+  }
+  return result;
+}
+
+std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points, std::size_t count) {
+  if (points.size() <= count) return points;
+  std::vector<Eigen::Vector2d> kept;
+  kept.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) kept.push_back(points[i * points.size() / count]);
+  return kept;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,178 @@
+#include <Eigen/LU>
+
+#include "fusion/pose/estimate.hpp"
+#include "fusion/pose/frozen_map.hpp"
+#include "fusion/pose/localizer_search.hpp"
+#include "fusion/pose/mapping_front.hpp"
+#include "fusion/pose/scan_odometry.hpp"
+#include "fusion/pose/slam.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double least_explained = 0.35;  ///< below it a scan says nothing (people stand around the robot)
+constexpr double found_again = 0.55;      ///< share of explained points that ends being lost
+constexpr int patience = 10;              ///< scans in a row without a word before being lost
+constexpr double lost_sigma = 0.3;        ///< m
+constexpr int retry_every = 5;            ///< lost scans between two searches near where the robot should be
+constexpr int give_up_after = 40;         ///< lost scans before it could be anywhere
+constexpr double start_sigma = 0.3, start_yaw_sigma = 0.15;  ///< m, rad: what `start` may be wrong by
+constexpr std::size_t least_points = 10;
+
+class Localizer final : public Slam {
+ public:
+  Localizer(const RobotDescription& robot, FrozenMap map, const SlamOptions& options)
+      : robot_(robot), map_(std::move(map)) {
+    match_.range_sigma = map_.sigma;
+    if (!options.start) return;
+    pose_ = {options.start->x(), options.start->y(), options.start->z()};
+    mode_ = Mode::starting;
+  }
+
+  void add(const Odometry& odometry) override { odometry_.add(odometry); }
+
+  std::optional<PoseEstimate> add(const Scan& scan) override {
+    const auto step = odometry_.step_to(scan.stamp);
+    if (!step) return std::nullopt;
+    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist);
+    switch (mode_) {
+      case Mode::searching:
+        search(points, step->step);
+        break;
+      case Mode::starting:
+        start(points, step->step);
+        break;
+      case Mode::tracking:
+        track(points, *step);
+        break;
+      case Mode::lost:
+        recover(points, *step);
+        break;
+    }
+    PoseEstimate estimate = planar_estimate(scan.stamp, pose_, covariance_, state());
+    estimate.map_id = map_.grid.id;
+    return estimate;
+  }
+
+  std::vector<PoseEstimate> finish() override { return {}; }
+  GridMap grid_map() const override { return map_.grid; }
+  Status save_simplemap(const std::string& path) const override {
+    return Error{path + ": localization makes no map; leave --map away to build one"};
+  }
+
+ private:
+  enum class Mode { searching, starting, tracking, lost };
+
+  SlamState state() const {
+    if (mode_ == Mode::tracking) return SlamState::tracking;
+    return mode_ == Mode::lost || was_tracking_ ? SlamState::lost : SlamState::initializing;
+  }
+
+  void settle(const Pose2& pose) {
+    pose_ = pose;
+    covariance_ = Eigen::Vector3d(0.01, 0.01, 0.0025).asDiagonal();
+    mode_ = Mode::tracking;
+    was_tracking_ = true;
+    silent_ = lost_scans_ = 0;
+  }
+
+  void search(const ScanPoints& scan, const Pose2& step) {
+    pose_ = pose_ * step;
+    if (const auto found = search_.add(map_, scan, step)) {
+      settle(*found);
+      track(scan, {});
+    }
+  }
+
+  /// Near a place that is known roughly: correlative search, then the fine match.
+  bool search_near(const ScanPoints& scan, double reach, double angle, double least) {
+    if (scan.points.size() < least_points) return false;
+    const auto found =
+        map_.likelihood.search(thinned(scan.points, 120), {pose_, reach, reach, angle}, {0.4, 1, 0.5, 0.3});
+    if (found.empty()) return false;
+    const Pose2 near = found.front().T_map_base;
+    const Match exact = match(map_.fine, scan.points, near, near, Eigen::Matrix3d::Zero(), match_);
+    if (exact.explained < least) return false;
+    settle(exact.T_map_base);
+    return true;
+  }
+
+  void start(const ScanPoints& scan, const Pose2& step) {
+    pose_ = pose_ * step;
+    covariance_ = Eigen::Vector3d(start_sigma * start_sigma, start_sigma * start_sigma,
+                                  start_yaw_sigma * start_yaw_sigma)
+                      .asDiagonal();
+    if (search_near(scan, 3 * start_sigma, 3 * start_yaw_sigma, found_again)) return;
+    if (++lost_scans_ >= give_up_after) mode_ = Mode::searching;
+  }
+
+  void track(const ScanPoints& scan, const ScanOdometry::Step& step) {
+    const double driven = step.step.position().norm(), turned = std::abs(step.step.yaw);
+    const Pose2 expected = pose_ * step.step;
+    Eigen::Matrix3d moved = odometry_covariance(robot_, driven, turned);
+    if (!step.known) moved += Eigen::Vector3d(0.04, 0.04, 0.04).asDiagonal();
+    const Eigen::Matrix3d predicted = carried_covariance(covariance_, pose_, expected, moved);
+    const Eigen::Matrix3d prior = predicted.inverse();
+    pose_ = expected;
+    covariance_ = predicted;
+    const Match found = matched(scan, expected, prior);
+    if (found.explained >= least_explained && scan.points.size() >= least_points) {
+      pose_ = found.T_map_base;
+      covariance_ = (prior + found.information).inverse();
+      silent_ = 0;
+    } else {
+      ++silent_;
+    }
+    const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
+    if (silent_ >= patience || sigma > lost_sigma) mode_ = Mode::lost;
+  }
+
+  Match matched(const ScanPoints& scan, const Pose2& expected, const Eigen::Matrix3d& prior) const {
+    MatchOptions rough = match_;
+    rough.iterations = 6;
+    rough.gate = map_.coarse.cell();
+    rough.range_sigma = 0.1;
+    const Match direct = match(map_.fine, scan.points, expected, expected, prior, match_);
+    const Match near = match(map_.coarse, thinned(scan.points, 120), expected, expected, prior, rough);
+    const Match from_near = match(map_.fine, scan.points, near.T_map_base, expected, prior, match_);
+    return from_near.points > direct.points ? from_near : direct;
+  }
+
+  void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {
+    pose_ = pose_ * step.step;
+    ++lost_scans_;
+    if (lost_scans_ % retry_every == 1 && search_near(scan, 1.5, 0.6, found_again)) return;
+    if (lost_scans_ >= give_up_after) {
+      mode_ = Mode::searching;
+      search_.restart();
+    }
+  }
+
+  RobotDescription robot_;
+  FrozenMap map_;
+  MatchOptions match_;
+  ScanOdometry odometry_;
+  GlobalSearch search_;
+  Mode mode_ = Mode::searching;
+  bool was_tracking_ = false;
+  Pose2 pose_;
+  Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Identity();
+  int silent_ = 0, lost_scans_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Slam>> make_localizer(const RobotDescription& robot, const std::string& map_path,
+                                             const SlamOptions& options) {
+  if (!robot.laser)
+    return Error{"slam: robot '" + robot.name + "' has no laser; give a description with --robot FILE"};
+  if (!(options.resolution > 0 && options.resolution <= 1))
+    return Error{"slam: resolution must be above 0 and at most 1 m"};
+  if (options.start && !options.start->allFinite())
+    return Error{"slam: start must be finite: x, y in m, yaw in rad"};
+  auto map = load_frozen_map(map_path, options.resolution);
+  if (!map) return map.error();
+  return std::unique_ptr<Slam>(std::make_unique<Localizer>(robot, std::move(*map), options));
+}
+
+}  // namespace parhelion

@@ -1,0 +1,113 @@
+#include "fusion/pose/estimate.hpp"
+#include "fusion/pose/loop_closing.hpp"
+#include "fusion/pose/mapped_scan.hpp"
+#include "fusion/pose/mapping_front.hpp"
+#include "fusion/pose/scan_odometry.hpp"
+#include "fusion/pose/slam.hpp"
+
+namespace parhelion {
+namespace {
+
+class Mapper final : public Slam {
+ public:
+  Mapper(const RobotDescription& robot, const SlamOptions& options)
+      : robot_(robot), options_(options), front_(robot, {}) {
+    if (options.start) front_.set_start({options.start->x(), options.start->y(), options.start->z()});
+  }
+
+  void add(const Odometry& odometry) override { odometry_.add(odometry); }
+
+  std::optional<PoseEstimate> add(const Scan& scan) override {
+    const auto step = odometry_.step_to(scan.stamp);
+    if (!step) return std::nullopt;
+    const ScanPoints points = deskewed(scan, *robot_.laser, step->twist);
+    const MappingFront::Word word = front_.add(points, step->step);
+    if (front_.keyframes().empty()) return std::nullopt;  // nothing but empty scans yet
+    PoseEstimate estimate = planar_estimate(scan.stamp, word.T_map_base, word.covariance,
+                                            word.lost ? SlamState::lost : SlamState::tracking);
+    words_.push_back(estimate);
+    finished_ = false;
+    return estimate;
+  }
+
+  std::vector<PoseEstimate> finish() override {
+    close_loops();
+    const std::vector<Keyframe>& keyframes = front_.keyframes();
+    const std::string id = grid_map().id;
+    std::vector<PoseEstimate> trajectory;
+    std::size_t k = 0;
+    const std::size_t first = keyframes.empty() ? 0 : keyframes.front().scan_index;
+    for (std::size_t i = 0; i < words_.size(); ++i) {
+      const std::size_t scan = first + i;
+      while (k + 1 < keyframes.size() && keyframes[k + 1].scan_index <= scan) ++k;
+      PoseEstimate estimate = words_[i];
+      estimate.T_map_base = transform<Map, Base>(corrected(k, scan, planar(words_[i].T_map_base)));
+      estimate.causal = false;
+      estimate.map_id = id;
+      trajectory.push_back(std::move(estimate));
+    }
+    return trajectory;
+  }
+
+  GridMap grid_map() const override {
+    if (!grid_) grid_ = grid_of(mapped_scans(), options_.resolution);
+    return *grid_;
+  }
+
+  Status save_simplemap(const std::string& path) const override {
+    return write_simplemap(mapped_scans(), path);
+  }
+
+ private:
+  void close_loops() {
+    if (finished_) return;
+    final_ = closed_loops(front_.keyframes(), {}, options_.progress);
+    grid_.reset();
+    finished_ = true;
+  }
+
+  const Pose2& final_pose(std::size_t k) const {
+    return finished_ ? final_[k] : front_.keyframes()[k].T_map_base;
+  }
+
+  /// Between two keyframes the correction changes evenly from the one's to the other's.
+  Pose2 corrected(std::size_t k, std::size_t scan, const Pose2& word) const {
+    const std::vector<Keyframe>& keyframes = front_.keyframes();
+    const auto by = [&](std::size_t i) { return final_pose(i) * (keyframes[i].T_map_base.inverse() * word); };
+    if (k + 1 >= keyframes.size()) return by(k);
+    const double s = static_cast<double>(scan - keyframes[k].scan_index) /
+                     static_cast<double>(keyframes[k + 1].scan_index - keyframes[k].scan_index);
+    return interpolate(by(k), by(k + 1), s);
+  }
+
+  std::vector<MappedScan> mapped_scans() const {
+    std::vector<MappedScan> scans;
+    const LaserDescription& laser = *robot_.laser;
+    for (std::size_t k = 0; k < front_.keyframes().size(); ++k) {
+      scans.push_back({final_pose(k), laser.T_base_laser, rectified(front_.keyframes()[k].scan, laser),
+                       static_cast<double>(laser.convention.range_max)});
+    }
+    return scans;
+  }
+
+  RobotDescription robot_;
+  SlamOptions options_;
+  ScanOdometry odometry_;
+  MappingFront front_;
+  std::vector<PoseEstimate> words_;
+  std::vector<Pose2> final_;
+  bool finished_ = false;
+  mutable std::optional<GridMap> grid_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Slam>> make_mapper(const RobotDescription& robot, const SlamOptions& options) {
+  if (!robot.laser)
+    return Error{"slam: robot '" + robot.name + "' has no laser; give a description with --robot FILE"};
+  if (!(options.resolution > 0 && options.resolution <= 1))
+    return Error{"slam: resolution must be above 0 and at most 1 m"};
+  return std::unique_ptr<Slam>(std::make_unique<Mapper>(robot, options));
+}
+
+}  // namespace parhelion

@@ -1,0 +1,186 @@
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <cmath>
+#include <limits>
+
+#include "fusion/pose/mapped_scan.hpp"
+
+namespace parhelion {
+namespace {
+
+using mrpt::obs::CObservation2DRangeScan;
+
+mrpt::poses::CPose3D to_mrpt(const Eigen::Isometry3d& T) {
+  return mrpt::poses::CPose3D(mrpt::math::CMatrixDouble44(Eigen::Matrix4d(T.matrix())));
+}
+
+Eigen::Isometry3d from_mrpt(const mrpt::poses::CPose3D& pose) {
+  Eigen::Isometry3d T;
+  T.matrix() = pose.getHomogeneousMatrixVal<mrpt::math::CMatrixDouble44>().asEigen();
+  return T;
+}
+
+/// MRPT implies the angles of beams: centred about the sensor's x axis. What is not centred goes into the
+/// sensor's pose.
+CObservation2DRangeScan::Ptr to_mrpt(const MappedScan& mapped) {
+  auto scan = CObservation2DRangeScan::Create();
+  const std::size_t n = mapped.scan.ranges.size();
+  const auto step = static_cast<double>(mapped.scan.angle_step);
+  const double span = step * static_cast<double>(n - 1);
+  const Eigen::AngleAxisd to_middle(static_cast<double>(mapped.scan.angle_first) + span / 2,
+                                    Eigen::Vector3d::UnitZ());
+  scan->sensorPose = to_mrpt(mapped.T_base_laser.isometry() * to_middle);
+  scan->timestamp = mrpt::Clock::fromDouble((mapped.scan.stamp - SensorTime{}).seconds());
+  scan->aperture = static_cast<float>(std::abs(span));
+  scan->rightToLeft = step > 0;
+  scan->maxRange = static_cast<float>(mapped.range_max);
+  scan->sensorLabel = "SCAN";
+  scan->resizeScan(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool known = std::isfinite(mapped.scan.ranges[i]);
+    scan->setScanRange(i, known ? mapped.scan.ranges[i] : 0.0F);
+    scan->setScanRangeValidity(i, known);
+  }
+  return scan;
+}
+
+MappedScan from_mrpt(const CObservation2DRangeScan& scan, const mrpt::poses::CPose3D& T_map_base) {
+  MappedScan mapped;
+  mapped.T_map_base = {T_map_base.x(), T_map_base.y(), T_map_base.yaw()};
+  mapped.T_base_laser = Transform<Base, Laser>(from_mrpt(scan.sensorPose));
+  mapped.range_max = static_cast<double>(scan.maxRange);
+  const std::size_t n = scan.getScanSize();
+  const double step = n > 1 ? static_cast<double>(scan.aperture) / static_cast<double>(n - 1) : 0;
+  mapped.scan.angle_step = static_cast<float>(scan.rightToLeft ? step : -step);
+  mapped.scan.angle_first =
+      static_cast<float>(static_cast<double>(scan.aperture) * (scan.rightToLeft ? -0.5 : 0.5));
+  for (std::size_t i = 0; i < n; ++i) {
+    const float range = scan.getScanRange(i);
+    const bool known = scan.getScanRangeValidity(i) && std::isfinite(range) && range > 0;
+    mapped.scan.ranges.push_back(known ? range : std::numeric_limits<float>::quiet_NaN());
+  }
+  return mapped;
+}
+
+mrpt::maps::CSimpleMap simplemap_of(std::span<const MappedScan> scans) {
+  mrpt::maps::CSimpleMap map;
+  for (const MappedScan& mapped : scans) {
+    if (mapped.scan.ranges.size() < 2) continue;
+    const auto frame = mrpt::obs::CSensoryFrame::Create();
+    frame->insert(to_mrpt(mapped));
+    const auto pose = mrpt::poses::CPose3DPDFGaussian::Create();
+    pose->mean =
+        to_mrpt(Transform<Map, Base>::planar(mapped.T_map_base.x, mapped.T_map_base.y, mapped.T_map_base.yaw)
+                    .isometry());
+    map.insert(pose, frame);
+  }
+  return map;
+}
+
+}  // namespace
+
+Status write_simplemap(std::span<const MappedScan> scans, const std::string& path) {
+  if (!simplemap_of(scans).saveToFile(path)) {
+    return Error{path + ": could not be written: does the directory exist and is there room on the disk?"};
+  }
+  return {};
+}
+
+Result<std::vector<MappedScan>> read_simplemap(const std::string& path) {
+  const Error unreadable{
+      path + ": is not a readable .simplemap; expected a file of MRPT (gzip) with CSimpleMap in it"};
+  mrpt::maps::CSimpleMap map;
+  try {
+    mrpt::io::CFileGZInputStream file;
+    if (!file.open(path)) return Error{path + ": cannot be opened"};
+    mrpt::serialization::archiveFrom(file) >> map;
+  } catch (const std::exception&) {
+    return unreadable;
+  }
+  std::vector<MappedScan> scans;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    mrpt::poses::CPose3DPDF::ConstPtr pose;
+    mrpt::obs::CSensoryFrame::ConstPtr frame;
+    map.get(i, pose, frame);
+    if (!pose || !frame) return unreadable;
+    mrpt::poses::CPose3D mean;
+    pose->getMean(mean);
+    for (const auto& observation : *frame) {
+      const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation);
+      if (scan) scans.push_back(from_mrpt(*scan, mean));
+    }
+  }
+  if (scans.empty()) return Error{path + ": holds no 2D range scan, expected at least one"};
+  return scans;
+}
+
+std::vector<Eigen::Vector2d> points_of(const MappedScan& mapped) {
+  std::vector<Eigen::Vector2d> points;
+  for (std::size_t i = 0; i < mapped.scan.ranges.size(); ++i) {
+    const auto range = static_cast<double>(mapped.scan.ranges[i]);
+    if (!std::isfinite(range)) continue;
+    const double angle = static_cast<double>(mapped.scan.angle_first) +
+                         static_cast<double>(i) * static_cast<double>(mapped.scan.angle_step);
+    points.push_back(
+        (mapped.T_base_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0))
+            .head<2>());
+  }
+  return points;
+}
+
+GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
+  GridMap map;
+  map.resolution = resolution;
+  Eigen::Vector2d low(-1, -1), high(1, 1);
+  bool any = false;
+  const auto reach = [&](const Eigen::Vector2d& p) {
+    low = any ? Eigen::Vector2d(low.cwiseMin(p)) : p;
+    high = any ? Eigen::Vector2d(high.cwiseMax(p)) : p;
+    any = true;
+  };
+  for (const MappedScan& scan : scans) {
+    reach(scan.T_map_base.position());
+    for (const Eigen::Vector2d& p : points_of(scan)) reach(scan.T_map_base * p);
+  }
+  // Whole cells with a metre about everything, so that the same scans give the same cells.
+  const long x0 = std::lround(std::floor((low.x() - 1) / resolution)),
+             y0 = std::lround(std::floor((low.y() - 1) / resolution));
+  const long x1 = std::lround(std::ceil((high.x() + 1) / resolution)),
+             y1 = std::lround(std::ceil((high.y() + 1) / resolution));
+  mrpt::maps::COccupancyGridMap2D grid(static_cast<float>(static_cast<double>(x0) * resolution),
+                                       static_cast<float>(static_cast<double>(x1) * resolution),
+                                       static_cast<float>(static_cast<double>(y0) * resolution),
+                                       static_cast<float>(static_cast<double>(y1) * resolution),
+                                       static_cast<float>(resolution));
+  grid.insertionOptions.maxDistanceInsertion = 80;
+  grid.insertionOptions.considerInvalidRangesAsFreeSpace = false;
+  for (const MappedScan& mapped : scans) {
+    if (mapped.scan.ranges.size() < 2) continue;
+    const auto pose =
+        to_mrpt(Transform<Map, Base>::planar(mapped.T_map_base.x, mapped.T_map_base.y, mapped.T_map_base.yaw)
+                    .isometry());
+    grid.insertObservation(*to_mrpt(mapped), pose);
+    map.path.emplace_back(mapped.T_map_base.x, mapped.T_map_base.y, mapped.T_map_base.yaw);
+  }
+  map.x_min = static_cast<double>(x0) * resolution, map.y_min = static_cast<double>(y0) * resolution;
+  map.width = static_cast<int>(x1 - x0), map.height = static_cast<int>(y1 - y0);
+  map.occupied.assign(static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height), 0.5F);
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const int gx = grid.x2idx(map.x_min + (x + 0.5) * resolution),
+                gy = grid.y2idx(map.y_min + (y + 0.5) * resolution);
+      map.occupied[static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) +
+                   static_cast<std::size_t>(x)] = 1 - grid.getCell(gx, gy);
+    }
+  }
+  map.id = grid_map_id(map);
+  return map;
+}
+
+}  // namespace parhelion

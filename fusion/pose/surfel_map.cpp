@@ -1,0 +1,159 @@
+#include "fusion/pose/surfel_map.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+std::int64_t cell_of(double v, double cell) { return static_cast<std::int64_t>(std::floor(v / cell)); }
+
+/// Eigenvalues in ascending order with the vector of the smaller one, in closed form.
+struct Axes {
+  double small, large;
+  Eigen::Vector2d normal;
+};
+Axes axes(double xx, double xy, double yy) {
+  const double mean = (xx + yy) / 2, half = (xx - yy) / 2;
+  const double radius = std::sqrt(half * half + xy * xy);
+  const double angle = 0.5 * std::atan2(2 * xy, xx - yy);
+  return {std::max(0.0, mean - radius), mean + radius, {-std::sin(angle), std::cos(angle)}};
+}
+
+}  // namespace
+
+SurfelMap::SurfelMap(double cell) : cell_(cell) {}
+
+SurfelMap::Cell* SurfelMap::find(std::int64_t cx, std::int64_t cy) const {
+  const std::int64_t tx = floor_divide(cx, tile_cells) - tx0_, ty = floor_divide(cy, tile_cells) - ty0_;
+  if (tx < 0 || ty < 0 || tx >= tiles_x_ || ty >= tiles_y_) return nullptr;
+  Tile* tile = tiles_[static_cast<std::size_t>(ty * tiles_x_ + tx)].get();
+  if (tile == nullptr) return nullptr;
+  const std::int64_t x = cx - (tx + tx0_) * tile_cells, y = cy - (ty + ty0_) * tile_cells;
+  return &tile->cells[static_cast<std::size_t>(y * tile_cells + x)];
+}
+
+void SurfelMap::grow(std::int64_t tx, std::int64_t ty) {
+  constexpr std::int64_t spare = 4;
+  const bool first = tiles_.empty();
+  const std::int64_t x0 = first ? tx - spare : std::min(tx0_, tx - spare);
+  const std::int64_t y0 = first ? ty - spare : std::min(ty0_, ty - spare);
+  const std::int64_t x1 = first ? tx + spare + 1 : std::max(tx0_ + tiles_x_, tx + spare + 1);
+  const std::int64_t y1 = first ? ty + spare + 1 : std::max(ty0_ + tiles_y_, ty + spare + 1);
+  std::vector<std::unique_ptr<Tile>> tiles(static_cast<std::size_t>((x1 - x0) * (y1 - y0)));
+  for (std::int64_t y = 0; y < tiles_y_; ++y) {
+    for (std::int64_t x = 0; x < tiles_x_; ++x) {
+      tiles[static_cast<std::size_t>((y + ty0_ - y0) * (x1 - x0) + x + tx0_ - x0)] =
+          std::move(tiles_[static_cast<std::size_t>(y * tiles_x_ + x)]);
+    }
+  }
+  tiles_ = std::move(tiles);
+  tx0_ = x0, ty0_ = y0, tiles_x_ = x1 - x0, tiles_y_ = y1 - y0;
+}
+
+SurfelMap::Cell& SurfelMap::make(std::int64_t cx, std::int64_t cy) {
+  const std::int64_t tx = floor_divide(cx, tile_cells), ty = floor_divide(cy, tile_cells);
+  if (tx < tx0_ || ty < ty0_ || tx >= tx0_ + tiles_x_ || ty >= ty0_ + tiles_y_) grow(tx, ty);
+  auto& tile = tiles_[static_cast<std::size_t>((ty - ty0_) * tiles_x_ + tx - tx0_)];
+  if (!tile) tile = std::make_unique<Tile>();
+  return *find(cx, cy);
+}
+
+void SurfelMap::add(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base, double weight) {
+  const double c = std::cos(T_map_base.yaw), s = std::sin(T_map_base.yaw);
+  for (const Eigen::Vector2d& p : points_base) {
+    const Eigen::Vector2d q(T_map_base.x + c * p.x() - s * p.y(), T_map_base.y + s * p.x() + c * p.y());
+    const std::int64_t cx = cell_of(q.x(), cell_), cy = cell_of(q.y(), cell_);
+    Cell& cell = make(cx, cy);
+    const double dx = q.x() - (static_cast<double>(cx) + 0.5) * cell_,
+                 dy = q.y() - (static_cast<double>(cy) + 0.5) * cell_;
+    cell.n += weight;
+    cell.x += weight * dx, cell.y += weight * dy;
+    cell.xx += weight * dx * dx, cell.xy += weight * dx * dy, cell.yy += weight * dy * dy;
+    // Rounding must not leave a ghost where everything was taken out.
+    if (cell.n < 0.5) cell.n = cell.x = cell.y = cell.xx = cell.xy = cell.yy = 0;
+    for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+      for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+        if (Cell* neighbour = find(x, y)) neighbour->stale = true;
+      }
+    }
+  }
+}
+
+void SurfelMap::refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const {
+  constexpr double enough_points = 5;
+  constexpr double flat_ratio = 0.15;
+  cell.stale = false;
+  cell.valid = false;
+  if (cell.n <= 0) return;
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  for (std::int64_t j = -1; j <= 1; ++j) {
+    for (std::int64_t i = -1; i <= 1; ++i) {
+      const Cell* other = find(cx + i, cy + j);
+      if (other == nullptr || other->n <= 0) continue;
+      const double ox = static_cast<double>(i) * cell_, oy = static_cast<double>(j) * cell_;
+      n += other->n;
+      x += other->x + other->n * ox, y += other->y + other->n * oy;
+      xx += other->xx + 2 * ox * other->x + other->n * ox * ox;
+      yy += other->yy + 2 * oy * other->y + other->n * oy * oy;
+      xy += other->xy + ox * other->y + oy * other->x + other->n * ox * oy;
+    }
+  }
+  const double mx = x / n, my = y / n;
+  const double cxx = xx / n - mx * mx, cxy = xy / n - mx * my, cyy = yy / n - my * my;
+  const Axes a = axes(cxx, cxy, cyy);
+  Surfel& surfel = cell.surfel;
+  surfel.mean = {(static_cast<double>(cx) + 0.5) * cell_ + mx, (static_cast<double>(cy) + 0.5) * cell_ + my};
+  surfel.normal = a.normal;
+  surfel.covariance << cxx, cxy, cxy, cyy;
+  surfel.thickness = std::sqrt(a.small);
+  surfel.points = static_cast<float>(n);
+  surfel.flat = n >= enough_points && a.small < flat_ratio * a.large;
+  cell.valid = true;
+}
+
+const Surfel* SurfelMap::surfel(std::int64_t cx, std::int64_t cy) const {
+  Cell* cell = find(cx, cy);
+  if (cell == nullptr) return nullptr;
+  if (cell->stale) refresh(*cell, cx, cy);
+  return cell->valid ? &cell->surfel : nullptr;
+}
+
+const Surfel* SurfelMap::nearest(const Eigen::Vector2d& p_map) const {
+  const std::int64_t cx = cell_of(p_map.x(), cell_), cy = cell_of(p_map.y(), cell_);
+  if (const Surfel* own = surfel(cx, cy)) return own;
+  const Surfel* best = nullptr;
+  double best_distance = 0;
+  for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+      const Surfel* candidate = surfel(x, y);
+      if (candidate == nullptr) continue;
+      const double distance = (candidate->mean - p_map).squaredNorm();
+      if (best == nullptr || distance < best_distance) best = candidate, best_distance = distance;
+    }
+  }
+  return best;
+}
+
+const Surfel* SurfelMap::nearest_slow(const Eigen::Vector2d& p_map) const {
+  const std::int64_t cx = cell_of(p_map.x(), cell_), cy = cell_of(p_map.y(), cell_);
+  const Surfel* best = nullptr;
+  double best_distance = 0;
+  for (std::int64_t y = ty0_ * tile_cells; y < (ty0_ + tiles_y_) * tile_cells; ++y) {
+    for (std::int64_t x = tx0_ * tile_cells; x < (tx0_ + tiles_x_) * tile_cells; ++x) {
+      if (std::abs(x - cx) > 1 || std::abs(y - cy) > 1) continue;
+      Cell* cell = find(x, y);
+      if (cell == nullptr) continue;
+      refresh(*cell, x, y);
+      if (!cell->valid) continue;
+      if (x == cx && y == cy) return &cell->surfel;
+      const double distance = (cell->surfel.mean - p_map).squaredNorm();
+      if (best == nullptr || distance < best_distance) best = &cell->surfel, best_distance = distance;
+    }
+  }
+  return best;
+}
+
+}  // namespace parhelion

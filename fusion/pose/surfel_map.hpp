@@ -1,0 +1,61 @@
+// A map of scan points as small pieces of surface: per cell the moments of the points that fell into it, and
+// from those of the cell and its neighbours a mean and a normal (a normal distributions map, Biber and
+// Strasser 2003, matched point to line). Averaging makes it finer than its cells; moments can be taken out
+// again, so a map can follow the robot.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "fusion/pose/pose2.hpp"
+
+namespace parhelion {
+
+struct Surfel {
+  Eigen::Vector2d mean;        ///< m, map frame
+  Eigen::Vector2d normal;      ///< unit; of no meaning where not flat
+  Eigen::Matrix2d covariance;  ///< m^2, of the points about the mean
+  double thickness = 0;        ///< m, 1 sigma along the normal
+  float points = 0;            ///< that it was made from
+  bool flat = false;
+};
+
+class SurfelMap {
+ public:
+  explicit SurfelMap(double cell);  ///< m, side of a cell
+
+  double cell() const { return cell_; }
+  /// weight 1 adds the points, -1 takes out what was added from the same pose.
+  void add(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base, double weight = 1);
+  /// The surfel that explains p best: that of its cell, or the nearest of the cells about; nullptr where
+  /// there is none.
+  const Surfel* nearest(const Eigen::Vector2d& p_map) const;
+  /// The same by looking at every cell; for tests.
+  const Surfel* nearest_slow(const Eigen::Vector2d& p_map) const;
+
+ private:
+  static constexpr int tile_cells = 16;
+  struct Cell {
+    double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;  ///< moments about the cell's centre
+    Surfel surfel;
+    bool stale = true, valid = false;
+  };
+  struct Tile {
+    std::vector<Cell> cells = std::vector<Cell>(tile_cells * tile_cells);
+  };
+
+  Cell* find(std::int64_t cx, std::int64_t cy) const;
+  Cell& make(std::int64_t cx, std::int64_t cy);
+  void grow(std::int64_t tx, std::int64_t ty);
+  const Surfel* surfel(std::int64_t cx, std::int64_t cy) const;
+  void refresh(Cell& cell, std::int64_t cx, std::int64_t cy) const;
+
+  double cell_;
+  std::int64_t tx0_ = 0, ty0_ = 0, tiles_x_ = 0, tiles_y_ = 0;  ///< the directory of tiles
+  std::vector<std::unique_ptr<Tile>> tiles_;
+};
+
+}  // namespace parhelion
