@@ -141,6 +141,15 @@ Result<ImportFormat> recognise_recording(const std::filesystem::path& path) {
 }
 
 Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress) {
+  constexpr std::array<std::string_view, 8> known = {"SCAN",  "ODOMETRY",   "CAMERA",         "CAMERA_INFO",
+                                                     "DEPTH", "DEPTH_INFO", "REFERENCE_POSE", "TELEOP"};
+  for (const auto& [channel, topic] : options.topics) {
+    if (std::find(known.begin(), known.end(), channel) == known.end()) {
+      return Error{"--topics " + channel + "=" + topic +
+                   ": no such channel; SCAN, ODOMETRY, CAMERA, CAMERA_INFO, DEPTH, "
+                   "DEPTH_INFO, REFERENCE_POSE or TELEOP is expected"};
+    }
+  }
   const auto format = recognise_recording(options.input);
   if (!format) return format.error();
   switch (*format) {
@@ -148,7 +157,9 @@ Result<ImportReport> import_recording(const ImportOptions& options, const Import
       return import_rawlog(options, progress);
     case ImportFormat::carmen:
       return import_carmen(options, progress);
-    default:
+    case ImportFormat::rosbag:
+      return import_rosbag(options, progress);
+    case ImportFormat::rgbd:
       break;
   }
   return Error{options.input.string() + ": not a recording that is known"};

@@ -171,11 +171,11 @@ std::string robot_name(const ImportOptions& options) {
   return name.empty() ? "robot" : name;
 }
 
-RobotDescription describe_robot(const ImportOptions& options, LaserDescription laser,
+RobotDescription describe_robot(const ImportOptions& options, std::optional<LaserDescription> laser,
                                 std::vector<std::string>& notes) {
   RobotDescription robot;
   robot.name = robot_name(options);
-  robot.footprint = assumed_footprint(&laser);
+  robot.footprint = assumed_footprint(laser ? &*laser : nullptr);
   robot.laser = std::move(laser);
   notes.push_back("footprint, height, mass and limits are not in the source: assumed");
   robot.source = "imported from " + options.input.filename().string();

@@ -51,9 +51,9 @@ class LaserEvidence {
   std::uint64_t zeros_ = 0, infinities_ = 0, nans_ = 0;
 };
 
-/// A description with what no recording says filled in and said so in `source`: footprint around base and
+/// A description with what no recording says filled in, and said so in `notes`: a footprint around base and
 /// laser.
-RobotDescription describe_robot(const ImportOptions& options, LaserDescription laser,
+RobotDescription describe_robot(const ImportOptions& options, std::optional<LaserDescription> laser,
                                 std::vector<std::string>& notes);
 
 /// Name of a robot from the options or the input's file name (letters, digits, '_' and '-').

@@ -1,0 +1,135 @@
+// The only file of the importers that includes OpenCV.
+#include "tools/import/image_files.hpp"
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t largest_file = 256U << 20;
+
+bool is_jpeg(std::span<const std::uint8_t> file) {
+  return file.size() > 3 && file[0] == 0xFF && file[1] == 0xD8 && file[2] == 0xFF;
+}
+
+struct Size {
+  int width, height;
+};
+
+/// From the start-of-frame segment (ITU-T T.81, B.2.2).
+std::optional<Size> jpeg_size(std::span<const std::uint8_t> file) {
+  std::size_t at = 2;
+  while (at + 9 < file.size() && file[at] == 0xFF) {
+    const std::uint8_t marker = file[at + 1];
+    const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+    if (frame) return Size{file[at + 7] * 256 + file[at + 8], file[at + 5] * 256 + file[at + 6]};
+    if (marker == 0xFF) {
+      ++at;
+      continue;
+    }
+    at += 2U + file[at + 2] * 256U + file[at + 3];
+  }
+  return std::nullopt;
+}
+
+/// nullopt where OpenCV can't read it; it throws on some damage and returns an empty image on other.
+cv::Mat decode_file(std::span<const std::uint8_t> file, int flags) {
+  try {
+    const cv::Mat bytes(1, static_cast<int>(file.size()), CV_8UC1, const_cast<std::uint8_t*>(file.data()));
+    return cv::imdecode(bytes, flags);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
+
+ImageMetadata text_metadata(const std::string& key, const std::string& value) {
+  return {key, {value.begin(), value.end()}};
+}
+
+}  // namespace
+
+Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp) {
+  Image image;
+  image.stamp = stamp;
+  if (is_jpeg(file)) {
+    const auto size = jpeg_size(file);
+    if (!size) return Error{"a JPEG without a frame header"};
+    image.width = size->width;
+    image.height = size->height;
+    image.format = PixelFormat::mjpeg;
+    image.bytes = std::move(file);
+    return image;
+  }
+  const cv::Mat pixels = decode_file(file, cv::IMREAD_COLOR);
+  if (pixels.empty()) return Error{"an image that can't be read: JPEG or PNG is expected"};
+  image.width = pixels.cols;
+  image.height = pixels.rows;
+  image.row_stride = pixels.cols * 3;
+  image.format = PixelFormat::bgr;
+  const cv::Mat whole = pixels.isContinuous() ? pixels : pixels.clone();
+  image.bytes.assign(whole.data, whole.data + whole.total() * whole.elemSize());
+  return image;
+}
+
+Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre) {
+  const cv::Mat pixels = decode_file(file, cv::IMREAD_UNCHANGED);
+  if (pixels.empty()) return Error{"a depth image that can't be read: a 16-bit grey PNG is expected"};
+  if (pixels.type() != CV_16UC1) return Error{"a depth image that is not 16-bit grey"};
+  DepthPixels depth{pixels.cols, pixels.rows, {}};
+  depth.mm.reserve(pixels.total());
+  const double mm_per_unit = 1000 / units_per_metre;
+  constexpr std::uint16_t none = 65535;  // 7-Scenes' word for "nothing", beside 0
+  for (int row = 0; row < pixels.rows; ++row) {
+    const auto* line = pixels.ptr<std::uint16_t>(row);
+    for (int column = 0; column < pixels.cols; ++column) {
+      const double mm = line[column] == none ? 0 : std::round(line[column] * mm_per_unit);
+      depth.mm.push_back(mm < none ? static_cast<std::uint16_t>(mm) : std::uint16_t{0});
+    }
+  }
+  return depth;
+}
+
+Result<Image> depth_image(const DepthPixels& depth, SensorTime stamp) {
+  const cv::Mat pixels(depth.height, depth.width, CV_16UC1, const_cast<std::uint16_t*>(depth.mm.data()));
+  std::vector<std::uint8_t> png;
+  try {
+    // Level 1: a third larger than the best, five times as fast.
+    if (cv::imencode(".png", pixels, png, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
+      return depth_image(std::move(png), depth.width, depth.height, stamp);
+    }
+  } catch (const cv::Exception&) {
+  }
+  return Error{"a depth image that can't be written as PNG"};
+}
+
+Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTime stamp) {
+  Image image;
+  image.stamp = stamp;
+  image.width = width;
+  image.height = height;
+  image.format = PixelFormat::depth_mm;
+  image.bytes = std::move(png);
+  image.metadata.push_back(text_metadata("encoding", "png"));
+  return image;
+}
+
+Result<std::vector<std::uint8_t>> read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) return Error{path + ": can't be opened: " + std::strerror(errno)};
+  const auto size = static_cast<std::size_t>(file.tellg());
+  if (size > largest_file) return Error{path + ": larger than 256 MiB"};
+  std::vector<std::uint8_t> bytes(size);
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size));
+  if (!file) return Error{path + ": can't be read: " + std::strerror(errno)};
+  return bytes;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,33 @@
+// Image files in memory: their sizes, and what has to be re-encoded for the wire.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocols/image.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// A depth image: millimetres row by row, 0 where nothing was measured.
+struct DepthPixels {
+  int width = 0, height = 0;
+  std::vector<std::uint16_t> mm;
+};
+
+/// JPEG bytes stay as they are (MJPEG); any other colour file (PNG) becomes raw BGR, so that nothing is lost.
+Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp);
+
+/// 16-bit grey PNG; `units_per_metre` of its numbers (1000: millimetres, 5000: TUM).
+Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre);
+
+/// Depth as it goes on the wire: 16-bit PNG of millimetres, metadata "encoding" = "png".
+Result<Image> depth_image(const DepthPixels& depth, SensorTime stamp);
+/// The same from a PNG that holds millimetres already.
+Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTime stamp);
+
+Result<std::vector<std::uint8_t>> read_file(const std::string& path);
+
+}  // namespace parhelion

@@ -1,0 +1,40 @@
+// The frames of a bag's /tf and /tf_static: which parts of the robot stand where.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/import/ros_message.hpp"
+
+namespace parhelion {
+
+class RosFrames {
+ public:
+  struct Edge {
+    Eigen::Isometry3d first;  ///< pose of the child in its parent, as first published
+    std::uint64_t count = 0;
+    bool moves = false;  ///< by more than 1 mm or 0.1 degrees
+  };
+  using Key = std::pair<std::string, std::string>;  ///< parent, child
+
+  void add(const ros::StampedTransform& transform);
+
+  /// Pose of `to` in `from` along the edges as first published; nullopt: not connected. `moves` says whether
+  /// an edge does.
+  std::optional<Eigen::Isometry3d> find(const std::string& from, const std::string& to, bool& moves) const;
+  bool has(const std::string& frame) const;
+  /// Edges from a frame named like odometry's ("odom", ".../odom", "odom_combined") to one that is not a map.
+  std::vector<Key> odometry_edges() const;
+  const std::map<Key, Edge>& edges() const { return edges_; }
+  /// All edges that do not move, as text: what is kept of them in the robot description.
+  std::string static_edges_text() const;
+
+ private:
+  std::map<Key, Edge> edges_;
+};
+
+}  // namespace parhelion

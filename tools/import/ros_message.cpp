@@ -1,0 +1,199 @@
+#include "tools/import/ros_message.hpp"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace parhelion::ros {
+namespace {
+
+static_assert(std::endian::native == std::endian::little,
+              "ROS serialises little-endian; bytes are copied as they are");
+
+/// Takes values off the front; once something does not fit, everything after is zero and the first place is
+/// kept.
+class Cursor {
+ public:
+  explicit Cursor(MessageBytes bytes) : bytes_(bytes) {}
+
+  template <class T>
+  T number() {
+    T value{};
+    if (take(sizeof(T), "a number")) std::memcpy(&value, bytes_.data() + at_ - sizeof(T), sizeof(T));
+    return value;
+  }
+  template <class T>
+  std::vector<T> array() {
+    const std::size_t n = number<std::uint32_t>();
+    std::vector<T> values;
+    if (ok() && n > (bytes_.size() - at_) / sizeof(T)) fail("an array of " + std::to_string(n) + " elements");
+    if (!ok()) return values;
+    values.resize(n);
+    if (n > 0) std::memcpy(values.data(), bytes_.data() + at_, n * sizeof(T));
+    at_ += n * sizeof(T);
+    return values;
+  }
+  template <std::size_t N>
+  void numbers(double (&values)[N]) {
+    for (double& value : values) value = number<double>();
+  }
+  std::string text() {
+    const auto letters = array<char>();
+    return {letters.begin(), letters.end()};
+  }
+  void skip(std::size_t n) { take(n, "a fixed field"); }
+
+  Header header() {
+    Header header;
+    number<std::uint32_t>();
+    const std::int64_t seconds = number<std::uint32_t>(), ns = number<std::uint32_t>();
+    header.stamp = {seconds * 1'000'000'000 + ns};
+    header.frame = frame();
+    return header;
+  }
+  std::string frame() {
+    std::string name = text();
+    if (name.starts_with("/")) name.erase(0, 1);
+    return name;
+  }
+  Eigen::Isometry3d pose() {
+    double p[3], q[4];
+    numbers(p);
+    numbers(q);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+    const Eigen::Vector3d translation(p[0], p[1], p[2]);
+    constexpr double tolerance = 0.01;
+    if (!translation.allFinite() || !(std::abs(rotation.norm() - 1) < tolerance)) {
+      fail("a pose that is not finite or whose quaternion is not of length 1");
+      return pose;
+    }
+    pose.linear() = rotation.normalized().toRotationMatrix();
+    pose.translation() = translation;
+    return pose;
+  }
+
+  bool ok() const { return error_.empty(); }
+  template <class T>
+  Result<T> done(T message) {
+    if (ok() && at_ != bytes_.size())
+      fail("the end, but there are " + std::to_string(bytes_.size()) + " bytes");
+    if (!ok()) return Error{error_};
+    return message;
+  }
+
+ private:
+  bool take(std::size_t n, const char* what) {
+    if (ok() && n > bytes_.size() - at_) fail(std::string(what) + " behind the end");
+    if (ok()) at_ += n;
+    return ok();
+  }
+  void fail(const std::string& what) {
+    if (ok()) error_ = "byte " + std::to_string(at_) + " of the message: " + what;
+  }
+
+  MessageBytes bytes_;
+  std::size_t at_ = 0;
+  std::string error_;
+};
+
+constexpr std::size_t covariance_bytes = 36 * sizeof(double);
+constexpr std::size_t twist_bytes = 6 * sizeof(double);
+
+}  // namespace
+
+Result<LaserScan> read_laser_scan(MessageBytes bytes) {
+  Cursor in(bytes);
+  LaserScan scan;
+  scan.header = in.header();
+  for (float* value : {&scan.angle_min, &scan.angle_max, &scan.angle_increment, &scan.time_increment,
+                       &scan.scan_time, &scan.range_min, &scan.range_max}) {
+    *value = in.number<float>();
+  }
+  scan.ranges = in.array<float>();
+  scan.intensities = in.array<float>();
+  return in.done(std::move(scan));
+}
+
+Result<Image> read_image(MessageBytes bytes) {
+  Cursor in(bytes);
+  Image image;
+  image.header = in.header();
+  image.height = in.number<std::uint32_t>();
+  image.width = in.number<std::uint32_t>();
+  image.encoding = in.text();
+  image.big_endian = in.number<std::uint8_t>() != 0;
+  image.step = in.number<std::uint32_t>();
+  image.data = in.array<std::uint8_t>();
+  return in.done(std::move(image));
+}
+
+Result<CompressedImage> read_compressed_image(MessageBytes bytes) {
+  Cursor in(bytes);
+  CompressedImage image;
+  image.header = in.header();
+  image.format = in.text();
+  image.data = in.array<std::uint8_t>();
+  return in.done(std::move(image));
+}
+
+Result<CameraInfo> read_camera_info(MessageBytes bytes) {
+  Cursor in(bytes);
+  CameraInfo camera;
+  camera.header = in.header();
+  camera.height = in.number<std::uint32_t>();
+  camera.width = in.number<std::uint32_t>();
+  camera.distortion_model = in.text();
+  camera.d = in.array<double>();
+  in.numbers(camera.k);
+  in.numbers(camera.r);
+  in.numbers(camera.p);
+  for (std::uint32_t* value : {&camera.binning_x, &camera.binning_y, &camera.roi_x, &camera.roi_y,
+                               &camera.roi_height, &camera.roi_width}) {
+    *value = in.number<std::uint32_t>();
+  }
+  camera.roi_rectify = in.number<std::uint8_t>() != 0;
+  return in.done(std::move(camera));
+}
+
+Result<PoseStamped> read_pose_stamped(MessageBytes bytes) {
+  Cursor in(bytes);
+  PoseStamped pose;
+  pose.header = in.header();
+  pose.pose = in.pose();
+  return in.done(std::move(pose));
+}
+
+Result<Odometry> read_odometry(MessageBytes bytes) {
+  Cursor in(bytes);
+  Odometry odometry;
+  odometry.header = in.header();
+  odometry.child_frame = in.frame();
+  odometry.pose = in.pose();
+  in.skip(covariance_bytes);
+  in.skip(twist_bytes + covariance_bytes);
+  return in.done(std::move(odometry));
+}
+
+Result<std::vector<StampedTransform>> read_tf(MessageBytes bytes) {
+  Cursor in(bytes);
+  std::vector<StampedTransform> transforms;
+  const auto n = in.number<std::uint32_t>();
+  for (std::uint32_t i = 0; i < n && in.ok(); ++i) {
+    StampedTransform& one = transforms.emplace_back();
+    one.header = in.header();
+    one.child = in.frame();
+    one.pose = in.pose();
+  }
+  return in.done(std::move(transforms));
+}
+
+Result<Twist> read_twist(MessageBytes bytes) {
+  Cursor in(bytes);
+  double v[6];
+  in.numbers(v);
+  return in.done(Twist{{v[0], v[1], v[5]}});
+}
+
+}  // namespace parhelion::ros

@@ -1,0 +1,87 @@
+// ROS 1 messages that are imported, read from their serialised bytes (http://wiki.ros.org/msg). Every reader
+// checks lengths and that the message ends where its bytes do; an Error says at which byte it does not fit.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocols/frames.hpp"
+#include "protocols/status.hpp"
+#include "protocols/time.hpp"
+
+namespace parhelion::ros {
+
+using MessageBytes = std::span<const std::uint8_t>;
+
+struct Header {
+  SensorTime stamp;
+  std::string frame;  ///< without the leading '/' of tf's first version
+};
+
+struct LaserScan {  ///< sensor_msgs/LaserScan; radians, seconds, metres; the stamp is of the first ray
+  Header header;
+  float angle_min, angle_max, angle_increment, time_increment, scan_time, range_min, range_max;
+  std::vector<float> ranges, intensities;
+};
+
+struct Image {  ///< sensor_msgs/Image
+  Header header;
+  std::uint32_t height, width;
+  std::string encoding;
+  bool big_endian;
+  std::uint32_t step;
+  std::vector<std::uint8_t> data;
+};
+
+struct CompressedImage {  ///< sensor_msgs/CompressedImage
+  Header header;
+  std::string format;
+  std::vector<std::uint8_t> data;
+};
+
+struct CameraInfo {  ///< sensor_msgs/CameraInfo
+  Header header;
+  std::uint32_t height, width;
+  std::string distortion_model;
+  std::vector<double> d;
+  double k[9], r[9], p[12];
+  std::uint32_t binning_x, binning_y;
+  std::uint32_t roi_x, roi_y, roi_height, roi_width;
+  bool roi_rectify;
+};
+
+struct PoseStamped {  ///< geometry_msgs/PoseStamped
+  Header header;
+  Eigen::Isometry3d pose;
+};
+
+struct Odometry {  ///< nav_msgs/Odometry, without its covariances
+  Header header;
+  std::string child_frame;
+  Eigen::Isometry3d pose;
+};
+
+struct StampedTransform {  ///< geometry_msgs/TransformStamped: pose of `child` in header.frame
+  Header header;
+  std::string child;
+  Eigen::Isometry3d pose;
+};
+
+struct Twist {  ///< geometry_msgs/Twist
+  Twist2 twist;
+};
+
+Result<LaserScan> read_laser_scan(MessageBytes bytes);
+Result<Image> read_image(MessageBytes bytes);
+Result<CompressedImage> read_compressed_image(MessageBytes bytes);
+Result<CameraInfo> read_camera_info(MessageBytes bytes);
+/// A quaternion whose length is not about 1 is an Error, as is a pose that is not finite.
+Result<PoseStamped> read_pose_stamped(MessageBytes bytes);
+Result<Odometry> read_odometry(MessageBytes bytes);
+Result<std::vector<StampedTransform>> read_tf(MessageBytes bytes);
+Result<Twist> read_twist(MessageBytes bytes);
+
+}  // namespace parhelion::ros

@@ -1,0 +1,188 @@
+// ROS 1 bags: LaserScan, Odometry or tf, Image and CompressedImage, CameraInfo, PoseStamped, Twist.
+#include <cmath>
+
+#include "protocols/channels.hpp"
+#include "tools/import/importers.hpp"
+#include "tools/import/recording_writer.hpp"
+#include "tools/import/ros_camera.hpp"
+#include "tools/import/rosbag_survey.hpp"
+
+namespace parhelion {
+namespace {
+
+template <class A, class B>
+Transform<A, B> planar(const Eigen::Isometry3d& pose) {
+  return Transform<A, B>::planar(pose.translation().x(), pose.translation().y(), Transform<A, B>(pose).yaw());
+}
+
+/// The recorder's clock, where it is the sensors' own: a bag recorded from a replay has another.
+std::optional<ArrivalTime> arrival_of(const BagMessage& message, SensorTime stamp) {
+  constexpr std::int64_t most_apart = 3'600'000'000'000;
+  const std::int64_t apart = message.received.ns - stamp.ns;
+  if (apart > most_apart || apart < -most_apart) return std::nullopt;
+  return message.received;
+}
+
+class Copy {
+ public:
+  Copy(RecordingWriter& writer, const BagChoice& choice) : writer_(writer), choice_(choice) {}
+
+  Status operator()(const BagMessage& message) {
+    writer_.count_read();
+    if (message.topic == choice_.scan) return put_scan(message);
+    if (choice_.odometry_edge && is_tf(message.type)) return put_tf(message);
+    if (message.topic == choice_.odometry) return put_odometry(message);
+    if (message.topic == choice_.camera || message.topic == choice_.depth) return put_image(message);
+    if (message.topic == choice_.reference) return put_reference(message);
+    if (message.topic == choice_.teleop) return put_twist(message);
+    // These are in the robot description.
+    if (is_tf(message.type) || message.type == "sensor_msgs/CameraInfo") return {};
+    writer_.leave_out(message.topic + " (" + message.type + ")");
+    return {};
+  }
+
+ private:
+  template <class T>
+  Status put(const char* channel, T item, const BagMessage& message) {
+    if (item.stamp.ns == 0) item.stamp = {message.received.ns};
+    return writer_.put(channel, item, message.number, arrival_of(message, item.stamp));
+  }
+  Status refuse(const BagMessage& message, const Error& error) {
+    writer_.refuse(message.number, message.topic + ": " + error.message);
+    return {};
+  }
+
+  Status put_scan(const BagMessage& message) {
+    const auto scan = ros::read_laser_scan(message.bytes);
+    return scan ? put(channel::scan, to_scan(*scan), message) : refuse(message, scan.error());
+  }
+
+  Status put_odometry(const BagMessage& message) {
+    const auto odometry = ros::read_odometry(message.bytes);
+    if (!odometry) return refuse(message, odometry.error());
+    return put(channel::odometry, Odometry{odometry->header.stamp, planar<Odom, Base>(odometry->pose)},
+               message);
+  }
+
+  Status put_tf(const BagMessage& message) {
+    const auto transforms = ros::read_tf(message.bytes);
+    if (!transforms) return refuse(message, transforms.error());
+    for (const ros::StampedTransform& transform : *transforms) {
+      if (transform.header.frame != choice_.odometry_edge->first ||
+          transform.child != choice_.odometry_edge->second) {
+        continue;
+      }
+      // tf is published again and again with the same stamp by some.
+      if (transform.header.stamp == last_tf_) {
+        writer_.leave_out("repeated tf");
+        continue;
+      }
+      last_tf_ = transform.header.stamp;
+      const Odometry odometry{transform.header.stamp, planar<Odom, Base>(transform.pose)};
+      if (Status done = put(channel::odometry, odometry, message); !done) return done;
+    }
+    return {};
+  }
+
+  Status put_image(const BagMessage& message) {
+    const bool depth = message.topic == choice_.depth;
+    Result<Image> image = Error{};
+    if (message.type == "sensor_msgs/Image") {
+      auto raw = ros::read_image(message.bytes);
+      if (!raw) return refuse(message, raw.error());
+      image = depth ? to_depth(*raw) : to_colour(std::move(*raw));
+    } else {
+      auto compressed = ros::read_compressed_image(message.bytes);
+      if (!compressed) return refuse(message, compressed.error());
+      image = depth ? to_depth(*compressed) : to_colour(std::move(*compressed));
+    }
+    if (!image) return refuse(message, image.error());
+    return put(depth ? channel::depth : channel::camera, std::move(*image), message);
+  }
+
+  Status put_reference(const BagMessage& message) {
+    const auto pose = ros::read_pose_stamped(message.bytes);
+    if (!pose) return refuse(message, pose.error());
+    PoseStamped reference;
+    reference.stamp = pose->header.stamp;
+    reference.T_map_base = Transform<Map, Base>(pose->pose);
+    return put(channel::reference_pose, reference, message);
+  }
+
+  Status put_twist(const BagMessage& message) {
+    const auto twist = ros::read_twist(message.bytes);
+    if (!twist) return refuse(message, twist.error());
+    return put(channel::teleop, TwistCommand{SensorTime{message.received.ns}, twist->twist}, message);
+  }
+
+  RecordingWriter& writer_;
+  const BagChoice& choice_;
+  std::optional<SensorTime> last_tf_;
+};
+
+/// Calls take(message) for each; damage(number, what) where something can't be read. Ends with the first bad
+/// Status.
+template <class Take, class Damage>
+Status each_message(const ImportOptions& options, const ImportProgress& progress, double half, Take take,
+                    Damage damage) {
+  auto bag = BagReader::open(options.input);
+  if (!bag) return bag.error();
+  BagMessage message;
+  for (;;) {
+    const auto more = bag->next(message);
+    if (!more) {
+      damage(bag->messages() + 1, more.error().message);
+      continue;
+    }
+    if (!*more) return {};
+    if (Status taken = take(message); !taken) return taken;
+    if (progress && message.number % 64 == 0) progress(half * bag->total() + bag->done() / 2, bag->total());
+  }
+}
+
+std::string list_topics(const BagSurvey& survey) {
+  std::string text;
+  for (const auto& [name, topic] : survey.topics) text += "\n  " + name + " (" + topic.type + ")";
+  return text;
+}
+
+}  // namespace
+
+Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportProgress& progress) {
+  BagSurvey survey;
+  const auto look = [&](const BagMessage& message) { return survey.take(message), Status{}; };
+  std::string first_damage;
+  const Status looked = each_message(options, progress, 0, look, [&](Place, const std::string& what) {
+    if (first_damage.empty()) first_damage = what;
+  });
+  if (!looked) return looked.error();
+  const auto choice = choose(options, survey);
+  if (!choice) return choice.error();
+  const bool any = choice->scan || choice->camera || choice->depth || choice->odometry || choice->reference;
+  if (!any || !survey.first) {
+    return Error{options.input.string() +
+                 ": no topic that could be imported: LaserScan, Odometry or tf, Image, "
+                 "CompressedImage or PoseStamped is expected; " +
+                 (first_damage.empty() ? "there is:" + list_topics(survey) : first_damage)};
+  }
+  std::vector<std::string> notes;
+  const auto robot = describe(options, survey, *choice, notes);
+  if (!robot) return robot.error();
+  if (choice->reference) {
+    notes.push_back("REFERENCE_POSE is " + *choice->reference + " in the bag's frame '" +
+                    survey.topics.at(*choice->reference).frame + "'");
+  }
+  if (choice->odometry) notes.push_back("ODOMETRY is " + *choice->odometry);
+  auto writer =
+      RecordingWriter::create(options, options.input.filename().string() + ", message ", "messages");
+  if (!writer) return writer.error();
+  for (std::string& note : notes) writer->note(std::move(note));
+  if (const Status written = writer->describe(*robot, *survey.first); !written) return written.error();
+  const Status copied =
+      each_message(options, progress, 0.5, Copy(*writer, *choice),
+                   [&](Place place, const std::string& what) { writer->refuse(place, what); });
+  if (!copied) return copied.error();
+  return writer->finish();
+}
+
+}  // namespace parhelion

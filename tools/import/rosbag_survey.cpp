@@ -1,0 +1,287 @@
+#include "tools/import/rosbag_survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "protocols/channels.hpp"
+#include "tools/import/importers.hpp"
+#include "tools/import/ros_camera.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr const char* laser_scan = "sensor_msgs/LaserScan";
+constexpr const char* image = "sensor_msgs/Image";
+constexpr const char* compressed_image = "sensor_msgs/CompressedImage";
+constexpr const char* camera_info = "sensor_msgs/CameraInfo";
+constexpr const char* odometry = "nav_msgs/Odometry";
+constexpr const char* pose_stamped = "geometry_msgs/PoseStamped";
+constexpr const char* twist = "geometry_msgs/Twist";
+
+void state(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& evidence) {
+  evidence.range_min = scan.range_min;
+  evidence.range_max = scan.range_max;
+  evidence.beam_interval = std::abs(scan.time_increment);
+  evidence.scan_period = scan.scan_time;
+  // sensor_msgs/LaserScan: "timestamp in the header is the acquisition time of the first ray".
+  evidence.stamp_beam =
+      scan.time_increment < 0 ? LaserDescription::StampBeam::last : LaserDescription::StampBeam::first;
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "LaserScan %.80s: frame %.60s, angle_min %.9g, angle_max %.9g, angle_increment %.9g rad, "
+                "time_increment "
+                "%.9g s, scan_time %.9g s, range_min %.9g, range_max %.9g m",
+                topic.c_str(), scan.header.frame.c_str(), static_cast<double>(scan.angle_min),
+                static_cast<double>(scan.angle_max), static_cast<double>(scan.angle_increment),
+                static_cast<double>(scan.time_increment), static_cast<double>(scan.scan_time),
+                static_cast<double>(scan.range_min), static_cast<double>(scan.range_max));
+  evidence.source = text;
+}
+
+std::string name_of(const RosFrames::Key& edge) { return "tf:" + edge.first + "->" + edge.second; }
+
+std::string folder_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+
+/// CameraInfo beside the images (also beside image_raw/compressed), else of the images' own frame.
+std::vector<std::string> infos_of(const BagSurvey& survey, const std::string& image_topic) {
+  std::vector<std::string> beside, same_frame;
+  for (const auto& [topic, info] : survey.cameras) {
+    const std::string folder = folder_of(topic);
+    if (folder == folder_of(image_topic) || folder == folder_of(folder_of(image_topic)))
+      beside.push_back(topic);
+    if (info.header.frame == survey.topics.at(image_topic).frame) same_frame.push_back(topic);
+  }
+  return beside.empty() ? same_frame : beside;
+}
+
+std::vector<std::string> images(const BagSurvey& survey, bool depth) {
+  std::vector<std::string> found;
+  for (const auto& [name, topic] : survey.topics) {
+    const bool is_image = topic.type == image || topic.type == compressed_image;
+    if (is_image && is_depth_encoding(topic.encoding) == depth) found.push_back(name);
+  }
+  return found;
+}
+
+Result<std::optional<std::string>> choose_reference(const ImportOptions& options, const BagSurvey& survey) {
+  std::vector<std::string> candidates = survey.of_type(pose_stamped), truths;
+  for (const std::string& topic : candidates) {
+    if (topic.find("truth") != std::string::npos || topic.find("reference") != std::string::npos)
+      truths.push_back(topic);
+  }
+  const bool asked = options.topics.count(channel::reference_pose) > 0;
+  if (!asked && truths.size() == 1) candidates = truths;
+  return choose_topic(options, channel::reference_pose, candidates, pose_stamped);
+}
+
+/// A topic before tf, which says the same in most bags.
+Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, BagChoice& choice) {
+  std::vector<std::string> candidates = survey.of_type(odometry);
+  const bool asked = options.topics.count(channel::odometry) > 0;
+  const auto edges = survey.frames.odometry_edges();
+  if (candidates.empty() || asked) {
+    for (const RosFrames::Key& edge : edges) candidates.push_back(name_of(edge));
+  }
+  const auto chosen = choose_topic(options, channel::odometry, candidates, "odometry");
+  if (!chosen) return chosen.error();
+  choice.odometry = *chosen;
+  for (const RosFrames::Key& edge : edges) {
+    if (*chosen && **chosen == name_of(edge)) choice.odometry_edge = edge;
+  }
+  return {};
+}
+
+template <class Description>
+Result<std::optional<Description>> describe_camera(const BagSurvey& survey, const std::string& base,
+                                                   const std::optional<std::string>& topic,
+                                                   const std::optional<std::string>& info_topic,
+                                                   std::vector<std::string>& notes) {
+  if (!topic) return std::optional<Description>();
+  if (!info_topic) {
+    notes.push_back(*topic + ": no CameraInfo, so the description has no such camera");
+    return std::optional<Description>();
+  }
+  const BagTopic& images_of = survey.topics.at(*topic);
+  const ros::CameraInfo& info = survey.cameras.at(*info_topic);
+  const bool rectified = topic->find("rect") != std::string::npos;
+  const auto pinhole = intrinsics(info, images_of.width, images_of.height, rectified);
+  bool moves = false;
+  const auto pose = survey.frames.find(base, images_of.frame, moves);
+  if (!pinhole || !pose) {
+    notes.push_back(*topic + ": " +
+                    (pinhole ? "no tf from " + base + " to " + images_of.frame : pinhole.error().message) +
+                    ", so the description has no such camera");
+    return std::optional<Description>();
+  }
+  if (moves) notes.push_back(*topic + ": the camera moves on the robot; the description has its first place");
+  Description description;
+  description.intrinsics = *pinhole;
+  description.T_base_optical = decltype(description.T_base_optical)(*pose);
+  description.source = camera_info_text(*info_topic, info);
+  return std::optional<Description>(std::move(description));
+}
+
+}  // namespace
+
+bool is_tf(const std::string& type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
+
+Scan to_scan(const ros::LaserScan& message) {
+  Scan scan{message.header.stamp, message.ranges, message.intensities, message.angle_min,
+            message.angle_increment};
+  if (scan.intensities.size() != scan.ranges.size()) scan.intensities.clear();
+  if (message.time_increment < 0 && !scan.ranges.empty()) {
+    std::reverse(scan.ranges.begin(), scan.ranges.end());
+    std::reverse(scan.intensities.begin(), scan.intensities.end());
+    scan.angle_first += static_cast<float>(scan.ranges.size() - 1) * message.angle_increment;
+    scan.angle_step = -scan.angle_step;
+  }
+  return scan;
+}
+
+void BagSurvey::take(const BagMessage& message) {
+  BagTopic& topic = topics[message.topic];
+  topic.type = message.type;
+  const auto see = [&](const ros::Header& header) {
+    if (topic.count++ == 0) topic.frame = header.frame;
+    if (!first) first = header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns};
+  };
+  if (message.type == laser_scan) {
+    const auto scan = ros::read_laser_scan(message.bytes);
+    if (!scan) return;
+    see(scan->header);
+    LaserEvidence& evidence = lasers[message.topic];
+    if (topic.count == 1) state(message.topic, *scan, evidence);
+    evidence.add(to_scan(*scan));
+  } else if (is_tf(message.type)) {
+    const auto transforms = ros::read_tf(message.bytes);
+    if (!transforms) return;
+    for (const ros::StampedTransform& transform : *transforms) {
+      see(transform.header);
+      frames.add(transform);
+    }
+  } else if (message.type == camera_info) {
+    const auto info = ros::read_camera_info(message.bytes);
+    if (!info) return;
+    see(info->header);
+    cameras.emplace(message.topic, *info);
+  } else if (message.type == odometry) {
+    const auto odom = ros::read_odometry(message.bytes);
+    if (!odom) return;
+    see(odom->header);
+    odometry_child.emplace(message.topic, odom->child_frame);
+  } else if (message.type == image && topic.count == 0) {
+    const auto picture = ros::read_image(message.bytes);
+    if (!picture) return;
+    see(picture->header);
+    topic.encoding = picture->encoding;
+    topic.width = static_cast<int>(picture->width);
+    topic.height = static_cast<int>(picture->height);
+  } else if (message.type == compressed_image && topic.count == 0) {
+    const auto picture = ros::read_compressed_image(message.bytes);
+    if (!picture) return;
+    see(picture->header);
+    topic.encoding = picture->format;
+    const auto decoded = is_depth_encoding(topic.encoding) ? to_depth(*picture) : to_colour(*picture);
+    if (!decoded) return;
+    topic.width = decoded->width;
+    topic.height = decoded->height;
+  } else if (message.type == pose_stamped && topic.count == 0) {
+    const auto pose = ros::read_pose_stamped(message.bytes);
+    if (pose) see(pose->header);
+  }
+}
+
+std::vector<std::string> BagSurvey::of_type(const std::string& type) const {
+  std::vector<std::string> found;
+  for (const auto& [name, topic] : topics) {
+    if (topic.type == type) found.push_back(name);
+  }
+  return found;
+}
+
+Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) {
+  BagChoice choice;
+  const auto set = [](const Result<std::optional<std::string>>& from,
+                      std::optional<std::string>& to) -> Status {
+    if (!from) return from.error();
+    to = *from;
+    return {};
+  };
+  Status done =
+      set(choose_topic(options, channel::scan, survey.of_type(laser_scan), laser_scan), choice.scan);
+  if (done.ok()) done = choose_odometry(options, survey, choice);
+  if (done.ok())
+    done = set(choose_topic(options, channel::camera, images(survey, false), "images"), choice.camera);
+  if (done.ok())
+    done = set(choose_topic(options, channel::depth, images(survey, true), "depth images"), choice.depth);
+  if (done.ok() && choice.camera) {
+    done = set(choose_topic(options, "CAMERA_INFO", infos_of(survey, *choice.camera), camera_info),
+               choice.camera_info);
+  }
+  if (done.ok() && choice.depth) {
+    done = set(choose_topic(options, "DEPTH_INFO", infos_of(survey, *choice.depth), camera_info),
+               choice.depth_info);
+  }
+  if (done.ok()) done = set(choose_reference(options, survey), choice.reference);
+  // Commands are taken only where they were asked for: what drove the robot is not always what a trainee
+  // asked for.
+  if (done.ok() && options.topics.count(channel::teleop) > 0) {
+    done = set(choose_topic(options, channel::teleop, survey.of_type(twist), twist), choice.teleop);
+  }
+  if (!done.ok()) return done.error();
+  return choice;
+}
+
+std::string base_frame(const BagSurvey& survey, const BagChoice& choice) {
+  std::string base;
+  if (choice.odometry_edge) {
+    base = choice.odometry_edge->second;
+  } else if (choice.odometry) {
+    const auto child = survey.odometry_child.find(*choice.odometry);
+    if (child != survey.odometry_child.end()) base = child->second;
+  }
+  for (const char* name : {"base_link", "base_footprint"}) {
+    if (base.empty() && survey.frames.has(name)) base = name;
+  }
+  // On the floor straight below: the same planar pose, and heights become heights over the floor.
+  bool moves = false;
+  const auto below = survey.frames.find(base, "base_footprint", moves);
+  const bool straight = below && !moves && below->translation().head<2>().norm() < 1e-3 &&
+                        std::abs(Eigen::AngleAxisd(below->linear()).angle()) < 1e-3;
+  return straight ? "base_footprint" : base;
+}
+
+Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey& survey,
+                                  const BagChoice& choice, std::vector<std::string>& notes) {
+  const std::string base = base_frame(survey, choice);
+  notes.push_back("base_link is the bag's frame '" + base + "'");
+  std::optional<LaserDescription> laser;
+  if (choice.scan) {
+    LaserEvidence evidence = survey.lasers.at(*choice.scan);
+    bool moves = false;
+    if (const auto pose = survey.frames.find(base, survey.topics.at(*choice.scan).frame, moves)) {
+      evidence.T_base_laser = Transform<Base, Laser>(*pose);
+      evidence.height_known = true;
+    }
+    if (moves) notes.push_back("the laser moves on the robot; the description has its first place");
+    auto described = evidence.describe(options, notes);
+    if (!described) return described.error();
+    laser = std::move(*described);
+  }
+  RobotDescription robot = describe_robot(options, std::move(laser), notes);
+  auto camera = describe_camera<CameraDescription>(survey, base, choice.camera, choice.camera_info, notes);
+  auto depth = describe_camera<DepthCameraDescription>(survey, base, choice.depth, choice.depth_info, notes);
+  if (!camera) return camera.error();
+  if (!depth) return depth.error();
+  robot.camera = std::move(*camera);
+  robot.depth = std::move(*depth);
+  robot.source += "; " + joined(notes) + survey.frames.static_edges_text();
+  for (const auto& [topic, info] : survey.cameras) {
+    if (topic != choice.camera_info && topic != choice.depth_info)
+      robot.source += "; " + camera_info_text(topic, info);
+  }
+  return robot;
+}
+
+}  // namespace parhelion

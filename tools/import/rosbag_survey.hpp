@@ -1,0 +1,54 @@
+// What a bag has: read once before anything is written.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/import/laser_evidence.hpp"
+#include "tools/import/ros_frames.hpp"
+#include "tools/import/ros_message.hpp"
+#include "tools/import/rosbag_reader.hpp"
+
+namespace parhelion {
+
+struct BagTopic {
+  std::string type;
+  std::string frame;
+  std::uint64_t count = 0;
+  std::string encoding;  ///< of images
+  int width = 0, height = 0;
+};
+
+struct BagSurvey {
+  std::map<std::string, BagTopic> topics;
+  std::map<std::string, LaserEvidence> lasers;
+  std::map<std::string, ros::CameraInfo> cameras;
+  std::map<std::string, std::string> odometry_child;  ///< topic to child frame
+  RosFrames frames;
+  std::optional<SensorTime> first;
+
+  void take(const BagMessage& message);
+  std::vector<std::string> of_type(const std::string& type) const;
+};
+
+/// Which topic goes where, after --topics; empty: none.
+struct BagChoice {
+  std::optional<std::string> scan, odometry, camera, camera_info, depth, depth_info, reference, teleop;
+  std::optional<RosFrames::Key> odometry_edge;  ///< where odometry comes from tf
+};
+
+Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey);
+/// The frame that everything is described in: odometry's child, or base_footprint where that stands under it.
+std::string base_frame(const BagSurvey& survey, const BagChoice& choice);
+Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey& survey,
+                                  const BagChoice& choice, std::vector<std::string>& notes);
+
+/// Beams in the order of their time: where time_increment is negative they are turned round. Intensities that
+/// are not one a beam are dropped.
+Scan to_scan(const ros::LaserScan& message);
+
+bool is_tf(const std::string& type);
+
+}  // namespace parhelion
