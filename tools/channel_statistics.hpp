@@ -1,0 +1,40 @@
+// What passes over a channel: how much, how regularly, and what seems to be missing.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "protocols/bus/bus.hpp"
+
+namespace parhelion {
+
+class ChannelStatistics {
+ public:
+  void add(const Message& message);
+
+  std::uint64_t count() const { return count_; }
+  std::uint64_t bytes() const { return bytes_; }
+  /// Wire type of the newest message; "mixed" where several were seen.
+  const std::string& type() const { return type_; }
+  /// Messages a second between the first and the last arrival; 0 below two messages.
+  double rate() const;
+  /// Standard deviation of the time between two arrivals, s.
+  double jitter() const;
+  /// Shortest and longest time between two arrivals, s; 0 below two messages.
+  double shortest() const;
+  double longest() const;
+  /// Messages that seem to be missing: in each gap between two stamps, how often their median distance fits
+  /// beyond once. By the sensor's own stamps where all messages carry one, else by arrival. An estimate: LCM
+  /// numbers no messages.
+  std::uint64_t lost() const;
+
+ private:
+  std::uint64_t count_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::string type_;
+  std::vector<std::int64_t> arrivals_;  // us
+  std::vector<std::int64_t> stamps_;    // us, of messages whose first member is a utime
+};
+
+}  // namespace parhelion

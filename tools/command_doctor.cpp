@@ -1,0 +1,57 @@
+// `parhelion doctor`: is this machine fit, and what to do where it is not.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "tools/command.hpp"
+#include "tools/machine_checks.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr const char* sena_rawlog =
+    "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
+
+const char* verdict_text(MachineCheck::Verdict verdict) {
+  switch (verdict) {
+    case MachineCheck::Verdict::ok:
+      return "ok";
+    case MachineCheck::Verdict::warn:
+      return "warn";
+    case MachineCheck::Verdict::fail:
+      return "FAIL";
+  }
+  return "FAIL";
+}
+
+Exit examine(const std::string& url, const std::string& folder) {
+  const MachineCheck checks[] = {check_multicast(url),    check_receive_buffer("/proc/sys/net/core/rmem_max"),
+                                 check_big_messages(url), check_egl(),
+                                 check_processors(),      check_disk(folder),
+                                 check_shipped_files(),   check_recording(sena_rawlog)};
+  Exit exit = Exit::done;
+  for (const MachineCheck& check : checks) {
+    std::printf("%-5s %-20s %s%s%s\n", verdict_text(check.verdict), check.name.c_str(), check.finding.c_str(),
+                check.remedy.empty() ? "" : "; do: ", check.remedy.c_str());
+    if (check.verdict == MachineCheck::Verdict::fail) exit = Exit::failed;
+  }
+  return exit;
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app, Exit& exit) {
+  struct Arguments {
+    std::string url;
+    std::string folder = ".";
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("doctor", "Checks this machine: network, graphics, disk, recordings");
+  command->footer("Example:\n  parhelion doctor\n\nExit code 1 where something essential is missing (FAIL).");
+  command->add_option("--url", arguments->url, "LCM url ($LCM_DEFAULT_URL, else this machine only)");
+  command->add_option("--folder", arguments->folder, "Where sessions will be written")->capture_default_str();
+  command->callback([arguments, &exit] { exit = examine(arguments->url, arguments->folder); });
+}
+
+}  // namespace parhelion
