@@ -1,0 +1,159 @@
+#include "fusion/semantic/plan_canvas.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace parhelion {
+namespace {
+
+constexpr int fineness = 2;       ///< drawn pixels per pixel of the picture
+constexpr int fraction_bits = 4;  ///< of OpenCV's fixed-point coordinates
+constexpr int font = cv::FONT_HERSHEY_DUPLEX;
+constexpr double capital = 21;  ///< height of a capital of this font at scale 1, pixels
+
+const Colour paper{255, 255, 255};
+const Colour unseen{229, 233, 238};
+const Colour solid{38, 44, 54};
+
+cv::Scalar bgr(Colour colour) { return {double(colour.blue), double(colour.green), double(colour.red)}; }
+
+std::string ascii(const std::string& words) {
+  std::string out;
+  for (const char c : words) {
+    const auto byte = static_cast<unsigned char>(c);
+    // One '?' for each character beyond ASCII: its continuation bytes are left out.
+    if ((byte & 0xC0U) != 0x80) out += byte < 0x20 || byte > 0x7E ? '?' : c;
+  }
+  return out;
+}
+
+/// White where free, dark where solid, grey where nothing is known.
+cv::Vec3b cell_colour(float probability) {
+  const double p = std::clamp(static_cast<double>(probability), 0.0, 1.0);
+  const Colour& far = p < 0.5 ? paper : solid;
+  const double share = std::min(1.0, std::abs(p - 0.5) / 0.3);
+  const auto mix = [share](std::uint8_t a, std::uint8_t b) {
+    return cv::saturate_cast<std::uint8_t>(a + share * (b - a));
+  };
+  return {mix(unseen.blue, far.blue), mix(unseen.green, far.green), mix(unseen.red, far.red)};
+}
+
+}  // namespace
+
+PlanCanvas::PlanCanvas(int width, const Eigen::AlignedBox2d& view, int title_bar, int legend_bar)
+    : width_(width), title_bar_(title_bar), legend_bar_(legend_bar) {
+  const Eigen::Vector2d size = view.sizes();
+  // Neither a strip nor a tower: the view is widened to between 2:5 and 5:4 of the width.
+  const double aspect = std::clamp(size.y() / size.x(), 0.4, 1.25);
+  const double plan_height = std::round(width * aspect);
+  height_ = static_cast<int>(plan_height) + title_bar + legend_bar;
+  scale_ = std::min(width / size.x(), plan_height / size.y());
+  const Eigen::Vector2d half(width / scale_ / 2, plan_height / scale_ / 2);
+  view_corner_ = {view.center().x() - half.x(), view.center().y() + half.y()};
+  image_ = cv::Mat(height_ * fineness, width_ * fineness, CV_8UC3, bgr(unseen));
+}
+
+Eigen::Vector2d PlanCanvas::pixel(const Eigen::Vector2d& p) const {
+  return {(p.x() - view_corner_.x()) * scale_, title_bar_ + (view_corner_.y() - p.y()) * scale_};
+}
+
+cv::Point PlanCanvas::fine(const Eigen::Vector2d& pixel) const {
+  // Far outside is far enough: OpenCV's fixed point has 32 bits.
+  const auto coordinate = [](double v) {
+    return static_cast<int>(std::lround(std::clamp(v, -1e5, 1e5) * fineness * (1 << fraction_bits)));
+  };
+  return {coordinate(pixel.x()), coordinate(pixel.y())};
+}
+
+void PlanCanvas::draw_map(const GridMap& map) {
+  cv::Mat cells(map.height, map.width, CV_8UC3);
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const auto i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x);
+      cells.at<cv::Vec3b>(map.height - 1 - y, x) = cell_colour(map.occupied[i]);
+    }
+  }
+  const double size = map.resolution * scale_ * fineness;  // drawn pixels per cell
+  if (size < 1) {
+    // Smaller cells than pixels are averaged first; sampling would lose thin walls.
+    cv::resize(cells, cells, {}, size, size, cv::INTER_AREA);
+  }
+  const Eigen::Vector2d corner = pixel({map.x_min, map.y_min + map.height * map.resolution}) * fineness;
+  const double step_x = map.width * size / cells.cols, step_y = map.height * size / cells.rows;
+  // Pixel centres are at integers in OpenCV.
+  const cv::Matx23d to_canvas(step_x, 0, corner.x() + step_x / 2 - 0.5, 0, step_y,
+                              corner.y() + step_y / 2 - 0.5);
+  cv::warpAffine(cells, image_, to_canvas, image_.size(), cv::INTER_NEAREST, cv::BORDER_TRANSPARENT);
+}
+
+void PlanCanvas::fill(const std::vector<std::vector<Eigen::Vector2d>>& polygons, Colour colour,
+                      double opacity) {
+  cv::Mat layer = image_.clone();
+  for (const auto& polygon : polygons) {
+    std::vector<cv::Point> corners;
+    for (const Eigen::Vector2d& p : polygon) corners.push_back(fine(pixel(p)));
+    if (corners.size() > 2) {
+      cv::fillPoly(layer, std::vector<std::vector<cv::Point>>{corners}, bgr(colour), cv::LINE_AA,
+                   fraction_bits);
+    }
+  }
+  cv::addWeighted(layer, opacity, image_, 1 - opacity, 0, image_);
+}
+
+void PlanCanvas::line(const std::vector<Eigen::Vector2d>& points, Colour colour, double width, bool closed) {
+  std::vector<cv::Point> corners;
+  for (const Eigen::Vector2d& p : points) corners.push_back(fine(pixel(p)));
+  const int thickness = std::max(1, static_cast<int>(std::lround(width * fineness)));
+  if (corners.size() > 1)
+    cv::polylines(image_, corners, closed, bgr(colour), thickness, cv::LINE_AA, fraction_bits);
+}
+
+void PlanCanvas::disc(const Eigen::Vector2d& p, double radius, Colour colour) {
+  pixel_disc(pixel(p), radius, colour);
+}
+
+void PlanCanvas::bar(const Eigen::AlignedBox2d& box, Colour colour) {
+  const auto drawn = [](const Eigen::Vector2d& p) {
+    return cv::Point(static_cast<int>(std::lround(p.x() * fineness)),
+                     static_cast<int>(std::lround(p.y() * fineness)));
+  };
+  cv::rectangle(image_, drawn(box.min()), drawn(box.max()), bgr(colour), cv::FILLED);
+}
+
+void PlanCanvas::pixel_line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Colour colour, double width) {
+  cv::line(image_, fine(a), fine(b), bgr(colour),
+           std::max(1, static_cast<int>(std::lround(width * fineness))), cv::LINE_AA, fraction_bits);
+}
+
+void PlanCanvas::pixel_disc(const Eigen::Vector2d& p, double radius, Colour colour) {
+  const int fixed = static_cast<int>(std::lround(radius * fineness * (1 << fraction_bits)));
+  cv::circle(image_, fine(p), fixed, bgr(colour), cv::FILLED, cv::LINE_AA, fraction_bits);
+}
+
+void PlanCanvas::text(const Eigen::Vector2d& p, const std::string& words, double size, Colour colour,
+                      bool halo) {
+  const double font_scale = size * fineness / capital;
+  const cv::Point at(static_cast<int>(std::lround(p.x() * fineness)),
+                     static_cast<int>(std::lround(p.y() * fineness)));
+  const int stroke = std::max(1, static_cast<int>(std::lround(font_scale * 1.6)));
+  if (halo)
+    cv::putText(image_, ascii(words), at, font, font_scale, bgr(paper), stroke + 4 * fineness, cv::LINE_AA);
+  cv::putText(image_, ascii(words), at, font, font_scale, bgr(colour), stroke, cv::LINE_AA);
+}
+
+double PlanCanvas::text_width(const std::string& words, double size) const {
+  const double font_scale = size * fineness / capital;
+  int baseline = 0;
+  return static_cast<double>(cv::getTextSize(ascii(words), font, font_scale, 1, &baseline).width) / fineness;
+}
+
+bool PlanCanvas::write(const std::string& path) const {
+  cv::Mat picture;
+  cv::resize(image_, picture, {width_, height_}, 0, 0, cv::INTER_AREA);
+  return cv::imwrite(path, picture, {cv::IMWRITE_PNG_COMPRESSION, 9});
+}
+
+}  // namespace parhelion

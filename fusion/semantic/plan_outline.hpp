@@ -1,0 +1,19 @@
+// Outlines of boxes and bodies as seen from above, in the map frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "protocols/model.hpp"
+#include "protocols/scene.hpp"
+
+namespace parhelion {
+
+using Outline = std::vector<Eigen::Vector2d>;  ///< m, counter-clockwise
+
+/// Convex hull (Andrew's monotone chain).
+Outline convex_hull(Outline points);
+Outline outline_of(const ModelEntity& entity);
+Outline outline_of(const Shape& shape, const Transform<Map, Body>& T_map_body);
+
+}  // namespace parhelion

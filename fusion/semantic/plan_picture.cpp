@@ -1,0 +1,329 @@
+#include "fusion/semantic/plan_picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "fusion/semantic/plan_canvas.hpp"
+#include "fusion/semantic/plan_outline.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr int title_bar = 74, legend_bar = 64;  // pixels
+
+const Colour ink{32, 38, 46};
+const Colour faint{110, 119, 129};
+const Colour paper{255, 255, 255};
+const Colour rule{208, 215, 222};
+const Colour wall_colour{84, 105, 141};
+const Colour door_colour{191, 135, 0};
+const Colour virtual_wall_colour{163, 113, 247};
+const Colour agent_colour{251, 143, 68};
+const Colour agent_edge{188, 76, 0};
+const Colour robot_colour{45, 164, 78};
+const Colour robot_edge{17, 99, 41};
+const Colour real_colour{0, 158, 190};
+const Colour injected_colour{207, 34, 46};
+
+/// Something that is drawn only where its part is there, and then explained in the legend.
+struct LegendEntry {
+  std::string label;
+  Colour colour;
+  enum class Mark { line, area, dot } mark;
+};
+
+bool is_upright_part(const ModelEntity& entity) {
+  return entity.label != EntityLabel::floor && entity.label != EntityLabel::ceiling;
+}
+
+void extend_by_map(const GridMap& map, Eigen::AlignedBox2d& view) {
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const auto i =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x);
+      if (std::abs(map.occupied[i] - 0.5F) < 0.1F) continue;
+      view.extend(
+          Eigen::Vector2d(map.x_min + (x + 0.5) * map.resolution, map.y_min + (y + 0.5) * map.resolution));
+    }
+  }
+}
+
+/// Bodies of the world with their definitions, agents' and the robot's only, lowest first.
+struct SeenBody {
+  const BodyDefinition* body;
+  const BodyState* state;
+};
+std::vector<SeenBody> seen_bodies(const WorldSnapshot* world) {
+  std::vector<SeenBody> seen;
+  if (world == nullptr || !world->scene) return seen;
+  for (const BodyState& state : world->bodies) {
+    for (const auto& body : world->scene->bodies) {
+      if (body->id == state.id && body->owner != BodyOwner::building) seen.push_back({body.get(), &state});
+    }
+  }
+  std::stable_sort(seen.begin(), seen.end(), [](const SeenBody& a, const SeenBody& b) {
+    return a.state->T_map_body.translation().z() < b.state->T_map_body.translation().z();
+  });
+  return seen;
+}
+
+Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
+  Eigen::AlignedBox2d view;
+  if (picture.map != nullptr) extend_by_map(*picture.map, view);
+  if (picture.model != nullptr) {
+    for (const ModelEntity& entity : picture.model->entities) {
+      if (!is_upright_part(entity)) continue;
+      for (const Eigen::Vector2d& p : outline_of(entity)) view.extend(p);
+    }
+  }
+  for (const PlanPath& path : picture.paths) {
+    for (const Eigen::Vector2d& p : path.points) view.extend(p);
+  }
+  for (const SeenBody& seen : seen_bodies(picture.world)) {
+    view.extend(Eigen::Vector2d(seen.state->T_map_body.translation().head<2>()));
+  }
+  // A scan's far returns may lie anywhere: its place counts, its returns only where nothing else gives an
+  // extent.
+  if (picture.scan) {
+    view.extend(picture.scan->laser);
+    if (picture.map == nullptr && picture.model == nullptr) {
+      for (const Eigen::Vector2d& p : picture.scan->real) view.extend(p);
+    }
+  }
+  if (view.isEmpty()) return view;
+  const double margin = std::max(0.5, 0.03 * view.sizes().maxCoeff());
+  return {view.min().array() - margin, view.max().array() + margin};
+}
+
+class PlanPainter {
+ public:
+  PlanPainter(const PlanPicture& picture, const Eigen::AlignedBox2d& view)
+      : picture_(picture), canvas_(picture.width, view, title_bar, legend_bar) {}
+
+  bool paint(const std::string& path) {
+    if (picture_.map != nullptr) paint_map();
+    if (picture_.scan) paint_sweep();
+    if (picture_.model != nullptr) paint_model();
+    for (const PlanPath& each : picture_.paths) paint_path(each);
+    paint_bodies();
+    if (picture_.scan) paint_returns();
+    paint_names();
+    paint_title();
+    paint_legend();
+    return canvas_.write(path);
+  }
+
+ private:
+  void paint_map() {
+    canvas_.draw_map(*picture_.map);
+    legend_.push_back({"occupied in the map", {38, 44, 54}, LegendEntry::Mark::area});
+  }
+
+  /// The area that the scan saw, as a light veil.
+  void paint_sweep() {
+    std::vector<Eigen::Vector2d> all = picture_.scan->real;
+    all.insert(all.end(), picture_.scan->injected.begin(), picture_.scan->injected.end());
+    const Eigen::Vector2d laser = picture_.scan->laser;
+    std::vector<std::vector<Eigen::Vector2d>> rays;
+    const double half = 0.5 * 0.5 * 3.14159265358979 / 180;
+    for (const Eigen::Vector2d& p : all) {
+      const Eigen::Vector2d beam = p - laser;
+      const Eigen::Vector2d side = Eigen::Vector2d(-beam.y(), beam.x()) * half;
+      rays.push_back({laser, p + side, p - side});
+    }
+    canvas_.fill(rays, real_colour, 0.10);
+  }
+
+  void paint_model() {
+    std::map<int, std::vector<Outline>> layers;  // by what they are
+    for (const ModelEntity& entity : picture_.model->entities) {
+      if (!is_upright_part(entity)) continue;
+      layers[entity.is_virtual ? 2 : entity.label == EntityLabel::door ? 1 : 0].push_back(outline_of(entity));
+    }
+    const LegendEntry kinds[] = {{"walls of the model", wall_colour, LegendEntry::Mark::area},
+                                 {"doors", door_colour, LegendEntry::Mark::area},
+                                 {"virtual walls", virtual_wall_colour, LegendEntry::Mark::area}};
+    for (const auto& [kind, outlines] : layers) {
+      const LegendEntry& entry = kinds[kind];
+      canvas_.fill(outlines, entry.colour, 0.55);
+      for (const Outline& outline : outlines) canvas_.line(outline, entry.colour, 1, true);
+      legend_.push_back(entry);
+    }
+  }
+
+  void paint_path(const PlanPath& path) {
+    if (path.points.empty()) return;
+    canvas_.line(path.points, paper, 6);
+    canvas_.line(path.points, path.colour, 3);
+    canvas_.disc(path.points.front(), 7, path.colour);
+    canvas_.disc(path.points.front(), 3.5, paper);
+    paint_arrow(path);
+    if (!path.label.empty()) legend_.push_back({path.label, path.colour, LegendEntry::Mark::line});
+  }
+
+  /// At the end, along the last stretch of ten pixels.
+  void paint_arrow(const PlanPath& path) {
+    const Eigen::Vector2d tip = path.points.back();
+    const double metre = 1 / canvas_.pixels_per_metre();
+    const auto before = std::find_if(path.points.rbegin(), path.points.rend(),
+                                     [&](const Eigen::Vector2d& p) { return (tip - p).norm() > 10 * metre; });
+    if (before == path.points.rend()) return;
+    const Eigen::Vector2d along = (tip - *before).normalized() * metre;
+    const Eigen::Vector2d across(-along.y(), along.x());
+    canvas_.fill(
+        {{tip + 9 * along, tip - 7 * along + 8 * across, tip - 3 * along, tip - 7 * along - 8 * across}},
+        path.colour, 1);
+  }
+
+  void paint_bodies() {
+    bool agents = false, robots = false;
+    for (const SeenBody& seen : seen_bodies(picture_.world)) {
+      const bool real = seen.body->owner == BodyOwner::real_robot;
+      std::vector<Outline> outlines;
+      for (const Shape& shape : seen.body->shapes)
+        outlines.push_back(outline_of(shape, seen.state->T_map_body));
+      canvas_.fill(outlines, real ? robot_colour : agent_colour, 0.85);
+      for (const Outline& outline : outlines)
+        canvas_.line(outline, real ? robot_edge : agent_edge, 1.5, true);
+      (real ? robots : agents) = true;
+      Eigen::AlignedBox2d& extent = extents_[seen.body->entity];
+      for (const Outline& outline : outlines) {
+        for (const Eigen::Vector2d& p : outline) extent.extend(canvas_.pixel(p));
+      }
+    }
+    if (robots) legend_.push_back({"real robot", robot_colour, LegendEntry::Mark::area});
+    if (agents) legend_.push_back({"virtual agents", agent_colour, LegendEntry::Mark::area});
+  }
+
+  void paint_returns() {
+    for (const Eigen::Vector2d& p : picture_.scan->real) canvas_.disc(p, 2.2, real_colour);
+    for (const Eigen::Vector2d& p : picture_.scan->injected) canvas_.disc(p, 2.8, injected_colour);
+    canvas_.disc(picture_.scan->laser, 5, paper);
+    canvas_.disc(picture_.scan->laser, 3.5, real_colour);
+    legend_.push_back({"real returns", real_colour, LegendEntry::Mark::dot});
+    if (!picture_.scan->injected.empty()) {
+      legend_.push_back({"virtual returns", injected_colour, LegendEntry::Mark::dot});
+    }
+  }
+
+  /// Beside each body, where no other name is.
+  void paint_names() {
+    constexpr double size = 13, gap = 7;
+    std::vector<Eigen::AlignedBox2d> taken;
+    for (const auto& [name, extent] : extents_) {
+      const double width = canvas_.text_width(name, size);
+      const Eigen::Vector2d places[] = {{extent.max().x() + gap, extent.center().y() + size / 2},
+                                        {extent.min().x() - gap - width, extent.center().y() + size / 2},
+                                        {extent.center().x() - width / 2, extent.min().y() - gap},
+                                        {extent.center().x() - width / 2, extent.max().y() + gap + size},
+                                        {extent.max().x() + gap, extent.min().y() - gap},
+                                        {extent.max().x() + gap, extent.max().y() + gap + size}};
+      const auto box_at = [&](const Eigen::Vector2d& p) {
+        return Eigen::AlignedBox2d(Eigen::Vector2d(p.x() - 3, p.y() - size - 3),
+                                   Eigen::Vector2d(p.x() + width + 3, p.y() + 5));
+      };
+      const Eigen::AlignedBox2d plan(Eigen::Vector2d(4, canvas_.title_bar() + 4),
+                                     Eigen::Vector2d(canvas_.width() - 4, canvas_.plan_bottom() - 4));
+      const auto is_free = [&](const Eigen::Vector2d& p) {
+        return plan.contains(box_at(p)) && std::none_of(taken.begin(), taken.end(), [&](const auto& other) {
+                 return other.intersects(box_at(p));
+               });
+      };
+      const auto* place = std::find_if(std::begin(places), std::end(places), is_free);
+      if (place == std::end(places)) place = std::begin(places);
+      taken.push_back(box_at(*place));
+      canvas_.text(*place, name, size, ink, true);
+    }
+  }
+
+  void paint_title() {
+    canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), title_bar)}, paper);
+    canvas_.pixel_line({0, title_bar}, {double(canvas_.width()), title_bar}, rule, 1);
+    canvas_.text({24, 36}, picture_.title, 20, ink);
+    canvas_.text({24, 62}, picture_.subtitle, 12, faint);
+  }
+
+  void paint_legend() {
+    const double top = canvas_.plan_bottom(), middle = top + legend_bar / 2.0;
+    canvas_.bar({Eigen::Vector2d(0, top), Eigen::Vector2d(canvas_.width(), canvas_.height())}, paper);
+    canvas_.pixel_line({0, top}, {double(canvas_.width()), top}, rule, 1);
+    double x = paint_scale_bar(24, middle) + 44;
+    double size = 13;
+    double needed = 0;
+    for (const LegendEntry& entry : legend_) needed += 64 + canvas_.text_width(entry.label, size);
+    size *=
+        std::min(1.0, std::max(0.5, (canvas_.width() - x - 64.0 * static_cast<double>(legend_.size())) /
+                                        std::max(1.0, needed - 64.0 * static_cast<double>(legend_.size()))));
+    for (const LegendEntry& entry : legend_) {
+      if (entry.mark == LegendEntry::Mark::dot) {
+        canvas_.pixel_disc({x + 12, middle}, 4.5, entry.colour);
+      } else {
+        const double half = entry.mark == LegendEntry::Mark::line ? 1.5 : 6;
+        canvas_.pixel_line({x + half, middle}, {x + 24 - half, middle}, entry.colour, 2 * half);
+      }
+      canvas_.text({x + 34, middle + size / 2}, entry.label, size, ink);
+      x += 64 + canvas_.text_width(entry.label, size);
+    }
+  }
+
+  /// A round number of metres, about a tenth of the width; returns where it ends.
+  double paint_scale_bar(double x, double y) {
+    const double wanted = 0.1 * canvas_.width() / canvas_.pixels_per_metre();
+    const double power = std::pow(10, std::floor(std::log10(wanted)));
+    const double metres = wanted / power >= 5 ? 5 * power : wanted / power >= 2 ? 2 * power : power;
+    const double end = x + metres * canvas_.pixels_per_metre();
+    canvas_.pixel_line({x, y + 8}, {end, y + 8}, ink, 2);
+    canvas_.pixel_line({x, y + 3}, {x, y + 13}, ink, 2);
+    canvas_.pixel_line({end, y + 3}, {end, y + 13}, ink, 2);
+    char label[32];
+    std::snprintf(label, sizeof label, "%g m", metres);
+    canvas_.text({(x + end - canvas_.text_width(label, 12)) / 2, y - 4}, label, 12, ink);
+    return std::max(end, (x + end + canvas_.text_width(label, 12)) / 2);
+  }
+
+  const PlanPicture& picture_;
+  PlanCanvas canvas_;
+  std::vector<LegendEntry> legend_;
+  std::map<std::string, Eigen::AlignedBox2d> extents_;  ///< pixels, by entity
+};
+
+}  // namespace
+
+PlanScan plan_scan(const Scan& scan, const LaserDescription& laser, std::span<const std::int16_t> beam_agent,
+                   const Transform<Map, Base>& T_map_base) {
+  PlanScan plan;
+  const Transform<Map, Laser> T_map_laser = T_map_base * laser.T_base_laser;
+  plan.laser = T_map_laser.translation().head<2>();
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    const float range = scan.ranges[i];
+    if (laser.convention.classify(range) != BeamKind::hit) continue;
+    const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+    const Eigen::Vector3d p =
+        T_map_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
+    const bool injected = i < beam_agent.size() && beam_agent[i] >= 0;
+    (injected ? plan.injected : plan.real).push_back(p.head<2>());
+  }
+  return plan;
+}
+
+Status draw_plan(const PlanPicture& picture, const std::string& path) {
+  if (picture.width < 400 || picture.width > 10'000) {
+    return Error{path + ": picture width: expected 400 <= width <= 10000 pixels, found " +
+                 std::to_string(picture.width)};
+  }
+  const Eigen::AlignedBox2d view = view_of(picture);
+  if (view.isEmpty())
+    return Error{path + ": there is nothing to draw: no map, model, path, body or scan with an extent"};
+  if (!view.min().allFinite() || !view.max().allFinite())
+    return Error{path + ": coordinates that are not finite"};
+  try {
+    if (PlanPainter(picture, view).paint(path)) return {};
+  } catch (const cv::Exception& fault) {
+    return Error{path + ": the picture cannot be made: " + fault.err};
+  }
+  return Error{path +
+               ": the picture cannot be written: does the folder exist, and does the name end in .png?"};
+}
+
+}  // namespace parhelion
