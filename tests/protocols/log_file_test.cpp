@@ -22,7 +22,9 @@ namespace fs = std::filesystem;
 class LogFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "parhelion-log-XXXXXX").string();
+    // In memory where there is such a place: thousands of small files are written.
+    const fs::path parent = fs::is_directory("/dev/shm") ? "/dev/shm" : fs::temp_directory_path();
+    std::string pattern = (parent / "parhelion-log-XXXXXX").string();
     ASSERT_NE(mkdtemp(pattern.data()), nullptr);
     folder_ = pattern;
   }
