@@ -13,6 +13,7 @@ constexpr double kForesight = 0.7;        // s that another's motion is expected
 constexpr double kReached = 0.3;          // m from a waypoint
 constexpr double kPatience = 3.0;         // s that a patrol waits before it looks for a way round
 constexpr double kHoldRange = 2.0;  // m from the real robot within which agents hold still while it is blind
+constexpr double kRespect = 0.15;   // m kept to the real robot beyond what is kept to everything
 constexpr double kScanAge = 0.5;    // s: an older scan of its own is not trusted
 
 /// SplitMix64 (Steele, Lea, Flood 2014) of (seed, agent, step): no state that a skipped decision could shift.
@@ -86,7 +87,7 @@ void Simulation::State::gather_obstacles(const Agent& agent, double range) {
   if (real.ever_present && (real.placed.center - p).norm() < range + real.placed.bound) {
     const Eigen::Vector3d velocity =
         real.last.T_map_base.rotation() * Eigen::Vector3d(real.last.twist.vx, real.last.twist.vy, 0);
-    predict(real.placed.center, velocity.head<2>(), real.placed.bound);
+    predict(real.placed.center, velocity.head<2>(), real.placed.bound + kRespect);
   }
   for (std::size_t i = 0; i < used; ++i) steering.obstacles.push_back(&steering.predicted[i]);
 }
@@ -99,7 +100,7 @@ Twist2 Simulation::State::wander(Agent& agent) {
     steer_state.heading = wrap_angle(agent.pose.yaw + turn * 1.5 * std::numbers::pi);
     steer_state.heading_until = step + static_cast<std::uint64_t>(pause * options.rate);
   }
-  return steer(agent.pose, limits_of(agent), steering.obstacles, steer_state);
+  return steer(agent.pose, limits_of(agent), steering, steer_state);
 }
 
 Twist2 Simulation::State::patrol(Agent& agent) {
@@ -115,7 +116,7 @@ Twist2 Simulation::State::patrol(Agent& agent) {
   }
   if (step < steer_state.detour_until) return wander(agent);
   steer_state.heading = std::atan2(to.y(), to.x());
-  Twist2 twist = steer(agent.pose, limits_of(agent), steering.obstacles, steer_state);
+  Twist2 twist = steer(agent.pose, limits_of(agent), steering, steer_state);
   const double distance = to.norm();
   const Eigen::Vector2d ahead(std::cos(agent.pose.yaw), std::sin(agent.pose.yaw));
   // Near a waypoint it goes slower, or it would circle it.

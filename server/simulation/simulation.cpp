@@ -94,6 +94,12 @@ void Simulation::State::rebuild_scene() {
   next->bodies.push_back(real_definition);
   next->bodies.insert(next->bodies.end(), agent_definitions.begin(), agent_definitions.end());
   scene = std::move(next);
+
+  // Scratch for the worst case, so that a crowd that gathers later allocates nothing.
+  const std::size_t movers = agents.size() + 2;
+  near.reserve(4 * building->obstacles().size());
+  steering.obstacles.reserve(building->obstacles().size() + movers + 512);
+  while (steering.predicted.size() < movers) steering.predicted.push_back(make_segment({0, 0}, {0, 0}, 0));
 }
 
 /// A part's own velocity is the difference of its last two poses in the agent's frame, on top of the agent's

@@ -19,7 +19,8 @@ struct SteeringLimits {
   double yaw_rate = 1.2;              ///< rad/s
   double acceleration = 0.6;          ///< m/s^2
   double angular_acceleration = 3.0;  ///< rad/s^2
-  double margin = 0.12;               ///< m, kept to everything
+  double margin = 0.12;               ///< m, kept to everything...
+  double narrow_margin = 0.04;        ///< ...but where no way is left with it: slowly, this
 };
 
 struct SteeringState {
@@ -36,16 +37,17 @@ struct SteeringState {
 struct SteeringScratch {
   std::vector<const Footprint*> obstacles;
   std::vector<Footprint> predicted;
+  Footprint disc;
 };
 
 /// m that a disc of `radius` at `pose` can go along the arc of curvature `kappa` (1/m) before it is closer
-/// than `margin` to an obstacle, at most `limit` (conservative advancement: never too much). An obstacle that
-/// is already closer counts only if the arc goes nearer to it.
+/// than `margin` to one of scratch.obstacles, at most `limit` (conservative advancement: never too much).
+/// From an obstacle that is already closer the arc must lead away.
 double free_length(const Pose2& pose, double radius, double margin, double kappa, double limit,
-                   const std::vector<const Footprint*>& obstacles);
+                   SteeringScratch& scratch);
 
-/// The twist towards state.heading; turns on the spot where no arc is free.
-Twist2 steer(const Pose2& pose, const SteeringLimits& limits, const std::vector<const Footprint*>& obstacles,
-             SteeringState& state);
+/// The twist towards state.heading along the best arc of the dynamic window (after Fox, Burgard, Thrun 1997),
+/// with arcs of fixed curvatures; turns on the spot where none is free.
+Twist2 steer(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch, SteeringState& state);
 
 }  // namespace parhelion

@@ -1,3 +1,5 @@
+#include "server/simulation/physics.hpp"
+
 #include <gmock/gmock.h>
 
 #include "worlds.hpp"
@@ -156,6 +158,31 @@ TEST(Physics, TheRealRobotsVelocityIsOdometrysNotTheDifferenceOfCorrections) {
   };
   EXPECT_GT(pushed_speed(0.5), 0.15);
   EXPECT_LT(pushed_speed(0), 0.05);
+}
+
+TEST(Physics, WhatRestsOnABodyFallsWhenThatGoesAway) {
+  for (const bool removed : {true, false}) {
+    Physics physics(1.0 / 240);
+    physics.add_floor(0);
+    const auto at = [](double z) { return Transform<Map, Body>::planar(0, 0, 0, z); };
+    const PhysicsHandle lower = physics.add_free(ShapeKind::box, {0.4, 0.4, 0.6}, 10, at(0));
+    const PhysicsHandle upper = physics.add_free(ShapeKind::box, {0.4, 0.4, 0.4}, 10, at(0.6));
+    // A touch wakes them; then they settle on each other and sleep.
+    const PhysicsHandle hand = physics.add_kinematic({{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0.1}, {-0.1, 0.1}}, 1);
+    physics.suspend(hand, false);
+    physics.move_kinematic(hand, Transform<Map, Body>::planar(-0.301, 0, 0), {0, 0, 0}, {0, 0, 0});
+    for (int i = 0; i < 120; ++i) physics.step();
+    physics.suspend(hand, true);
+    for (int i = 0; i < 1200; ++i) physics.step();
+    EXPECT_NEAR(physics.state(upper).T_map_body.translation().z(), 0.6, 0.002);
+    if (removed) {
+      physics.remove(lower);
+    } else {
+      physics.teleport(lower, Transform<Map, Body>::planar(3, 0, 0));
+    }
+    for (int i = 0; i < 480; ++i) physics.step();
+    EXPECT_NEAR(physics.state(upper).T_map_body.translation().z(), 0, 0.002);
+  }
 }
 
 TEST(Physics, BadOptionsAndModelsAreRefusedByName) {

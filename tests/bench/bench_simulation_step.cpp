@@ -1,0 +1,110 @@
+// A physics step with behaviours, and the world at a stamp: p50 and p99 in microseconds, and how many times
+// real time.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "server/simulation/simulation.hpp"
+
+namespace {
+
+using namespace parhelion;
+
+SemanticModel hall(double side) {
+  SemanticModel model;
+  const auto add = [&model](double x, double y, double length, double width) {
+    ModelEntity wall;
+    wall.name = "wall " + std::to_string(model.entities.size());
+    wall.label = EntityLabel::wall;
+    wall.T_map_body = Transform<Map, Body>::planar(x, y, 0, 1.25);
+    wall.size = {length, width, 2.5};
+    model.entities.push_back(wall);
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    add(sign * side / 2, 0, 0.2, side);
+    add(0, sign * side / 2, side, 0.2);
+  }
+  // 300 pieces of wall, as an extruded grid map has them.
+  for (int i = 0; i < 300; ++i)
+    add(-side / 2 + 1 + std::fmod(i * 2.7, side - 2),
+        -side / 2 + 1 + 2.7 * std::floor(i * 2.7 / (side - 2)) * 1.5, 0.3, 0.1);
+  return model;
+}
+
+Simulation crowd(int robots, int persons, int boxes) {
+  RobotDescription robot;
+  robot.footprint = {{-0.25, -0.2}, {0.25, -0.2}, {0.25, 0.2}, {-0.25, 0.2}};
+  const double side = 60;
+  Simulation simulation = std::move(Simulation::create({}, hall(side), robot, SimulationTime{0})).value();
+  const auto spawn = [&](AgentKind kind, BehaviourKind behaviour, int index) {
+    AgentDefinition agent;
+    agent.name = std::string(to_string(kind)) + std::to_string(index);
+    agent.kind = kind;
+    agent.behaviour.kind = behaviour;
+    for (int attempt = 0; attempt < 2000; ++attempt) {
+      const double n = index * 7 + attempt;
+      agent.T_map_base = Transform<Map, Base>::planar(std::fmod(n * 3.71, side - 4) - side / 2 + 2,
+                                                      std::fmod(n * 2.37, side - 4) - side / 2 + 2, 0);
+      if (simulation.spawn(agent, std::nullopt).ok()) return;
+    }
+  };
+  for (int i = 0; i < robots; ++i) spawn(AgentKind::robot, BehaviourKind::wander, i);
+  for (int i = 0; i < persons; ++i) spawn(AgentKind::person, BehaviourKind::wander, i);
+  for (int i = 0; i < boxes; ++i) spawn(AgentKind::box, BehaviourKind::stay, i);
+  return simulation;
+}
+
+void step(benchmark::State& state) {
+  Simulation simulation = crowd(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
+                                static_cast<int>(state.range(2)));
+  std::vector<LaserRequest> requests;
+  RealRobotState real;
+  for (int i = 0; i < 480; ++i) simulation.step(real, requests);
+  std::vector<double> us;
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    simulation.step(real, requests);
+    us.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
+  }
+  double sum = 0;
+  for (const double one : us) sum += one;
+  std::sort(us.begin(), us.end());
+  state.counters["p50_us"] = us[us.size() / 2];
+  state.counters["p99_us"] = us[us.size() * 99 / 100];
+  state.counters["x_real_time"] = 1e6 / 240 / (sum / static_cast<double>(us.size()));
+}
+BENCHMARK(step)
+    ->ArgNames({"robots", "persons", "boxes"})
+    ->Args({10, 0, 0})
+    ->Args({10, 10, 0})
+    ->Args({50, 0, 100})
+    ->Iterations(7200)
+    ->Unit(benchmark::kMicrosecond);
+
+void world_at(benchmark::State& state) {
+  Simulation simulation = crowd(50, 0, 100);
+  std::vector<LaserRequest> requests;
+  for (int i = 0; i < 480; ++i) simulation.step(std::nullopt, requests);
+  WorldSnapshot world;
+  const SimulationTime t = simulation.now() - milliseconds(3);
+  for (auto _ : state) benchmark::DoNotOptimize(simulation.at(t, world));
+}
+BENCHMARK(world_at)->Unit(benchmark::kMicrosecond);
+
+void clearance(benchmark::State& state) {
+  Simulation simulation = crowd(50, 0, 100);
+  std::vector<LaserRequest> requests;
+  simulation.step(std::nullopt, requests);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(simulation.clearance(Transform<Map, Base>::planar(0, 0, 0), {0.5, 0, 0.3}, 3));
+  }
+}
+BENCHMARK(clearance)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();

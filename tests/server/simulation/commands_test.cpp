@@ -1,0 +1,167 @@
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "worlds.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+AgentCommand command(AgentCommand::Action action, const AgentDefinition& about, std::uint64_t request = 0) {
+  AgentCommand asked;
+  asked.action = action;
+  asked.agent = about;
+  asked.request = request;
+  return asked;
+}
+
+std::string refusal(Simulation& simulation, const AgentDefinition& definition,
+                    const std::optional<RealRobotState>& real = std::nullopt) {
+  const Status status = simulation.spawn(definition, real);
+  return status.ok() ? "(not refused)" : status.error().message;
+}
+
+/// The place that a refusal names.
+Eigen::Vector2d suggested(const std::string& message) {
+  const auto at = message.find("nearest free place is (");
+  if (at == std::string::npos) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Vector2d p;
+  EXPECT_EQ(std::sscanf(message.c_str() + at, "nearest free place is (%lf, %lf)", &p.x(), &p.y()), 2);
+  return p;
+}
+
+TEST(Commands, AnAgentOnTheRealRobotIsRefusedWithAPlaceThatIsFree) {
+  Simulation simulation = make(room(10));
+  const RealRobotState real = real_at(0, 0);
+  const std::string message = refusal(simulation, agent("crate", AgentKind::box, 0.1, 0), real);
+  EXPECT_THAT(message, HasSubstr("crate"));
+  EXPECT_THAT(message, HasSubstr("on the real robot"));
+  const Eigen::Vector2d p = suggested(message);
+  EXPECT_LT(p.norm(), 1.0);
+  EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, p.x(), p.y()), real).ok());
+}
+
+TEST(Commands, TheStoppingDistanceIsAheadOfTheRobotAndGrowsWithItsSpeed) {
+  // v^2 / (2 a) + v r = 1 / 2 + 0.2 m for 1 m/s, a = 1, r = 0.2: up to 0.25 + 0.7 + 0.15 m in front.
+  const RealRobotState fast = real_at(0, 0, 0, {1, 0, 0});
+  Simulation simulation = make(room(10));
+  EXPECT_THAT(refusal(simulation, agent("a", AgentKind::box, 1.25, 0), fast), HasSubstr("stopping distance"));
+  EXPECT_TRUE(simulation.spawn(agent("a", AgentKind::box, 1.32, 0), fast).ok());
+  EXPECT_TRUE(simulation.spawn(agent("b", AgentKind::box, -0.7, 0), fast).ok()) << "behind it there is room";
+  EXPECT_TRUE(simulation.spawn(agent("c", AgentKind::box, 0.7, 1.0), real_at(0, 0)).ok());
+}
+
+TEST(Commands, WallsAndOtherAgentsAndUnexplainedReturnsAreInTheWay) {
+  Simulation simulation = make(room(6));
+  EXPECT_THAT(refusal(simulation, agent("crate", AgentKind::box, 3.05, 0)), HasSubstr("'wall 1'"));
+  spawn(simulation, agent("crate", AgentKind::box, 0, 0));
+  EXPECT_THAT(refusal(simulation, agent("rover", AgentKind::robot, 0.3, 0)), HasSubstr("agent 'crate'"));
+  simulation.set_real_obstacles({{{2, 2}, 0.3}});
+  EXPECT_THAT(refusal(simulation, agent("rover", AgentKind::robot, 2, 2)), HasSubstr("does not explain"));
+}
+
+TEST(Commands, WhatHangsAboveAnAgentIsNotInItsWay) {
+  SemanticModel model = room(6);
+  model.entities.push_back(entity("lintel", EntityLabel::unknown, {0, 0, 2.2}, {2, 0.3, 0.4}));
+  model.entities.push_back(entity("ceiling", EntityLabel::ceiling, {0, 0, 2.6}, {6, 6, 0.1}));
+  Simulation simulation = make(model);
+  EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, 0, 0), std::nullopt).ok());
+}
+
+TEST(Commands, AnAgentThatIsNoAgentIsRefused) {
+  Simulation simulation = make(room(6));
+  EXPECT_THAT(refusal(simulation, agent("", AgentKind::box, 0, 0)), HasSubstr("expected 1 to 40"));
+  EXPECT_THAT(refusal(simulation, agent("a b", AgentKind::box, 0, 0)), HasSubstr("a b"));
+  EXPECT_THAT(refusal(simulation, agent("pioneer", AgentKind::box, 1, 0)), HasSubstr("real robot's name"));
+  AgentDefinition flat = agent("flat", AgentKind::box, 0, 0);
+  flat.size.z() = 0;
+  EXPECT_THAT(refusal(simulation, flat), HasSubstr("size"));
+  AgentDefinition oval = agent("oval", AgentKind::barrel, 0, 0);
+  oval.size = {0.4, 0.6, 0.9};
+  EXPECT_THAT(refusal(simulation, oval), HasSubstr("round"));
+  EXPECT_THAT(refusal(simulation, agent("far", AgentKind::box, std::nan(""), 0)), HasSubstr("not finite"));
+  AgentDefinition driving = agent("crate", AgentKind::box, 0, 0);
+  driving.behaviour.kind = BehaviourKind::wander;
+  EXPECT_THAT(refusal(simulation, driving), HasSubstr("cannot wander"));
+  AgentDefinition aimless = agent("rover", AgentKind::robot, 0, 0);
+  aimless.behaviour.kind = BehaviourKind::patrol;
+  EXPECT_THAT(refusal(simulation, aimless), HasSubstr("waypoint"));
+  aimless.behaviour.kind = BehaviourKind::wander;
+  aimless.behaviour.speed = -1;
+  EXPECT_THAT(refusal(simulation, aimless), HasSubstr("speed"));
+  AgentDefinition blind = agent("rover", AgentKind::robot, 0, 0);
+  blind.laser = "no-such-preset";
+  EXPECT_THAT(refusal(simulation, blind), HasSubstr("no-such-preset"));
+  EXPECT_EQ(simulation.take_events().size(), 0U);
+}
+
+TEST(Commands, AnUnknownNameIsAnsweredWithTheNearestOne) {
+  Simulation simulation = make(room(6));
+  spawn(simulation, agent("rover_1", AgentKind::robot, 0, 0));
+  spawn(simulation, agent("walker", AgentKind::person, 2, 0));
+  const Status status = simulation.command(
+      command(AgentCommand::Action::remove, agent("rovr_1", AgentKind::box, 0, 0)), std::nullopt);
+  ASSERT_FALSE(status.ok());
+  EXPECT_THAT(status.error().message, HasSubstr("did you mean 'rover_1'"));
+}
+
+TEST(Commands, EachCommandIsAnEventWithItsRequest) {
+  Simulation simulation = make(room(8));
+  using Action = AgentCommand::Action;
+  ASSERT_TRUE(
+      simulation.command(command(Action::spawn, agent("rover", AgentKind::robot, 0, 0), 41), {}).ok());
+  ASSERT_TRUE(simulation.command(command(Action::move, agent("rover", AgentKind::robot, 2, 1), 42), {}).ok());
+  ASSERT_TRUE(
+      simulation.command(command(Action::remove, agent("rover", AgentKind::robot, 0, 0), 43), {}).ok());
+  const auto events = simulation.take_events();
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_EQ(events[0].kind, EventKind::agent_spawned);
+  EXPECT_EQ(events[1].kind, EventKind::agent_moved);
+  EXPECT_EQ(events[2].kind, EventKind::agent_removed);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(events[i].request, 41 + i);
+  EXPECT_EQ(events[1].position.x(), 2);
+  EXPECT_TRUE(simulation.take_events().empty());
+}
+
+TEST(Commands, ARefusedMoveLeavesTheAgentWhereItIs) {
+  Simulation simulation = make(room(8));
+  spawn(simulation, agent("rover", AgentKind::robot, 0, 0));
+  EXPECT_FALSE(
+      simulation.command(command(AgentCommand::Action::move, agent("rover", AgentKind::robot, 4.05, 0)), {})
+          .ok());
+  run(simulation, 0.1);
+  EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), 0, 1e-9);
+}
+
+TEST(Commands, IdsAreNeverUsedAgainAndTheSceneGetsANewVersion) {
+  Simulation simulation = make(room(8));
+  spawn(simulation, agent("crate", AgentKind::box, 0, 0));
+  run(simulation, 0.1);
+  const BodyId first = body(simulation, "crate").id;
+  const auto version = simulation.scene()->version;
+  ASSERT_TRUE(simulation.command(command(AgentCommand::Action::remove_all, {}), {}).ok());
+  EXPECT_GT(simulation.scene()->version, version);
+  spawn(simulation, agent("crate", AgentKind::box, 0, 0));
+  run(simulation, 0.1);
+  EXPECT_GT(body(simulation, "crate").id, first);
+}
+
+TEST(Commands, AFrozenAgentStandsAndAnUnfrozenOneGoesOn) {
+  Simulation simulation = make(room(20));
+  spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::wander));
+  run(simulation, 3);
+  ASSERT_TRUE(simulation.command(command(AgentCommand::Action::freeze, {}), {}).ok());
+  run(simulation, 2);
+  const Eigen::Vector3d there = body(simulation, "rover").T_map_body.translation();
+  run(simulation, 2);
+  EXPECT_LT((body(simulation, "rover").T_map_body.translation() - there).norm(), 1e-6);
+  ASSERT_TRUE(simulation.command(command(AgentCommand::Action::unfreeze, {}), {}).ok());
+  run(simulation, 3);
+  EXPECT_GT((body(simulation, "rover").T_map_body.translation() - there).norm(), 0.3);
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,127 @@
+// Promise 4 for the physics: the same calls give the same states, bit for bit.
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+#include "worlds.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+std::atomic<bool> counting{false};
+}  // namespace
+
+// Counts what is allocated with operator new: Bullet allocates with malloc, so this is our own code.
+void* operator new(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+std::uint64_t hash_bytes(std::uint64_t hash, const void* bytes, std::size_t size) {
+  const auto* at = static_cast<const unsigned char*>(bytes);
+  for (std::size_t i = 0; i < size; ++i) hash = (hash ^ at[i]) * 1099511628211ULL;
+  return hash;
+}
+
+RealRobotState driven(int i) { return real_at(-3 + 0.4 * i / 240, 0.2 * std::sin(0.01 * i), 0, {0.4, 0, 0}); }
+
+Simulation crowded() {
+  Simulation simulation = make(room(10));
+  for (int i = 0; i < 4; ++i) {
+    spawn(simulation,
+          moving("robot" + std::to_string(i), AgentKind::robot, -3 + 2 * i, 3, BehaviourKind::wander));
+    spawn(simulation,
+          moving("person" + std::to_string(i), AgentKind::person, -3 + 2 * i, -3, BehaviourKind::wander));
+  }
+  for (int i = 0; i < 5; ++i) {
+    AgentDefinition crate = agent("crate" + std::to_string(i), AgentKind::box, -1 + 0.45 * i, 0.1 * i);
+    crate.size = {0.3, 0.3, 0.5 + 0.2 * i};
+    spawn(simulation, crate);
+    spawn(simulation, agent("barrel" + std::to_string(i), AgentKind::barrel, -1 + 0.45 * i, -1));
+  }
+  return simulation;
+}
+
+/// Of all states in ten simulated seconds in which crates are run over, agents come and go.
+std::uint64_t hash_of_states() {
+  Simulation simulation = crowded();
+  std::uint64_t hash = 14695981039346656037ULL;
+  std::vector<LaserRequest> requests;
+  WorldSnapshot world;
+  for (int i = 0; i < 2400; ++i) {
+    if (i == 1000) {
+      AgentCommand command;
+      command.action = AgentCommand::Action::remove;
+      command.agent.name = "crate3";
+      EXPECT_TRUE(simulation.command(command, driven(i)).ok());
+    }
+    for (double y = -4.2; i == 1200 && y < 4.3; y += 0.5) {  // the first place where nobody walks
+      if (simulation.spawn(agent("late", AgentKind::barrel, 4, y), driven(i)).ok()) break;
+    }
+    simulation.step(driven(i), requests);
+    EXPECT_TRUE(simulation.at(simulation.now(), world));
+    for (const BodyState& state : world.bodies) {
+      hash = hash_bytes(hash, state.T_map_body.isometry().matrix().data(), 12 * sizeof(double));
+      hash = hash_bytes(hash, state.velocity.data(), 3 * sizeof(double));
+    }
+  }
+  return hash;
+}
+
+TEST(Determinism, TwoRunsGiveTheSameStatesBitForBit) {
+  const std::uint64_t first = hash_of_states();
+  EXPECT_EQ(first, hash_of_states());
+  std::cout << "hash of the states: " << std::hex << first << std::dec << "\n";
+}
+
+TEST(Determinism, AnotherSeedGivesAnotherWalk) {
+  const auto place = [](std::uint64_t seed) {
+    SimulationOptions options;
+    options.seed = seed;
+    Simulation simulation = make(room(20), options);
+    spawn(simulation, moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander));
+    run(simulation, 5);
+    return body(simulation, "walker").T_map_body.translation();
+  };
+  EXPECT_GT((place(1) - place(2)).norm(), 0.1);
+  EXPECT_EQ((place(1) - place(1)).norm(), 0);
+}
+
+TEST(Determinism, SteppingAndLookingAllocateNothingOnceWarm) {
+  Simulation simulation = make(room(10));
+  for (int i = 0; i < 4; ++i) {
+    spawn(simulation,
+          moving("robot" + std::to_string(i), AgentKind::robot, -3 + 2 * i, 3, BehaviourKind::wander));
+    spawn(simulation,
+          moving("person" + std::to_string(i), AgentKind::person, -3 + 2 * i, -3, BehaviourKind::wander));
+    spawn(simulation, agent("crate" + std::to_string(i), AgentKind::box, -3 + 2 * i, 0));
+  }
+  const RealRobotState real = real_at(0, 1.5);
+  run(simulation, 20, real);
+  WorldSnapshot world;
+  std::vector<LaserRequest> requests;
+  ASSERT_TRUE(simulation.at(simulation.now() - milliseconds(3), world));
+  simulation.take_events();
+  simulation.clearance(real.T_map_base, {0.5, 0, 0.2}, 2);
+  allocations = 0;
+  counting = true;
+  for (int i = 0; i < 1200; ++i) {
+    simulation.step(real, requests);
+    simulation.at(simulation.now() - milliseconds(3), world);
+    simulation.clearance(real.T_map_base, {0.5, 0, 0.2}, 2);
+  }
+  counting = false;
+  EXPECT_EQ(simulation.take_events().size(), 0U) << "events do allocate";
+  EXPECT_EQ(allocations, 0);
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,68 @@
+#include "worlds.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+std::vector<Event> drive(Simulation& simulation, double from, double to, double speed, double sigma) {
+  std::vector<LaserRequest> requests;
+  const int steps = static_cast<int>(std::abs(to - from) / speed * 240);
+  for (int i = 0; i <= steps; ++i) {
+    RealRobotState real = real_at(from + (to - from) * i / steps, 0, 0, {to > from ? speed : -speed, 0, 0});
+    real.sigma = sigma;
+    simulation.step(real, requests);
+  }
+  return simulation.take_events();
+}
+
+TEST(RealContacts, HittingAModelledWallIsSaidWithMassTimesClosingSpeed) {
+  Simulation simulation = make(room(6));
+  auto events = drive(simulation, 0, 2.76, 0.5, 0.01);
+  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
+  EXPECT_EQ(events[0].subject, "pioneer");
+  EXPECT_EQ(events[0].object, "wall 1");
+  EXPECT_EQ(events[0].pair, PairKind::real_real);
+  EXPECT_NEAR(events[0].impulse, 40 * 0.5, 0.5);
+  events = drive(simulation, 2.76, 1, 0.5, 0.01);
+  EXPECT_EQ(count(events, EventKind::collision_stopped), 1U);
+}
+
+TEST(RealContacts, TheMarginIsThePosesUncertainty) {
+  for (const double sigma : {0.005, 0.05}) {
+    Simulation simulation = make(room(6));
+    const auto events = drive(simulation, 0, 2.72, 0.3, sigma);  // 3 cm from the wall
+    EXPECT_EQ(count(events, EventKind::collision_started), sigma > 0.03 ? 1U : 0U) << sigma;
+  }
+}
+
+TEST(RealContacts, PassingAlongAWallIsNoContact) {
+  Simulation simulation = make(room(6));
+  std::vector<LaserRequest> requests;
+  for (int i = 0; i < 960; ++i) {
+    RealRobotState real = real_at(-2 + i / 240.0, 2.79, 0, {1, 0, 0});  // 1 cm beside it
+    real.sigma = 0.02;
+    simulation.step(real, requests);
+  }
+  EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
+}
+
+TEST(RealContacts, AModelledDoorAndAFloorAreNotHit) {
+  SemanticModel model = room(6);
+  model.entities.push_back(entity("door", EntityLabel::door, {1, 0, 1}, {0.05, 0.9, 2}));
+  Simulation simulation = make(model);
+  EXPECT_EQ(count(drive(simulation, 0, 2, 0.5, 0.01), EventKind::collision_started), 0U);
+}
+
+TEST(RealContacts, ADrawnVirtualWallIsARealVirtualContact) {
+  SemanticModel model = room(6);
+  model.entities.push_back(entity("glass", EntityLabel::wall, {1, 0, 1}, {0.05, 2, 2}));
+  model.entities.back().is_virtual = true;
+  Simulation simulation = make(model);
+  const auto events = drive(simulation, 0, 0.76, 0.5, 0.01);
+  ASSERT_EQ(count(events, EventKind::collision_started), 1U);
+  EXPECT_EQ(events[0].pair, PairKind::real_virtual);
+}
+
+}  // namespace
+}  // namespace parhelion
