@@ -1,0 +1,44 @@
+// The bodies that exist over a whole sweep, with their poses at its two ends.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "fusion/scan/augment.hpp"
+#include "protocols/world.hpp"
+
+namespace parhelion {
+
+/// Radius about the body's origin that holds all its shapes, m.
+inline double bounding_radius(const BodyDefinition& body) {
+  double radius = 0;
+  for (const Shape& shape : body.shapes) {
+    const bool full_lengths = shape.kind == ShapeKind::box;
+    const double half_height = shape.size.z() / 2 + (shape.kind == ShapeKind::capsule ? shape.size.x() : 0);
+    const double reach = full_lengths ? shape.size.norm() / 2
+                         : shape.kind == ShapeKind::sphere ? shape.size.x()
+                                                           : std::hypot(shape.size.x(), half_height);
+    radius = std::max(radius, shape.T_body_shape.translation().norm() + reach);
+  }
+  return radius;
+}
+
+/// Fills `motions` with every body that `wanted(definition, state at the end)` accepts and that is the same, neither
+/// spawned nor teleported, at both ends: such jumps are never interpolated.
+template <class Wanted>
+void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end, std::vector<BodyMotion>& motions,
+                     Wanted wanted) {
+  motions.clear();
+  if (!end.scene) return;
+  auto definition = end.scene->bodies.begin();
+  auto before = start.bodies.begin();
+  for (const BodyState& state : end.bodies) {
+    while (definition != end.scene->bodies.end() && (*definition)->id < state.id) ++definition;
+    while (before != start.bodies.end() && before->id < state.id) ++before;
+    if (definition == end.scene->bodies.end() || (*definition)->id != state.id) continue;
+    if (before == start.bodies.end() || before->id != state.id || before->epoch != state.epoch) continue;
+    if (wanted(**definition, state)) motions.push_back({definition->get(), before->T_map_body, state.T_map_body});
+  }
+}
+
+}  // namespace parhelion

@@ -1,0 +1,74 @@
+// CAMERA to MR_CAMERA: a job for the render thread with the world at the image's instant, or the original with the reason.
+#include "server/tick.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr Duration depth_partner = milliseconds(50);  // a depth image further off in time shows another moment
+
+void pass_original(const Configuration& configuration, Image image, const std::string& reason, State& state,
+                   Outputs& outputs) {
+  image.metadata.push_back({"parhelion.reason", {reason.begin(), reason.end()}});
+  encode(image, outputs.add(configuration.channels.bus(channel::mr_camera)));
+  ++state.tally.frames_out;
+}
+
+/// The occluders: depth image and current scan, each where it was measured from.
+void add_occluders(const Configuration& configuration, State& state, RenderJob& job) {
+  const RobotDescription& robot = configuration.robot;
+  if (state.depth && robot.depth) {
+    const Duration apart = job.image.stamp - state.depth->stamp;
+    const auto pose = state.track.at(state.depth->stamp);
+    if (pose && std::abs(apart.ns) <= depth_partner.ns) {
+      job.depth = state.depth;
+      job.depth_camera = *robot.depth;
+      job.T_map_depth = pose->T_map_base * robot.depth->T_base_optical;
+    }
+  }
+  if (!state.scan.have_real || !robot.laser) return;
+  const auto pose = state.track.at(state.scan.real.stamp);
+  if (!pose) return;
+  job.scan = state.scan.real;
+  job.laser = *robot.laser;
+  job.T_map_laser = pose->T_map_base * robot.laser->T_base_laser;
+}
+
+}  // namespace
+
+void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+  RenderJob job;
+  if (const Status read = decode(input.channel, input.payload, job.image); !read) return refuse(read.error(), state);
+  ++state.tally.frames_in;
+  const std::uint64_t sequence = ++state.frame_sequence;
+  const auto original = [&](const std::string& reason) {
+    pass_original(configuration, std::move(job.image), reason, state, outputs);
+  };
+  if (!configuration.robot.camera) return original("the robot description has no camera calibration");
+  if (!state.robot_clock.add(input.arrival, job.image.stamp)) return original("the stamp is off the robot's clock");
+  NoPose why{};
+  const auto pose = state.track.at(job.image.stamp, &why);
+  if (!pose) return original(std::string("no pose: ") + to_string(why));
+  if (!state.simulation.at(state.robot_clock.to_server(job.image.stamp), job.world)) {
+    return original("the world at the image's stamp is not known");
+  }
+  job.camera = *configuration.robot.camera;
+  job.T_map_optical = pose->T_map_base * job.camera.T_base_optical;
+  job.floor_z = 0;
+  add_occluders(configuration, state, job);
+  outputs.add_frame({std::move(job), sequence});
+}
+
+void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs, State& state) {
+  encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
+  if (done.answer.depth) encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));
+  ++state.tally.frames_out;
+  if (done.answer.drawn) ++state.tally.frames_composited;
+}
+
+void take_depth(const Configuration&, const Message& input, State& state) {
+  Image depth;
+  if (const Status read = decode(input.channel, input.payload, depth); !read) return refuse(read.error(), state);
+  state.depth = std::move(depth);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,70 @@
+// Everything that a session is made of besides its inputs: immutable once the server runs.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/model.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scenario.hpp"
+#include "protocols/status.hpp"
+#include "protocols/telemetry.hpp"
+
+namespace parhelion {
+
+/// The inputs that the tick knows.
+enum class InputKind : std::uint8_t {
+  none,
+  robot,
+  scan,
+  odometry,
+  pose_cov,
+  camera,
+  depth,
+  teleop,
+  agent_command,
+  agent_teleop,
+  loop,
+};
+
+/// Canonical channel names to those on the bus, both ways.
+class ChannelMap {
+ public:
+  explicit ChannelMap(const Scenario& scenario);
+  /// Name on the bus.
+  std::string bus(std::string_view canonical) const;
+  /// What a message on this bus channel is; for agent_teleop, `agent` is the name between MR_AGENT_ and _TELEOP.
+  InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr) const;
+  /// Bus names to subscribe to; the last is a pattern (agents' teleop).
+  std::vector<std::string> inputs() const;
+
+ private:
+  struct Entry {
+    const char* canonical;
+    InputKind kind;
+    std::string bus;
+  };
+  std::vector<Entry> inputs_;
+  std::vector<std::pair<std::string, std::string>> renamed_;
+};
+
+struct Configuration {
+  Scenario scenario;
+  RobotDescription robot;
+  SemanticModel model;
+  ChannelMap channels{Scenario{}};
+};
+
+/// Checks that the parts fit together: level 3 needs a robot with a laser, agents stand in the map, a model's map id.
+Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot, const SemanticModel& model);
+
+/// MR_SESSION for a configuration, and back.
+SessionHeader session_header(const Configuration& configuration, SensorTime start);
+Result<Configuration> configuration_from(const SessionHeader& header, const std::string& origin);
+
+/// Program and the libraries that decide output bytes.
+std::string version_text();
+
+}  // namespace parhelion

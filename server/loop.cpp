@@ -1,0 +1,290 @@
+#include "server/loop.hpp"
+
+#include "protocols/bus/log_file.hpp"
+#include "server/guard.hpp"
+#include "server/inbox.hpp"
+#include "server/render_thread.hpp"
+#include "server/tick.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr int render_nice = 10;                      // rendering never takes a core from the tick
+constexpr Duration sync_period = seconds(1.0);       // bounds what a power cut takes (promise 6)
+constexpr Duration behind = milliseconds(250);       // physics later than this is given up, and the log says so
+constexpr Duration idle = milliseconds(100);
+
+std::vector<std::uint8_t> loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
+  LoopDecision decision;
+  decision.stamp = {stamp.ns};
+  decision.kind = kind;
+  decision.count = static_cast<std::int64_t>(count);
+  std::vector<std::uint8_t> payload;
+  encode(decision, payload);
+  return payload;
+}
+
+/// One live session.
+class Session {
+ public:
+  Session(Bus& bus, const Configuration& configuration, const ServeOptions& options, std::optional<LogWriter> log)
+      : configuration_(configuration),
+        options_(options),
+        outbox_(&bus, std::move(log)),
+        mr_scan_(configuration.channels.bus(channel::mr_scan)),
+        guard_(options.guard, [this](std::span<const std::uint8_t> raw) { outbox_.publish_now(mr_scan_, raw); }),
+        inbox_(bus, configuration.channels, guard_),
+        renderer_(configuration.model, render_nice) {}
+
+  Result<Report> operator()();
+
+ private:
+  Status start();
+  void handle(Arrived arrived);
+  void handle_scan(const Arrived& arrived);
+  bool refuse_unwritable(const Message& message);
+  void step_on_time();
+  void skip_late_steps(ArrivalTime now);
+  void send_frames();
+  void take_answers();
+  void decide(LoopDecision::Kind kind, std::uint64_t count);
+  void housekeeping();
+  void publish_status(ArrivalTime now);
+  Report report();
+
+  const Configuration& configuration_;
+  const ServeOptions& options_;
+  Outbox outbox_;
+  const std::string mr_scan_;
+  Guard guard_;
+  Inbox inbox_;
+  RenderThread renderer_;
+  std::unique_ptr<State> state_;
+  Outputs outputs_;
+  StageClock stages_;
+  ArrivalTime started_, last_;
+  WallTime last_housekeeping_ = steady_now();
+  Percentiles frame_us_, in_to_out_us_;
+  std::uint64_t frames_dropped_ = 0;
+};
+
+Status Session::start() {
+  started_ = last_ = inbox_.stamp();
+  auto made = make_state(configuration_, started_);
+  if (!made) return made.error();
+  state_ = std::move(*made);
+  Outputs::Entry header{channel::mr_session, {}};
+  encode(session_header(configuration_, {started_.ns}), header.payload);
+  outbox_.send(nullptr, {&header, 1}, started_);
+  if (!outbox_.complete()) return Error{outbox_.log_error()};
+  return {};
+}
+
+Result<Report> Session::operator()() {
+  if (const Status begun = start(); !begun) return begun.error();
+  if (options_.say) options_.say("serving; stop with ^C");
+  while (!options_.stop || !options_.stop()) {
+    const Duration until_step{state_->simulation.next_step().ns - wall_now().ns};
+    auto arrived = inbox_.take(steady_now() + std::min(until_step, idle));
+    if (arrived) {
+      handle(std::move(*arrived));
+    } else if (const std::string fault = inbox_.fault(); !fault.empty()) {
+      return Error{fault};
+    } else {
+      step_on_time();
+    }
+    take_answers();
+    housekeeping();
+  }
+  renderer_.wait();
+  take_answers();
+  (void)outbox_.sync();
+  return report();
+}
+
+void Session::handle(Arrived arrived) {
+  const Message& message = arrived.message;
+  last_ = message.arrival;
+  skip_late_steps(message.arrival);
+  if (configuration_.channels.kind(message.channel) == InputKind::scan) return handle_scan(arrived);
+  const bool command = configuration_.channels.kind(message.channel) == InputKind::agent_command;
+  if (command && refuse_unwritable(message)) return;
+  outputs_.clear();
+  tick(configuration_, message, *state_, outputs_, stages_);
+  outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
+  send_frames();
+}
+
+/// A command is written before anything is done about it; where it cannot be, it is refused and nothing is done.
+bool Session::refuse_unwritable(const Message& message) {
+  if (outbox_.write_input(message)) return false;
+  AgentCommand command;
+  Event event;
+  event.stamp = simulation_time(message.arrival);
+  event.kind = EventKind::command_refused;
+  if (decode(message.channel, message.payload, command).ok()) {
+    event.request = command.request;
+    event.subject = command.agent.name;
+  }
+  event.text = "the session log cannot be written: " + outbox_.log_error();
+  Outputs::Entry answer{configuration_.channels.bus(channel::mr_events), {}};
+  encode(event, answer.payload);
+  outbox_.send(nullptr, {&answer, 1}, message.arrival);
+  return true;
+}
+
+/// The answer goes out before anything is written; if the guard was first, what it sent is what the log gets.
+void Session::handle_scan(const Arrived& arrived) {
+  outputs_.clear();
+  stages_.begin();
+  tick(configuration_, arrived.message, *state_, outputs_, stages_);
+  bool guarded = false;
+  for (const Outputs::Entry& entry : outputs_.entries()) {
+    if (entry.channel != mr_scan_) continue;
+    guarded = !guard_.claim(arrived.ticket);
+    if (!guarded) outbox_.publish_now(mr_scan_, entry.payload);
+    in_to_out_us_.add((steady_now() - arrived.received).microseconds());
+  }
+  if (guarded) {
+    substitute_raw_scan(configuration_, arrived.message, outputs_);
+    ++state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];
+  }
+  outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_);
+  if (guarded) decide(LoopDecision::Kind::guard_fired, state_->scan.sequence);
+  send_frames();
+}
+
+void Session::step_on_time() {
+  const ArrivalTime now = inbox_.stamp();
+  last_ = now;
+  skip_late_steps(now);
+  outputs_.clear();
+  stages_.begin();
+  advance(configuration_, now, *state_, outputs_, stages_);
+  if (!outputs_.entries().empty()) outbox_.send(nullptr, outputs_.entries(), now);
+  send_frames();
+}
+
+/// A machine that cannot keep up skips physics rather than falling behind without end. Replay must skip the same.
+void Session::skip_late_steps(ArrivalTime now) {
+  const Duration late{now.ns - state_->simulation.next_step().ns};
+  if (late < behind) return;
+  const double period = 1.0 / configuration_.scenario.physics_rate;
+  const auto steps = static_cast<std::uint64_t>(late.seconds() / period);
+  Message decision{channel::loop, now, loop_message(LoopDecision::Kind::steps_skipped, now, steps)};
+  outputs_.clear();
+  tick(configuration_, decision, *state_, outputs_, stages_);
+  outbox_.send(&decision, outputs_.entries(), now);
+}
+
+void Session::decide(LoopDecision::Kind kind, std::uint64_t count) {
+  const Message decision{channel::loop, last_, loop_message(kind, last_, count)};
+  outbox_.send(&decision, {}, last_);
+}
+
+void Session::send_frames() {
+  for (Outputs::Frame& frame : outputs_.frames()) {
+    const auto dropped = renderer_.submit_newest(std::move(frame));
+    if (!dropped) continue;
+    ++frames_dropped_;
+    decide(LoopDecision::Kind::frame_dropped, *dropped);
+  }
+  outputs_.frames().clear();
+}
+
+void Session::take_answers() {
+  while (auto done = renderer_.take(false)) {
+    Outputs answer;
+    add_frame_outputs(configuration_, *done, answer, *state_);
+    frame_us_.add(done->latency.microseconds());
+    outbox_.send(nullptr, answer.entries(), last_);
+  }
+}
+
+void Session::housekeeping() {
+  if (steady_now() - last_housekeeping_ < sync_period) return;
+  last_housekeeping_ = steady_now();
+  (void)outbox_.sync();
+  publish_status(last_);
+}
+
+void Session::publish_status(ArrivalTime now) {
+  ServerStatus status;
+  status.stamp = {now.ns};
+  const Tally& tally = state_->tally;
+  status.values = {{"scans_in", static_cast<double>(tally.scans_in)},
+                   {"scans_out", static_cast<double>(tally.scans_out)},
+                   {"scan_us_p50", stages_.scan_us.at(0.5)},
+                   {"scan_us_p99", stages_.scan_us.at(0.99)},
+                   {"scan_in_to_out_us_p99", in_to_out_us_.at(0.99)},
+                   {"frames_in", static_cast<double>(tally.frames_in)},
+                   {"frames_out", static_cast<double>(tally.frames_out)},
+                   {"frames_dropped", static_cast<double>(frames_dropped_)},
+                   {"frame_us_p50", frame_us_.at(0.5)},
+                   {"frame_us_p99", frame_us_.at(0.99)},
+                   {"inputs_dropped", static_cast<double>(inbox_.dropped())},
+                   {"inputs_refused", static_cast<double>(tally.refused_inputs)},
+                   {"guard_fired", static_cast<double>(guard_.fired())},
+                   {"session_complete", outbox_.complete() ? 1.0 : 0.0}};
+  if (!tally.last_refusal.empty()) status.notes.emplace_back("last_refusal", tally.last_refusal);
+  if (!outbox_.complete()) status.notes.emplace_back("session_log", outbox_.log_error());
+  if (const std::string fault = renderer_.fault(); !fault.empty()) status.notes.emplace_back("render", fault);
+  std::vector<std::uint8_t> payload;
+  encode(status, payload);
+  outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
+}
+
+Report Session::report() {
+  Report report;
+  report.source = "live";
+  report.tally = state_->tally;
+  report.frames_dropped = frames_dropped_;
+  report.inputs_dropped = inbox_.dropped();
+  report.scan_us = stages_.scan_us;
+  report.frame_us = frame_us_;
+  report.physics_step_us = stages_.physics_step_us;
+  report.physics_wait_us = stages_.physics_wait_us;
+  report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
+  report.complete = outbox_.complete();
+  report.incomplete_because = outbox_.log_error();
+  report.hash = outbox_.hashes();
+  return report;
+}
+
+}  // namespace
+
+Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario, const ServeOptions& options) {
+  const std::string name = ChannelMap(scenario).bus(channel::robot);
+  if (const Status subscribed = bus.subscribe(name, 1); !subscribed) return subscribed.error();
+  if (options.say) options.say("waiting for the robot description on " + name + " (or give --robot FILE)");
+  while (!options.stop || !options.stop()) {
+    Message message;
+    const auto received = bus.receive(message, idle);
+    if (!received) return received.error();
+    if (!*received) continue;
+    RobotMessage robot;
+    if (const Status read = decode(message.channel, message.payload, robot); !read) return read.error();
+    auto description = parse_robot_description(robot.yaml, name);
+    if (!description) return description.error();
+    return std::optional(std::move(*description));
+  }
+  return std::optional<RobotDescription>{};
+}
+
+Result<Report> serve(Bus& bus, const Configuration& configuration, const ServeOptions& options) {
+  for (const std::string& input : configuration.channels.inputs()) {
+    const InputKind kind = configuration.channels.kind(input);
+    if (kind == InputKind::loop || kind == InputKind::robot) continue;  // the server's own word; read before the start
+    const bool newest_only = kind == InputKind::teleop || kind == InputKind::camera;
+    if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed) return subscribed.error();
+  }
+  std::optional<LogWriter> log;
+  if (!options.session.empty()) {
+    auto created = LogWriter::create(options.session, options.overwrite);
+    if (!created) return created.error();
+    log = std::move(*created);
+  }
+  return Session(bus, configuration, options, std::move(log))();
+}
+
+}  // namespace parhelion

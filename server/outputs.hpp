@@ -1,0 +1,60 @@
+// What one tick gives: messages in order, jobs for the render thread, and stage marks for whoever measures.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "protocols/channels.hpp"
+#include "render/compositor.hpp"
+
+namespace parhelion {
+
+/// Stages of a tick, in the order in which they end.
+enum class Stage : std::uint8_t { physics_step, agents, physics_wait, decode, pose, world, cast, augment, encode };
+
+/// Told when a stage ends. The tick itself reads no clock.
+class StageObserver {
+ public:
+  virtual ~StageObserver() = default;
+  virtual void ended(Stage) {}
+};
+
+/// Reused from tick to tick, so that warm messages keep their capacity.
+class Outputs {
+ public:
+  struct Entry {
+    std::string channel;  ///< name on the bus
+    std::vector<std::uint8_t> payload;
+  };
+  /// An image that waits for the render thread, with what it looked like when it came.
+  struct Frame {
+    RenderJob job;
+    std::uint64_t sequence = 0;  ///< of camera frames
+  };
+
+  void clear() {
+    used_ = 0;
+    frames_.clear();
+  }
+  /// The payload of a new message on `channel`, to be encoded into.
+  std::vector<std::uint8_t>& add(std::string_view channel) {
+    if (used_ == entries_.size()) entries_.emplace_back();
+    Entry& entry = entries_[used_++];
+    entry.channel.assign(channel);
+    return entry.payload;
+  }
+  void add_frame(Frame frame) { frames_.push_back(std::move(frame)); }
+
+  std::span<Entry> entries() { return {entries_.data(), used_}; }
+  std::span<const Entry> entries() const { return {entries_.data(), used_}; }
+  std::vector<Frame>& frames() { return frames_; }
+
+ private:
+  std::vector<Entry> entries_;
+  std::size_t used_ = 0;
+  std::vector<Frame> frames_;
+};
+
+}  // namespace parhelion

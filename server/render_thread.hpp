@@ -1,0 +1,56 @@
+// The thread that owns EGL for life and answers images, one at a time.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "protocols/model.hpp"
+#include "server/outputs.hpp"
+
+namespace parhelion {
+
+/// One image's answer. Where EGL is not there, the original with the reason.
+struct FrameAnswer {
+  std::uint64_t sequence = 0;
+  RenderAnswer answer;
+  Duration latency;  ///< from submit() to the answer, measured
+};
+
+class RenderThread {
+ public:
+  /// `nice`: how much lower than the tick's the thread's priority is.
+  RenderThread(SemanticModel building, int nice);
+  ~RenderThread();
+
+  /// Live: the newest waiting job wins; the sequence of the one that it replaced is returned, if any.
+  std::optional<std::uint64_t> submit_newest(Outputs::Frame frame);
+  /// Replay: waits until the thread is idle, then hands the job over.
+  void submit(Outputs::Frame frame);
+  /// Until nothing is under way.
+  void wait();
+  /// The oldest answer not yet taken; `wait`: until there is none under way.
+  std::optional<FrameAnswer> take(bool wait);
+  /// Why nothing can be drawn, or empty.
+  std::string fault() const;
+
+ private:
+  void run(const SemanticModel& building, int nice);
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<Outputs::Frame> waiting_;
+  WallTime waiting_since_;
+  bool busy_ = false;
+  bool stop_ = false;
+  std::deque<FrameAnswer> answers_;
+  std::string fault_;
+  std::thread thread_;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,250 @@
+#include "server/replay.hpp"
+
+#include <algorithm>
+#include <set>
+#include <thread>
+
+#include "protocols/bus/log_file.hpp"
+#include "server/render_thread.hpp"
+#include "server/tick.hpp"
+
+namespace parhelion {
+namespace {
+
+/// What has to be known of a log before its first input is handled.
+struct Preview {
+  std::optional<SessionHeader> session;
+  std::optional<std::string> robot_yaml;
+  ArrivalTime first_input;
+  std::set<std::uint64_t> guarded_scans, dropped_frames;  // sequence numbers
+  std::uint64_t events = 0;
+};
+
+void note_decision(const Message& message, Preview& preview) {
+  LoopDecision decision;
+  if (!decode(message.channel, message.payload, decision)) return;
+  const auto sequence = static_cast<std::uint64_t>(decision.count);
+  if (decision.kind == LoopDecision::Kind::guard_fired) preview.guarded_scans.insert(sequence);
+  if (decision.kind == LoopDecision::Kind::frame_dropped) preview.dropped_frames.insert(sequence);
+}
+
+Result<Preview> look_ahead(const std::string& path) {
+  auto reader = LogReader::open(path);
+  if (!reader) return reader.error();
+  Preview preview;
+  while (true) {
+    auto next = reader->next();
+    if (!next) continue;  // damage is reported in the pass that replays
+    if (!*next) break;
+    const Message& message = **next;
+    ++preview.events;
+    if (message.channel == channel::mr_session && !preview.session) {
+      SessionHeader header;
+      if (const Status read = decode(message.channel, message.payload, header); !read) return read.error();
+      preview.session = header;
+    } else if (message.channel == channel::robot && !preview.robot_yaml) {
+      RobotMessage robot;
+      if (const Status read = decode(message.channel, message.payload, robot); !read) return read.error();
+      preview.robot_yaml = robot.yaml;
+    } else if (message.channel == channel::loop) {
+      note_decision(message, preview);
+    }
+  }
+  if (preview.events == 0) return Error{path + ": no event in it; expected an LCM log with SCAN and ROBOT"};
+  return preview;
+}
+
+Result<Configuration> choose_configuration(const ReplayOptions& options, const Preview& preview) {
+  std::optional<Configuration> recorded;
+  if (preview.session) {
+    auto own = configuration_from(*preview.session, options.log);
+    if (!own) return own.error();
+    recorded = std::move(*own);
+  }
+  if (!options.scenario && !recorded) {
+    return Error{options.log + ": not a session log, so it does not say which agents there are; give --scenario FILE"};
+  }
+  Scenario scenario = recorded ? recorded->scenario : Scenario{};
+  SemanticModel model = recorded ? recorded->model : SemanticModel{};
+  RobotDescription robot = recorded ? recorded->robot : RobotDescription{};
+  if (options.scenario) {
+    const auto given = load_scenario(*options.scenario);
+    if (!given) return given.error();
+    scenario = *given;
+    model = {};
+    if (!scenario.model.empty()) {
+      const auto loaded = load_model(scenario.model);
+      if (!loaded) return loaded.error();
+      model = *loaded;
+    }
+  }
+  const std::string robot_file = options.robot ? *options.robot : options.scenario ? scenario.robot : "";
+  if (!robot_file.empty()) {
+    const auto loaded = load_robot_description(robot_file);
+    if (!loaded) return loaded.error();
+    robot = *loaded;
+  } else if (preview.robot_yaml) {
+    const auto loaded = parse_robot_description(*preview.robot_yaml, options.log + " (ROBOT)");
+    if (!loaded) return loaded.error();
+    robot = *loaded;
+  } else if (!recorded) {
+    return Error{options.log + ": no ROBOT message; give --robot FILE (extrinsics, range limits, beam times)"};
+  }
+  if (options.seed) scenario.seed = *options.seed;
+  return configure(scenario, robot, model);
+}
+
+/// One pass over the log.
+class Run {
+ public:
+  Run(const ReplayOptions& options, const Preview& preview, const Configuration& configuration, Outbox& outbox)
+      : options_(options),
+        preview_(preview),
+        configuration_(configuration),
+        outbox_(outbox),
+        renderer_(configuration.model, 0) {}
+
+  Result<Report> operator()();
+
+ private:
+  bool is_input(const Message& message) const;
+  Status handle(Message message);
+  void pace(ArrivalTime arrival);
+  void answer_frames();
+  void write_frame();
+  void finish(const LogReader& reader);
+
+  const ReplayOptions& options_;
+  const Preview& preview_;
+  const Configuration& configuration_;
+  Outbox& outbox_;
+  RenderThread renderer_;
+  std::unique_ptr<State> state_;
+  Outputs outputs_, frame_outputs_;
+  StageClock stages_;
+  Report report_;
+  ArrivalTime first_, last_;
+  WallTime begun_ = steady_now();
+  bool frame_under_way_ = false;
+};
+
+bool Run::is_input(const Message& message) const {
+  return configuration_.channels.kind(message.channel) != InputKind::none;
+}
+
+void Run::pace(ArrivalTime arrival) {
+  if (options_.rate <= 0) return;
+  const Duration due = seconds((arrival - first_).seconds() / options_.rate);
+  const Duration ahead = due - (steady_now() - begun_);
+  if (ahead.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead.ns));
+}
+
+Status Run::handle(Message message) {
+  if (!state_) {
+    first_ = message.arrival;
+    auto made = make_state(configuration_, first_);
+    if (!made) return made.error();
+    state_ = std::move(*made);
+    Outputs::Entry header{channel::mr_session, {}};
+    encode(session_header(configuration_, {first_.ns}), header.payload);
+    outbox_.send(nullptr, {&header, 1}, first_);
+  } else if (message.arrival <= last_) {
+    ++report_.arrivals_corrected;
+    message.arrival = last_ + microseconds(1);
+  }
+  last_ = message.arrival;
+  pace(last_);
+  outputs_.clear();
+  stages_.begin();
+  tick(configuration_, message, *state_, outputs_, stages_);
+  if (configuration_.channels.kind(message.channel) == InputKind::scan &&
+      preview_.guarded_scans.contains(state_->scan.sequence)) {
+    substitute_raw_scan(configuration_, message, outputs_);
+  }
+  outbox_.send(&message, outputs_.entries(), message.arrival);
+  answer_frames();
+  if (options_.watch) options_.watch(message, *state_, outputs_);
+  return {};
+}
+
+/// Rendering back-pressures a replay: an image is drawn while the inputs up to the next image are handled, and its answer is
+/// written before that one's. With one thread it is waited for at once, and written at the same place.
+void Run::answer_frames() {
+  for (Outputs::Frame& frame : outputs_.frames()) {
+    write_frame();
+    if (preview_.dropped_frames.contains(frame.sequence)) {
+      ++report_.frames_dropped;
+      continue;
+    }
+    renderer_.submit(std::move(frame));
+    frame_under_way_ = true;
+    if (options_.threads == 1) renderer_.wait();
+  }
+}
+
+void Run::write_frame() {
+  if (!frame_under_way_) return;
+  frame_under_way_ = false;
+  const auto done = renderer_.take(true);
+  if (!done) return;
+  frame_outputs_.clear();
+  add_frame_outputs(configuration_, *done, frame_outputs_, *state_);
+  report_.frame_us.add(done->latency.microseconds());
+  outbox_.send(nullptr, frame_outputs_.entries(), last_);
+  if (options_.watch_camera) options_.watch_camera(done->answer.image);
+}
+
+void Run::finish(const LogReader& reader) {
+  write_frame();
+  (void)outbox_.sync();
+  report_.source = options_.log;
+  if (state_) report_.tally = state_->tally;
+  report_.log_damage_bytes = reader.skipped_bytes();
+  report_.scan_us = stages_.scan_us;
+  report_.physics_step_us = stages_.physics_step_us;
+  report_.physics_wait_us = stages_.physics_wait_us;
+  report_.log_seconds = (last_ - first_).seconds();
+  report_.wall_seconds = (steady_now() - begun_).seconds();
+  report_.complete = outbox_.complete();
+  report_.incomplete_because = outbox_.log_error();
+  report_.hash = outbox_.hashes();
+  if (!renderer_.fault().empty()) report_.notes["render"] = renderer_.fault();
+}
+
+Result<Report> Run::operator()() {
+  auto reader = LogReader::open(options_.log);
+  if (!reader) return reader.error();
+  while (!options_.stop || !options_.stop()) {
+    auto next = reader->next();
+    if (!next) {
+      report_.notes["log"] = next.error().message;
+      continue;
+    }
+    if (!*next) break;
+    if (!is_input(**next)) continue;
+    if (const Status handled = handle(std::move(**next)); !handled) return handled.error();
+    if (options_.progress) options_.progress({reader->offset(), reader->size(), (last_ - first_).seconds()});
+  }
+  finish(*reader);
+  if (!state_) return Error{options_.log + ": no input channel in it; expected at least SCAN (rename channels in the scenario)"};
+  return report_;
+}
+
+}  // namespace
+
+Result<Report> replay(const ReplayOptions& options) {
+  const auto preview = look_ahead(options.log);
+  if (!preview) return preview.error();
+  const auto configuration = choose_configuration(options, *preview);
+  if (!configuration) return configuration.error();
+  std::optional<LogWriter> log;
+  if (!options.session.empty()) {
+    auto created = LogWriter::create(options.session, options.overwrite);
+    if (!created) return created.error();
+    log = std::move(*created);
+  }
+  Outbox outbox(options.bus, std::move(log));
+  return Run(options, *preview, *configuration, outbox)();
+}
+
+}  // namespace parhelion

@@ -1,0 +1,49 @@
+// What a run came to: the figures of --report, and MR_STATUS.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "server/outbox.hpp"
+#include "server/outputs.hpp"
+#include "server/percentiles.hpp"
+#include "server/state.hpp"
+#include "server/wall_clock.hpp"
+
+namespace parhelion {
+
+/// Measures the stages of the tick.
+class StageClock : public StageObserver {
+ public:
+  /// At the arrival of an input, before the tick.
+  void begin();
+  void ended(Stage stage) override;
+
+  Percentiles physics_step_us, physics_wait_us, scan_us;
+
+ private:
+  WallTime begun_, last_;
+  WallTime waited_;
+};
+
+/// Everything that --report says. Times in microseconds, from the wall clock; all else is the same for the same log.
+struct Report {
+  std::string source;
+  Tally tally;
+  std::uint64_t frames_dropped = 0;
+  std::uint64_t inputs_dropped = 0;       ///< by full queues
+  std::uint64_t log_damage_bytes = 0;
+  std::uint64_t arrivals_corrected = 0;   ///< log events whose timestamp did not increase
+  Percentiles scan_us, frame_us, physics_step_us, physics_wait_us;
+  double log_seconds = 0, wall_seconds = 0;
+  bool complete = true;
+  std::string incomplete_because;
+  std::map<std::string, std::string> hash;
+  std::map<std::string, std::string> notes;  ///< such as that the camera was a stand-in
+};
+
+std::string to_json(const Report& report);
+/// A few lines for a person.
+std::string summary(const Report& report);
+
+}  // namespace parhelion

@@ -1,0 +1,228 @@
+// SCAN to MR_SCAN: the world at the scan's own instant, cast beam by beam, injected as promise 1 says.
+#include <cmath>
+#include <exception>
+#include <limits>
+
+#include "server/bodies_in_sweep.hpp"
+#include "server/tick.hpp"
+
+namespace parhelion {
+namespace {
+
+struct Verdict {
+  Degraded why = Degraded::no;
+  std::string text;  // empty where live
+};
+
+/// The robot and the world at the first and last beam.
+struct Moment {
+  PoseAtInstant start, end;
+  LaserMotion laser;
+};
+
+Verdict no_pose(NoPose why) { return {Degraded::pose, std::string("no pose: ") + to_string(why)}; }
+
+Verdict find_moment(const Configuration& configuration, const Message& input, State& state, Moment& moment) {
+  const LaserDescription& laser = *configuration.robot.laser;
+  ScanPath& path = state.scan;
+  const Sweep sweep = beam_times(laser, path.real.ranges.size(), path.beam_time);
+  const SensorTime first = path.real.stamp + sweep.start;
+  const SensorTime last = path.real.stamp + sweep.end;
+  if (!state.robot_clock.add(input.arrival, last)) {
+    return {Degraded::clock, "the stamp is more than a second off the robot's clock"};
+  }
+  NoPose why{};
+  const auto start = state.track.at(first, &why);
+  if (!start) return no_pose(why);
+  const auto end = state.track.at(last, &why);
+  if (!end) return no_pose(why);
+  if (!state.simulation.at(state.robot_clock.to_server(first), path.world_start) ||
+      !state.simulation.at(state.robot_clock.to_server(last), path.world_end)) {
+    return {Degraded::history, "the world at the scan's stamp is older than the history or ahead of it"};
+  }
+  moment = {*start, *end, {start->T_map_base * laser.T_base_laser, end->T_map_base * laser.T_base_laser}};
+  return {};
+}
+
+/// Bodies to inject: within range, and known well enough where they stand.
+Verdict select_bodies(const Configuration& configuration, const Moment& moment, State& state) {
+  ScanPath& path = state.scan;
+  const double range_max = configuration.robot.laser->convention.range_max;
+  const Eigen::Vector3d eye = moment.laser.T_map_laser_end.translation();
+  double nearest = std::numeric_limits<double>::infinity();
+  std::size_t left_out = 0;
+  path.info.predicted_error = predicted_error(moment.end, eye);
+  bodies_in_sweep(path.world_start, path.world_end, path.motions, [&](const BodyDefinition& body, const BodyState& at) {
+    if (!body.injectable) return false;
+    const Eigen::Vector3d p_map = at.T_map_body.translation();
+    const double distance = (p_map - eye).norm();
+    if (distance - bounding_radius(body) > range_max) return false;
+    const double error = predicted_error(moment.end, p_map);
+    if (distance < nearest) {
+      nearest = distance;
+      path.info.predicted_error = error;
+    }
+    if (!(error <= configuration.scenario.injection.max_error)) {
+      ++left_out;
+      return false;
+    }
+    return true;
+  });
+  if (left_out > 0 && path.motions.empty()) {
+    return {Degraded::error, "predicted error above the limit for every agent in range"};
+  }
+  return {};
+}
+
+void cast(const Configuration& configuration, const Moment& moment, State& state) {
+  ScanPath& path = state.scan;
+  const RangeConvention& convention = configuration.robot.laser->convention;
+  const BeamSet beams{path.real.angle_first, path.real.angle_step, path.beam_time};
+  path.virtual_hits.resize(path.beam_time.size());
+  path.building_hits.assign(path.beam_time.size(), {std::numeric_limits<float>::infinity(), -1, 0});
+  state.caster.cast_bodies(moment.laser, beams, path.motions, convention.range_max, path.virtual_hits);
+  // The wall matters only to a beam that came back empty and might be replaced.
+  for (std::size_t i = 0; i < path.virtual_hits.size(); ++i) {
+    if (path.virtual_hits[i].body >= 0 && convention.classify(path.real.ranges[i]) == BeamKind::no_return) {
+      state.caster.cast_building(moment.laser, beams, convention.range_max, path.building_hits);
+      return;
+    }
+  }
+}
+
+void name_agents(State& state) {
+  ScanPath& path = state.scan;
+  path.info.agents.clear();
+  path.info.beam_agent.assign(path.beam_body.size(), -1);
+  for (std::size_t i = 0; i < path.beam_body.size(); ++i) {
+    if (path.beam_body[i] < 0) continue;
+    const std::string& entity = path.motions[static_cast<std::size_t>(path.beam_body[i])].body->entity;
+    auto found = std::find(path.info.agents.begin(), path.info.agents.end(), entity);
+    if (found == path.info.agents.end()) found = path.info.agents.insert(found, entity);
+    path.info.beam_agent[i] = static_cast<std::int16_t>(found - path.info.agents.begin());
+  }
+}
+
+/// Real returns that the model does not explain keep the agents off: people are not in the model.
+void note_unexplained(const Configuration& configuration, const Moment& moment, State& state) {
+  state.obstacles.clear();
+  state.unexplained.find(state.scan.real, *configuration.robot.laser, moment.laser, state.scan.beam_time, state.caster,
+                         state.scan.unexplained);
+  for (const UnexplainedReturn& cluster : state.scan.unexplained) {
+    state.obstacles.push_back({cluster.center, cluster.radius});
+  }
+  state.simulation.set_real_obstacles(state.obstacles);
+}
+
+Verdict inject(const Configuration& configuration, const Message& input, State& state, StageObserver& observer) {
+  ScanPath& path = state.scan;
+  Moment moment;
+  const Verdict known = find_moment(configuration, input, state, moment);
+  observer.ended(Stage::pose);
+  if (known.why != Degraded::no) return known;
+  state.tally.pose_age_us.add(moment.end.age.microseconds());
+
+  const Verdict selected = select_bodies(configuration, moment, state);
+  observer.ended(Stage::world);
+  if (selected.why != Degraded::no) return selected;
+
+  cast(configuration, moment, state);
+  observer.ended(Stage::cast);
+  const NoiseKey key{configuration.scenario.seed, path.sequence};
+  state.tally.beams_replaced += augment_scan(path.real, *configuration.robot.laser, key, path.virtual_hits,
+                                             path.building_hits, path.out, path.beam_body);
+  name_agents(state);
+  note_unexplained(configuration, moment, state);
+  observer.ended(Stage::augment);
+  return {};
+}
+
+void note_change(const Configuration& configuration, const Message& input, const Verdict& verdict, State& state,
+                 Outputs& outputs) {
+  const bool live = verdict.why == Degraded::no;
+  if (live == state.scan.live) return;
+  state.scan.live = live;
+  Event event;
+  event.stamp = simulation_time(input.arrival);
+  event.kind = live ? EventKind::injection_restored : EventKind::injection_degraded;
+  event.subject = configuration.robot.name;
+  event.text = verdict.text;
+  publish_event(configuration, event, state, outputs);
+}
+
+void degrade(const Verdict& verdict, State& state) {
+  ScanPath& path = state.scan;
+  path.info.live = false;
+  path.info.reason = verdict.text;
+  path.info.agents.clear();
+  path.info.beam_agent.assign(path.real.ranges.size(), -1);
+  ++state.tally.scans_degraded[static_cast<std::size_t>(verdict.why)];
+}
+
+}  // namespace
+
+const char* to_string(Degraded why) {
+  switch (why) {
+    case Degraded::no: return "none";
+    case Degraded::pose: return "pose";
+    case Degraded::error: return "predicted_error";
+    case Degraded::clock: return "clock";
+    case Degraded::history: return "history";
+    case Degraded::robot_mismatch: return "robot_mismatch";
+    case Degraded::guard: return "guard";
+    case Degraded::fault: return "fault";
+  }
+  return "?";
+}
+
+void answer_scan(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
+                 StageObserver& observer) {
+  ScanPath& path = state.scan;
+  if (const Status read = decode(input.channel, input.payload, path.real); !read) return refuse(read.error(), state);
+  observer.ended(Stage::decode);
+  path.have_real = true;
+  ++path.sequence;
+  ++state.tally.scans_in;
+  state.tally.beams_total += path.real.ranges.size();
+  path.last_scan = simulation_time(input.arrival);
+  path.info.stamp = path.real.stamp;
+  path.info.live = true;
+  path.info.reason.clear();
+  path.info.predicted_error = std::numeric_limits<double>::infinity();
+
+  Verdict verdict;
+  try {
+    verdict = inject(configuration, input, state, observer);
+  } catch (const std::exception& fault) {
+    verdict = {Degraded::fault, fault.what()};
+  }
+  std::vector<std::uint8_t>& scan_out = outputs.add(configuration.channels.bus(channel::mr_scan));
+  if (verdict.why == Degraded::no) {
+    encode(path.out, scan_out);
+  } else {
+    scan_out.assign(input.payload.begin(), input.payload.end());
+    degrade(verdict, state);
+  }
+  ++state.tally.scans_out;
+  encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
+  observer.ended(Stage::encode);
+  note_change(configuration, input, verdict, state, outputs);
+}
+
+void substitute_raw_scan(const Configuration& configuration, const Message& input, Outputs& outputs) {
+  const std::string scan_name = configuration.channels.bus(channel::mr_scan);
+  const std::string info_name = configuration.channels.bus(channel::mr_scan_info);
+  for (Outputs::Entry& entry : outputs.entries()) {
+    if (entry.channel == scan_name) entry.payload.assign(input.payload.begin(), input.payload.end());
+    if (entry.channel != info_name) continue;
+    ScanInfo info;
+    if (!decode(entry.channel, entry.payload, info)) continue;
+    info.live = false;
+    info.reason = "guard: no answer in time";
+    info.agents.clear();
+    std::fill(info.beam_agent.begin(), info.beam_agent.end(), std::int16_t{-1});
+    encode(info, entry.payload);
+  }
+}
+
+}  // namespace parhelion

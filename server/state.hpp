@@ -1,0 +1,106 @@
+// All that changes while the server runs. Owned by the loop, touched by the tick alone.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fusion/pose/pose_track.hpp"
+#include "fusion/scan/augment.hpp"
+#include "fusion/scan/unexplained.hpp"
+#include "protocols/codec.hpp"
+#include "server/clock_offset.hpp"
+#include "server/configuration.hpp"
+#include "server/percentiles.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/simulation/virtual_contact.hpp"
+
+namespace parhelion {
+
+/// Why a scan went out as it came in.
+enum class Degraded : std::uint8_t {
+  no,
+  pose,             ///< the pose track has none; the reason names why
+  error,            ///< predicted error above the scenario's limit for every agent in range
+  clock,            ///< the stamp disagrees with the robot's clock
+  history,          ///< the world at the stamp is no longer, or not yet, known
+  robot_mismatch,   ///< the scan does not fit the robot description
+  guard,            ///< no answer in time
+  fault,            ///< a broken invariant; the text says which
+};
+constexpr std::size_t degraded_kinds = 8;
+const char* to_string(Degraded why);
+
+/// Counts that the report is made of.
+struct Tally {
+  std::uint64_t scans_in = 0, scans_out = 0;
+  std::array<std::uint64_t, degraded_kinds> scans_degraded{};
+  std::uint64_t beams_total = 0, beams_replaced = 0;
+  std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
+  std::uint64_t refused_inputs = 0;
+  std::string last_refusal;
+  std::array<std::uint64_t, 32> events{};  ///< by EventKind
+  Percentiles pose_age_us;
+  Percentiles slam_us;  ///< what POSE_COV says of its own step
+};
+
+/// Buffers of the scan path, warm after the first scans.
+struct ScanPath {
+  std::uint64_t sequence = 0;
+  Scan real, out;
+  bool have_real = false;
+  std::vector<float> beam_time;
+  std::vector<RangeHit> virtual_hits, building_hits;
+  std::vector<BodyMotion> motions;
+  std::vector<std::int32_t> beam_body;
+  WorldSnapshot world_start, world_end;
+  ScanInfo info;
+  bool live = false;              ///< the last scan was answered with the truth
+  SimulationTime last_scan;       ///< arrival of the last scan
+  std::vector<UnexplainedReturn> unexplained;
+};
+
+/// One simulated laser of an agent.
+struct AgentLaser {
+  std::vector<float> beam_time;
+  std::vector<RangeHit> body_hits, building_hits;
+  std::vector<BodyMotion> motions;
+  WorldSnapshot world_start, world_end;
+  std::uint64_t sequence = 0;
+  Scan scan;
+};
+
+struct State {
+  State(Simulation simulation_, const Configuration& configuration);
+
+  Simulation simulation;
+  PoseTrack track;
+  ClockOffset robot_clock;
+  RayCaster caster;
+  ScanPath scan;
+  AgentLaser agent_laser;
+  std::vector<LaserRequest> laser_requests;
+  std::vector<RealObstacle> obstacles;
+  UnexplainedFinder unexplained;
+
+  std::uint64_t step = 0;            ///< physics steps done
+  bool relocalized = false;          ///< since the last physics step
+  std::optional<RealRobotState> real;  ///< at the last physics step
+  bool pose_known = false;
+  VirtualContact contact;
+  std::uint64_t scene_published = 0;  ///< version of the scene in the last MR_WORLD
+  WorldMessage world_message;
+
+  std::uint64_t frame_sequence = 0;
+  std::optional<Image> depth;
+  SensorTime depth_stamp;
+
+  Tally tally;
+};
+
+/// The world before the first input, its physics clock set to `start`, with the scenario's agents in it.
+Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start);
+
+}  // namespace parhelion

@@ -1,0 +1,66 @@
+#include "server/tick.hpp"
+
+#include <exception>
+
+namespace parhelion {
+namespace {
+
+void take_odometry(const Message& input, State& state) {
+  Odometry odometry;
+  if (const Status read = decode(input.channel, input.payload, odometry); !read) return refuse(read.error(), state);
+  if (state.robot_clock.add(input.arrival, odometry.stamp)) state.track.add(odometry);
+}
+
+void take_pose(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+  PoseEstimate estimate;
+  if (const Status read = decode(input.channel, input.payload, estimate); !read) return refuse(read.error(), state);
+  state.tally.slam_us.add(estimate.step_time.microseconds());
+  if (!estimate.causal) return refuse({input.channel + ": a pose that was computed with later data is never injected with"}, state);
+  if (!state.robot_clock.known()) state.robot_clock.add(input.arrival, estimate.stamp);
+  if (state.track.add(estimate) != PoseTrack::Correction::relocalization) return;
+  state.relocalized = true;
+  Event event;
+  event.stamp = simulation_time(input.arrival);
+  event.kind = EventKind::relocalized;
+  event.subject = configuration.robot.name;
+  event.position = estimate.T_map_base.translation();
+  publish_event(configuration, event, state, outputs);
+}
+
+void dispatch(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
+              StageObserver& observer) {
+  std::string_view agent;
+  switch (configuration.channels.kind(input.channel, &agent)) {
+    case InputKind::scan: return answer_scan(configuration, input, state, outputs, observer);
+    case InputKind::odometry: return take_odometry(input, state);
+    case InputKind::pose_cov: return take_pose(configuration, input, state, outputs);
+    case InputKind::camera: return answer_image(configuration, input, state, outputs);
+    case InputKind::depth: return take_depth(configuration, input, state);
+    case InputKind::teleop: return answer_teleop(configuration, input, state, outputs);
+    case InputKind::agent_command: return answer_agent_command(configuration, input, state, outputs);
+    case InputKind::agent_teleop: return drive_agent(input, agent, state);
+    case InputKind::robot:  // read before the session started; a change needs a new session
+    case InputKind::loop:   // obeyed by the loop that replays
+    case InputKind::none: return;
+  }
+}
+
+}  // namespace
+
+void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
+          StageObserver& observer) {
+  advance(configuration, input.arrival, state, outputs, observer);
+  observer.ended(Stage::physics_wait);
+  try {
+    dispatch(configuration, input, state, outputs, observer);
+  } catch (const std::exception& fault) {
+    refuse({input.channel + ": " + fault.what()}, state);
+  }
+}
+
+void refuse(const Error& error, State& state) {
+  ++state.tally.refused_inputs;
+  state.tally.last_refusal = error.message;
+}
+
+}  // namespace parhelion
