@@ -1,0 +1,78 @@
+// parhelion replay: the same server over a recorded log.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "server/replay.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+#include "tools/stop_signal.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+struct Arguments {
+  ReplayOptions options;
+  std::string scenario, robot, report, url;
+  std::uint64_t seed = 0;
+  bool publish = false;
+};
+
+Exit fail(const std::string& what) {
+  std::fprintf(stderr, "parhelion replay: %s\n", what.c_str());
+  return Exit::failed;
+}
+
+Exit run(Arguments& arguments, const CLI::App& command) {
+  catch_stop_signals();
+  ReplayOptions& options = arguments.options;
+  if (!arguments.scenario.empty()) options.scenario = arguments.scenario;
+  if (!arguments.robot.empty()) options.robot = arguments.robot;
+  if (command.count("--seed") > 0) options.seed = arguments.seed;
+  std::unique_ptr<Bus> bus;
+  if (arguments.publish || !arguments.url.empty()) {
+    auto opened = open_network_bus(arguments.url);
+    if (!opened) return fail(opened.error().message);
+    bus = std::move(*opened);
+    options.bus = bus.get();
+  }
+  Progress progress("replay", "MB");
+  options.progress = [&](const ReplayProgress& at) {
+    progress.update(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
+  };
+  options.stop = stop_asked;
+  const auto report = replay(options);
+  progress.finish();
+  if (!report) return fail(report.error().message);
+  std::fputs(summary(*report).c_str(), stderr);
+  if (!arguments.report.empty()) {
+    if (const Status written = write_text(arguments.report, to_json(*report), options.overwrite); !written) {
+      return fail(written.error().message);
+    }
+  }
+  return report->complete && !stop_asked() ? Exit::done : Exit::failed;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Exit& exit) {
+  CLI::App* command = app.add_subcommand("replay", "Run the server over a recorded log: same log, same bytes");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("log", arguments->options.log, "LCM log with inputs, or a session log")->required();
+  command->add_option("--scenario", arguments->scenario, "Agents and limits; without it the session's own");
+  command->add_option("--robot", arguments->robot, "Robot description; overrides the ROBOT channel");
+  command->add_option("-o,--output", arguments->options.session, "Session log to write (inputs and outputs)");
+  command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
+  command->add_option("--seed", arguments->seed, "Overrides the scenario's seed");
+  command->add_option("--rate", arguments->options.rate, "Times real time; 0: as fast as it can")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--threads", arguments->options.threads, "1: draw between inputs; more: beside them")
+      ->check(CLI::Range(1, 64));
+  command->add_flag("--publish", arguments->publish, "Publish the outputs on LCM");
+  command->add_option("--url", arguments->url, "LCM URL to publish on (implies --publish)");
+  command->add_flag("--force", arguments->options.overwrite, "Overwrite files that exist");
+  command->footer("Example: parhelion replay drive.lcm --scenario lab.yaml -o session.lcm --report report.json");
+  command->callback([arguments, command, &exit] { exit = run(*arguments, *command); });
+}
+
+}  // namespace parhelion

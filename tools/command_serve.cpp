@@ -1,0 +1,127 @@
+// parhelion serve: the live server, watched by a parent process that starts it again if it dies.
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <ctime>
+
+#include "server/loop.hpp"
+#include "tools/command.hpp"
+#include "tools/stop_signal.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+struct Arguments {
+  std::string scenario, robot, session, report, url;
+  bool overwrite = false;
+  bool once = false;
+};
+
+Exit fail(const std::string& what) {
+  std::fprintf(stderr, "parhelion serve: %s\n", what.c_str());
+  return Exit::failed;
+}
+
+/// A name that no earlier session has: sessions are never overwritten.
+std::string session_name() {
+  char text[64];
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::strftime(text, sizeof text, "session-%Y%m%dT%H%M%SZ", &utc);
+  return std::string(text) + "-" + std::to_string(getpid()) + ".lcm";
+}
+
+Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, const ServeOptions& options) {
+  const auto scenario = load_scenario(arguments.scenario);
+  if (!scenario) return scenario.error();
+  SemanticModel model;
+  if (!scenario->model.empty()) {
+    auto loaded = load_model(scenario->model);
+    if (!loaded) return loaded.error();
+    model = std::move(*loaded);
+  }
+  const std::string robot_file = arguments.robot.empty() ? scenario->robot : arguments.robot;
+  if (!robot_file.empty()) {
+    const auto robot = load_robot_description(robot_file);
+    if (!robot) return robot.error();
+    return configure(*scenario, *robot, model);
+  }
+  const auto robot = wait_for_robot(bus, *scenario, options);
+  if (!robot) return robot.error();
+  if (!*robot) return Error{"stopped before a robot description came"};
+  return configure(*scenario, **robot, model);
+}
+
+Exit run_once(const Arguments& arguments) {
+  catch_stop_signals();
+  ServeOptions options;
+  options.session = arguments.session.empty() ? session_name() : arguments.session;
+  options.overwrite = arguments.overwrite;
+  options.stop = stop_asked;
+  options.say = [](const std::string& news) { std::fprintf(stderr, "parhelion serve: %s\n", news.c_str()); };
+  auto bus = open_network_bus(arguments.url);
+  if (!bus) return fail(bus.error().message);
+  const auto configuration = configuration_for(arguments, **bus, options);
+  if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
+  std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
+  const auto report = serve(**bus, *configuration, options);
+  if (!report) return fail(report.error().message);
+  std::fputs(summary(*report).c_str(), stderr);
+  if (!arguments.report.empty()) {
+    if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite); !written) {
+      return fail(written.error().message);
+    }
+  }
+  return report->complete ? Exit::done : Exit::failed;
+}
+
+pid_t child = 0;
+void pass_on(int signal) {
+  if (child > 0) kill(child, signal);
+}
+
+/// A server that dies is started again at once (promise 2: within a second); one that ends by itself is not.
+Exit supervise(Arguments arguments) {
+  std::signal(SIGINT, pass_on);
+  std::signal(SIGTERM, pass_on);
+  for (int start = 0;; ++start) {
+    child = fork();
+    if (child < 0) return fail("cannot start the server process");
+    if (child == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGTERM);
+      const Exit exit = run_once(arguments);
+      std::fflush(nullptr);
+      _exit(static_cast<int>(exit));
+    }
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0) {
+    }
+    if (WIFEXITED(status)) return static_cast<Exit>(WEXITSTATUS(status));
+    std::fprintf(stderr, "parhelion serve: the server died (signal %d); starting it again\n", WTERMSIG(status));
+    arguments.session.clear();  // the log of the one that died stays as it is
+  }
+}
+
+}  // namespace
+
+void add_serve(CLI::App& app, Exit& exit) {
+  CLI::App* command = app.add_subcommand("serve", "Run the live server on LCM");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("scenario", arguments->scenario, "Scenario file")->required();
+  command->add_option("--robot", arguments->robot, "Robot description; without it from the ROBOT channel");
+  command->add_option("-o,--output", arguments->session, "Session log; by default session-<time>.lcm here");
+  command->add_option("--report", arguments->report, "JSON report to write at the end; - for standard output");
+  command->add_option("--url", arguments->url, "LCM URL; by default LCM_DEFAULT_URL, else this machine only");
+  command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
+  command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
+  command->footer("Example: parhelion serve lab.yaml -o session.lcm");
+  command->callback([arguments, &exit] { exit = arguments->once ? run_once(*arguments) : supervise(*arguments); });
+}
+
+}  // namespace parhelion
