@@ -1,0 +1,269 @@
+// The tick on its own: promises 1, 2 and 3 at the level of messages.
+#include "server/tick.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "tests/server/synthetic.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::agent;
+
+/// Feeds messages to a tick and keeps what comes out.
+class TickTest : public testing::Test {
+ protected:
+  void start(Configuration configuration) {
+    configuration_ = std::move(configuration);
+    auto made = make_state(configuration_, ArrivalTime::from_utime(test::start_us - 2000));
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    state_ = std::move(*made);
+  }
+  void feed(const Message& input) {
+    outputs_.clear();
+    tick(configuration_, input, *state_, outputs_, observer_);
+    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+  }
+  void feed(const std::vector<Message>& log) {
+    for (const Message& each : log) feed(each);
+  }
+  template <class T>
+  std::vector<T> decoded(const std::string& channel) {
+    std::vector<T> all;
+    for (const auto& payload : out_[channel]) {
+      T item;
+      const Status read = decode(channel, payload, item);
+      EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
+      all.push_back(std::move(item));
+    }
+    return all;
+  }
+
+  Configuration configuration_;
+  std::unique_ptr<State> state_;
+  Outputs outputs_;
+  StageObserver observer_;
+  std::map<std::string, std::vector<std::vector<std::uint8_t>>> out_;
+};
+
+TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
+  start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
+  const auto log = test::drive(3);
+  feed(log);
+  std::vector<Scan> real;
+  for (const Message& each : log) {
+    if (each.channel != channel::scan) continue;
+    ASSERT_TRUE(decode(each.channel, each.payload, real.emplace_back()).ok());
+  }
+  const auto out = decoded<Scan>(channel::mr_scan);
+  const auto info = decoded<ScanInfo>(channel::mr_scan_info);
+  ASSERT_EQ(out.size(), real.size());
+  ASSERT_EQ(info.size(), real.size());
+  std::size_t replaced = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    ASSERT_EQ(out[i].stamp, real[i].stamp);
+    ASSERT_EQ(out[i].ranges.size(), real[i].ranges.size());
+    for (std::size_t beam = 0; beam < out[i].ranges.size(); ++beam) {
+      if (info[i].beam_agent[beam] < 0) {
+        ASSERT_EQ(std::memcmp(&out[i].ranges[beam], &real[i].ranges[beam], 4), 0);
+        continue;
+      }
+      ++replaced;
+      ASSERT_LT(out[i].ranges[beam], real[i].ranges[beam]);
+      // The return lies on the barrel, which stands at (3, 2) and is 0.4 m wide.
+      const double t = static_cast<double>(real[i].stamp.utime() - test::start_us) * 1e-6;
+      const double angle = real[i].angle_first + static_cast<double>(beam) * real[i].angle_step;
+      const Eigen::Vector3d p_laser(out[i].ranges[beam] * std::cos(angle), out[i].ranges[beam] * std::sin(angle), 0);
+      const Eigen::Vector3d p_map = test::pose_at(t) * (test::robot().laser->T_base_laser * p_laser);
+      ASSERT_NEAR((p_map.head<2>() - Eigen::Vector2d(3, 2)).norm(), 0.2, 0.05) << "scan " << i << " beam " << beam;
+    }
+  }
+  EXPECT_GT(replaced, 50U);
+}
+
+TEST_F(TickTest, TickAnswersTheFirstScansWithThemselvesUntilThereIsAPose) {
+  start(test::configuration({agent("box_1", AgentKind::box, 3, 0)}));
+  const Message first = test::message(channel::scan, test::start_us + 100, test::scan_at(0));
+  feed(first);
+  ASSERT_EQ(out_[channel::mr_scan].size(), 1U);
+  EXPECT_EQ(out_[channel::mr_scan][0], first.payload);
+  const auto info = decoded<ScanInfo>(channel::mr_scan_info);
+  EXPECT_FALSE(info[0].live);
+  EXPECT_FALSE(info[0].reason.empty());
+}
+
+TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
+  start(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
+                             agent("person_1", AgentKind::person, -3, 0, BehaviourKind::wander)}));
+  std::mt19937 random(7);
+  auto log = test::drive(6);
+  std::size_t scans = 0;
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    Message each = log[i];
+    const bool is_scan = each.channel == channel::scan;
+    scans += is_scan ? 1 : 0;
+    // Everything but the scans is damaged at random: bits, length, stamps.
+    if (!is_scan && random() % 2 == 0 && !each.payload.empty()) {
+      each.payload[random() % each.payload.size()] ^= static_cast<std::uint8_t>(1U << (random() % 8));
+      if (random() % 4 == 0) each.payload.resize(random() % each.payload.size());
+    }
+    feed(each);
+    ASSERT_EQ(out_[channel::mr_scan].size(), scans);
+    ASSERT_EQ(out_[channel::mr_scan_info].size(), scans);
+  }
+  EXPECT_GT(state_->tally.refused_inputs, 0U);
+}
+
+TEST_F(TickTest, TickPassesScansThroughWhileSlamIsLost) {
+  start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
+  feed(test::drive(2));
+  PoseEstimate lost;
+  lost.stamp = SensorTime::from_utime(test::start_us + 1'990'000);
+  lost.state = SlamState::lost;
+  lost.map_id = "synthetic";
+  lost.covariance = PoseCovariance::Identity();
+  feed(test::message(channel::pose_cov, test::start_us + 2'000'000, lost));
+  const Message scan = test::message(channel::scan, test::start_us + 2'006'000, test::scan_at(2.0));
+  feed(scan);
+  EXPECT_EQ(out_[channel::mr_scan].back(), scan.payload);
+  EXPECT_FALSE(decoded<ScanInfo>(channel::mr_scan_info).back().live);
+}
+
+TEST_F(TickTest, TickPassesScansThroughWhereTheMapIsAnother) {
+  Configuration other = test::configuration({agent("box_1", AgentKind::box, 3, 2)});
+  other.model.map_id = "another map";
+  start(std::move(other));
+  feed(test::drive(2));
+  for (const ScanInfo& info : decoded<ScanInfo>(channel::mr_scan_info)) EXPECT_FALSE(info.live);
+}
+
+TEST_F(TickTest, TickAnswersAScanWhoseStampIsAnHourOffWithItself) {
+  start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
+  feed(test::drive(2));
+  Scan late = test::scan_at(2.0);
+  late.stamp = late.stamp - seconds(3600);
+  const Message scan = test::message(channel::scan, test::start_us + 2'006'000, late);
+  feed(scan);
+  EXPECT_EQ(out_[channel::mr_scan].back(), scan.payload);
+  Scan next = test::scan_at(2.1);
+  feed(test::message(channel::odometry, test::start_us + 2'101'000,
+                     Odometry{next.stamp, Transform<Odom, Base>(test::pose_at(2.1).isometry())}));
+  feed(test::message(channel::scan, test::start_us + 2'106'000, next));
+  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live) << "one bad stamp must not blind what follows";
+}
+
+TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
+  start(test::configuration({}));
+  feed(test::drive(2));
+  AgentCommand command;
+  command.request = 42;
+  command.agent = agent("box_1", AgentKind::box, 3, 2);
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
+  command.request = 43;  // the same name again
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'100, command));
+  std::map<std::uint64_t, EventKind> answers;
+  for (const Event& event : decoded<Event>(channel::mr_events)) {
+    if (event.request != 0) answers[event.request] = event.kind;
+  }
+  EXPECT_EQ(answers[42], EventKind::command_accepted);
+  EXPECT_EQ(answers[43], EventKind::command_refused);
+}
+
+TEST_F(TickTest, TickRefusesAnAgentOnTheRealRobotAndSaysWhereThereIsRoom) {
+  start(test::configuration({}));
+  feed(test::drive(2));
+  AgentCommand command;
+  command.request = 1;
+  const auto here = test::pose_at(2).translation();
+  command.agent = agent("box_1", AgentKind::box, here.x(), here.y());
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
+  const auto events = decoded<Event>(channel::mr_events);
+  const auto answer = std::find_if(events.begin(), events.end(), [](const Event& e) { return e.request == 1; });
+  ASSERT_NE(answer, events.end());
+  EXPECT_EQ(answer->kind, EventKind::command_refused);
+  EXPECT_NE(answer->text.find_first_of("0123456789"), std::string::npos) << answer->text;
+}
+
+TEST_F(TickTest, TickOnlyEverReducesTheTraineesCommand) {
+  start(test::configuration({agent("box_1", AgentKind::box, 1.5, 1.6)}));
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> component(-1.5, 1.5);
+  auto log = test::drive(10);
+  std::vector<TwistCommand> asked;
+  for (int i = 0; i < 190; ++i) {
+    TwistCommand command;
+    const std::int64_t utime = test::start_us + 50'000 * i + 11'000;
+    command.stamp = SensorTime::from_utime(utime);
+    command.twist = {component(random), 0, component(random)};
+    log.push_back(test::message(channel::teleop, utime, command));
+  }
+  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  int reduced = 0;
+  for (const Message& each : log) {
+    out_.clear();
+    feed(each);
+    if (each.channel != channel::teleop) continue;
+    TwistCommand command;
+    ASSERT_TRUE(decode(each.channel, each.payload, command).ok());
+    const auto given = decoded<TwistCommand>(channel::mr_cmd);
+    ASSERT_EQ(given.size(), 1U);
+    const Twist2 &in = command.twist, &out = given[0].twist;
+    ASSERT_LE(std::abs(out.vx), std::abs(in.vx) + 1e-9);
+    ASSERT_LE(std::abs(out.wz), std::abs(in.wz) + 1e-9);
+    ASSERT_GE(out.vx * in.vx, 0);
+    ASSERT_NEAR(out.vx * in.wz, out.wz * in.vx, 1e-6) << "a curve stays the same curve";
+    reduced += std::abs(out.vx) < std::abs(in.vx) - 1e-6 ? 1 : 0;
+  }
+  EXPECT_GT(reduced, 0) << "the box stands on the way";
+}
+
+TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
+  start(test::configuration({}));
+  auto log = test::drive(4);
+  TwistCommand command;
+  command.stamp = SensorTime::from_utime(test::start_us + 1'000'000);
+  command.twist = {0.5, 0, 0};
+  log.push_back(test::message(channel::teleop, test::start_us + 1'000'000, command));
+  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  feed(log);
+  const auto given = decoded<TwistCommand>(channel::mr_cmd);
+  ASSERT_GE(given.size(), 2U);
+  EXPECT_EQ(given.back().twist.vx, 0);
+  EXPECT_EQ(given.back().twist.wz, 0);
+}
+
+TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicks) {
+  const auto run = [](bool with_timer) {
+    const Configuration configuration =
+        test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)});
+    auto state = *make_state(configuration, ArrivalTime::from_utime(test::start_us - 2000));
+    Outputs outputs;
+    StageObserver observer;
+    std::map<std::string, Sha256> hashes;
+    const auto keep = [&] {
+      for (const Outputs::Entry& entry : outputs.entries()) hashes[entry.channel].add(entry.payload);
+    };
+    ArrivalTime last = ArrivalTime::from_utime(test::start_us - 2000);
+    for (const Message& each : test::drive(3)) {
+      for (; with_timer && last < each.arrival; last = last + microseconds(777)) {
+        outputs.clear();
+        advance(configuration, last, *state, outputs, observer);
+        keep();
+      }
+      last = each.arrival;
+      outputs.clear();
+      tick(configuration, each, *state, outputs, observer);
+      keep();
+    }
+    std::map<std::string, std::string> hex;
+    for (auto& [channel, hash] : hashes) hex[channel] = hash.hex();
+    return hex;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
+}  // namespace
+}  // namespace parhelion
