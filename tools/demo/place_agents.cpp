@@ -1,0 +1,100 @@
+#include "tools/demo/place_agents.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+namespace parhelion {
+namespace {
+
+constexpr double robot_radius = 0.45;  // m, a robot and some room to turn
+constexpr double path_clearance = 0.8; // m, so that the recorded robot does not drive through it
+
+bool is_free(const GridMap& map, const Eigen::Vector2d& at, double radius) {
+  const auto cell = [&](double value, double low) { return static_cast<int>(std::floor((value - low) / map.resolution)); };
+  for (int y = cell(at.y() - radius, map.y_min); y <= cell(at.y() + radius, map.y_min); ++y) {
+    for (int x = cell(at.x() - radius, map.x_min); x <= cell(at.x() + radius, map.x_min); ++x) {
+      if (x < 0 || y < 0 || x >= map.width || y >= map.height) return false;
+      if (map.occupied[static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x)] > 0.4F) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+double distance_to_path(const std::vector<Eigen::Vector3d>& path, const Eigen::Vector2d& at) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& pose : path) least = std::min(least, (pose.head<2>() - at).norm());
+  return least;
+}
+
+/// Index of the pose that lies the share `s` of the path's length along it.
+std::size_t along(const std::vector<Eigen::Vector3d>& path, double s) {
+  double length = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).head<2>().norm();
+  double driven = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    driven += (path[i] - path[i - 1]).head<2>().norm();
+    if (driven >= s * length) return i;
+  }
+  return path.size() - 1;
+}
+
+/// Free floor beside the path at pose `i`, as near to it as may be, either side.
+std::optional<Eigen::Vector2d> beside(const GridMap& map, const std::vector<Eigen::Vector3d>& path, std::size_t i) {
+  const double yaw = path[i].z();
+  const Eigen::Vector2d left(-std::sin(yaw), std::cos(yaw));
+  for (double offset = path_clearance; offset <= 2.5; offset += 0.05) {
+    for (const double side : {1.0, -1.0}) {
+      const Eigen::Vector2d at = path[i].head<2>() + side * offset * left;
+      if (is_free(map, at, robot_radius) && distance_to_path(path, at) >= path_clearance) return at;
+    }
+  }
+  return std::nullopt;
+}
+
+/// The first place beside the path at or after the share `s`.
+std::optional<std::pair<std::size_t, Eigen::Vector2d>> place_from(const GridMap& map,
+                                                                  const std::vector<Eigen::Vector3d>& path, double s) {
+  for (double share = s; share < s + 0.25 && share < 1; share += 0.01) {
+    const std::size_t i = along(path, share);
+    if (const auto at = beside(map, path, i)) return std::pair(i, *at);
+  }
+  return std::nullopt;
+}
+
+AgentDefinition robot(const std::string& name, const Eigen::Vector2d& at, double yaw) {
+  AgentDefinition agent;
+  agent.name = name;
+  agent.kind = AgentKind::robot;
+  agent.T_map_base = Transform<Map, Base>::planar(at.x(), at.y(), yaw);
+  return agent;
+}
+
+}  // namespace
+
+Result<std::vector<AgentDefinition>> place_agents(const GridMap& map, const std::vector<Eigen::Vector3d>& path) {
+  std::vector<AgentDefinition> agents;
+  const char* names[] = {"robot_1", "robot_2", "robot_3"};
+  const double shares[] = {0.15, 0.40, 0.65};
+  for (int i = 0; i < 3; ++i) {
+    const auto found = path.size() < 2 ? std::nullopt : place_from(map, path, shares[i]);
+    if (!found) return Error{std::string("no free floor beside the driven path for ") + names[i]};
+    const auto& [index, at] = *found;
+    agents.push_back(robot(names[i], at, wrap_angle(path[index].z() + std::numbers::pi)));
+  }
+  // The second goes to and fro between two places beside the path.
+  if (const auto further = place_from(map, path, 0.50)) {
+    agents[1].behaviour.kind = BehaviourKind::patrol;
+    agents[1].behaviour.speed = 0.4;
+    agents[1].behaviour.waypoints = {agents[1].T_map_base.translation().head<2>(), further->second};
+  }
+  agents[2].behaviour.kind = BehaviourKind::wander;
+  agents[2].behaviour.speed = 0.4;
+  agents[2].laser = "lms-200";
+  return agents;
+}
+
+}  // namespace parhelion
