@@ -36,7 +36,7 @@ struct LoopDecision {
   enum class Kind : std::int8_t { guard_fired = 0, steps_skipped = 1, frame_dropped = 2 };
   SensorTime stamp;        ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
-  std::int64_t count = 0;  ///< steps skipped; 1 otherwise
+  std::int64_t count = 0;  ///< steps skipped; else the sequence number of the scan or frame, from 1
 };
 
 /// MR_STATUS: measured figures, outside promise 4.

@@ -141,14 +141,17 @@ void Run::pace(ArrivalTime arrival) {
 
 Status Run::handle(Message message) {
   if (!state_) {
-    first_ = message.arrival;
+    // A session's physics began when its server did, a bare log's with its first input.
+    first_ = preview_.session ? ArrivalTime{preview_.session->stamp.ns} : message.arrival;
     auto made = make_state(configuration_, first_);
     if (!made) return made.error();
     state_ = std::move(*made);
     Outputs::Entry header{channel::mr_session, {}};
     encode(session_header(configuration_, {first_.ns}), header.payload);
     outbox_.send(nullptr, {&header, 1}, first_);
-  } else if (message.arrival <= last_) {
+    last_ = first_ - microseconds(1);
+  }
+  if (message.arrival <= last_) {
     ++report_.arrivals_corrected;
     message.arrival = last_ + microseconds(1);
   }

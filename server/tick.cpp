@@ -27,6 +27,15 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
   publish_event(configuration, event, state, outputs);
 }
 
+/// Steps that a live server could not do in time are not done in replay either.
+void obey(const Message& input, State& state) {
+  LoopDecision decision;
+  if (const Status read = decode(input.channel, input.payload, decision); !read) return refuse(read.error(), state);
+  if (decision.kind == LoopDecision::Kind::steps_skipped) {
+    state.simulation.skip(static_cast<std::uint64_t>(decision.count));
+  }
+}
+
 void dispatch(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
               StageObserver& observer) {
   std::string_view agent;
@@ -40,7 +49,7 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
     case InputKind::agent_command: return answer_agent_command(configuration, input, state, outputs);
     case InputKind::agent_teleop: return drive_agent(input, agent, state);
     case InputKind::robot:  // read before the session started; a change needs a new session
-    case InputKind::loop:   // obeyed by the loop that replays
+    case InputKind::loop:   // obeyed before the physics
     case InputKind::none: return;
   }
 }
@@ -49,6 +58,7 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
 
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& observer) {
+  if (configuration.channels.kind(input.channel) == InputKind::loop) obey(input, state);
   advance(configuration, input.arrival, state, outputs, observer);
   observer.ended(Stage::physics_wait);
   try {
