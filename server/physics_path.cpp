@@ -92,8 +92,15 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     const BodyState& body = world.bodies[i];
     while ((*definition)->id < body.id) ++definition;
-    message.bodies[i] = {(*definition)->entity, (*definition)->part, AgentKind::box,  (*definition)->owner,
-                         body.epoch,            body.T_map_body,     body.velocity,   body.rotation_rate};
+    const auto kind = state.kinds.find((*definition)->entity);
+    message.bodies[i] = {(*definition)->entity,
+                         (*definition)->part,
+                         kind != state.kinds.end() ? kind->second : AgentKind::robot,
+                         (*definition)->owner,
+                         body.epoch,
+                         body.T_map_body,
+                         body.velocity,
+                         body.rotation_rate};
   }
   state.scene_published = world.scene->version;
   encode(message, outputs.add(configuration.channels.bus(channel::mr_world)));

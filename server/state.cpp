@@ -27,6 +27,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
     if (const Status spawned = state->simulation.spawn(agent, std::nullopt); !spawned) {
       return Error{"scenario agent '" + agent.name + "': " + spawned.error().message};
     }
+    state->kinds[agent.name] = agent.kind;
   }
   return state;
 }

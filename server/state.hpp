@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -90,6 +92,8 @@ struct State {
   std::optional<RealRobotState> real;  ///< at the last physics step
   bool pose_known = false;
   VirtualContact contact;
+  bool command_reduced = false;      ///< MR_CMD was less than TELEOP the last time
+  std::map<std::string, AgentKind> kinds;  ///< of the agents, for MR_WORLD
   std::uint64_t scene_published = 0;  ///< version of the scene in the last MR_WORLD
   WorldMessage world_message;
 
