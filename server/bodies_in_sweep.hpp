@@ -15,7 +15,7 @@ inline double bounding_radius(const BodyDefinition& body) {
   for (const Shape& shape : body.shapes) {
     const bool full_lengths = shape.kind == ShapeKind::box;
     const double half_height = shape.size.z() / 2 + (shape.kind == ShapeKind::capsule ? shape.size.x() : 0);
-    const double reach = full_lengths ? shape.size.norm() / 2
+    const double reach = full_lengths                      ? shape.size.norm() / 2
                          : shape.kind == ShapeKind::sphere ? shape.size.x()
                                                            : std::hypot(shape.size.x(), half_height);
     radius = std::max(radius, shape.T_body_shape.translation().norm() + reach);
@@ -23,8 +23,8 @@ inline double bounding_radius(const BodyDefinition& body) {
   return radius;
 }
 
-/// Fills `motions` with every body that `wanted(definition, state at the end)` accepts and that is the same, neither
-/// spawned nor teleported, at both ends: such jumps are never interpolated.
+/// Fills `motions` with every body that `wanted(definition, state at the end)` accepts and that is the same,
+/// neither spawned nor teleported, at both ends: such jumps are never interpolated.
 template <class Wanted>
 void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end, std::vector<BodyMotion>& motions,
                      Wanted wanted) {
@@ -37,7 +37,8 @@ void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end, std::
     while (before != start.bodies.end() && before->id < state.id) ++before;
     if (definition == end.scene->bodies.end() || (*definition)->id != state.id) continue;
     if (before == start.bodies.end() || before->id != state.id || before->epoch != state.epoch) continue;
-    if (wanted(**definition, state)) motions.push_back({definition->get(), before->T_map_body, state.T_map_body});
+    if (wanted(**definition, state))
+      motions.push_back({definition->get(), before->T_map_body, state.T_map_body});
   }
 }
 

@@ -1,10 +1,12 @@
-// CAMERA to MR_CAMERA: a job for the render thread with the world at the image's instant, or the original with the reason.
+// CAMERA to MR_CAMERA: a job for the render thread with the world at the image's instant, or the original
+// with the reason.
 #include "server/tick.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr Duration depth_partner = milliseconds(50);  // a depth image further off in time shows another moment
+constexpr Duration depth_partner =
+    milliseconds(50);  // a depth image further off in time shows another moment
 
 void pass_original(const Configuration& configuration, Image image, const std::string& reason, State& state,
                    Outputs& outputs) {
@@ -37,14 +39,16 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
 
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
   RenderJob job;
-  if (const Status read = decode(input.channel, input.payload, job.image); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, job.image); !read)
+    return refuse(read.error(), state);
   ++state.tally.frames_in;
   const std::uint64_t sequence = ++state.frame_sequence;
   const auto original = [&](const std::string& reason) {
     pass_original(configuration, std::move(job.image), reason, state, outputs);
   };
   if (!configuration.robot.camera) return original("the robot description has no camera calibration");
-  if (!state.robot_clock.add(input.arrival, job.image.stamp)) return original("the stamp is off the robot's clock");
+  if (!state.robot_clock.add(input.arrival, job.image.stamp))
+    return original("the stamp is off the robot's clock");
   NoPose why{};
   const auto pose = state.track.at(job.image.stamp, &why);
   if (!pose) return original(std::string("no pose: ") + to_string(why));
@@ -58,16 +62,19 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
   outputs.add_frame({std::move(job), sequence});
 }
 
-void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs, State& state) {
+void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
+                       State& state) {
   encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
-  if (done.answer.depth) encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));
+  if (done.answer.depth)
+    encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));
   ++state.tally.frames_out;
   if (done.answer.drawn) ++state.tally.frames_composited;
 }
 
 void take_depth(const Configuration&, const Message& input, State& state) {
   Image depth;
-  if (const Status read = decode(input.channel, input.payload, depth); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, depth); !read)
+    return refuse(read.error(), state);
   state.depth = std::move(depth);
 }
 

@@ -1,41 +1,57 @@
-// The instructor's and the trainee's commands: agents appear and go, TELEOP becomes MR_CMD, only ever reduced (promise 3).
+// The instructor's and the trainee's commands: agents appear and go, TELEOP becomes MR_CMD, only ever reduced
+// (promise 3).
 #include "server/tick.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr double clearance_limit = 10;  // m, further away nothing is in the way of any robot
+constexpr Duration repeat =
+    milliseconds(100);  // how often a stop is said again: a command may be lost on its way
 
-/// What the twist would run into, where the pose is known well enough to say.
-std::optional<Simulation::Clearance> clearance_for(const Twist2& twist, const State& state) {
-  if (!state.real) return std::nullopt;
-  return state.simulation.clearance(state.real->T_map_base, twist, clearance_limit);
+/// What TELEOP, the newest and as old as it is, allows now.
+VirtualContactResult limit_now(const Configuration& configuration, SimulationTime now, State& state) {
+  VirtualContactInput input;
+  input.teleop = state.teleop;
+  input.teleop_age = now - simulation_time(state.teleop_arrival);
+  input.pose_known = state.real.has_value();
+  if (state.teleop && state.real) {
+    const Twist2& twist = state.teleop->twist;
+    const double lookahead = contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
+    input.clearance = state.simulation.clearance(state.real->T_map_base, twist, lookahead);
+  }
+  return limit(configuration.scenario.contact, configuration.robot, input, state.contact);
 }
 
-void send_command(const Configuration& configuration, SensorTime stamp, const Twist2& twist, Outputs& outputs) {
-  encode(TwistCommand{stamp, twist}, outputs.add(configuration.channels.bus(channel::mr_cmd)));
-}
-
-void note_reduction(const Configuration& configuration, SimulationTime now, bool reduced, const std::string& agent,
-                    State& state, Outputs& outputs) {
-  if (reduced == state.command_reduced) return;
-  state.command_reduced = reduced;
+void note_hold(const Configuration& configuration, SimulationTime now, HoldReason reason, State& state,
+               Outputs& outputs) {
+  if (reason == state.held) return;
+  state.held = reason;
   Event event;
   event.stamp = now;
-  event.kind = reduced ? EventKind::command_reduced : EventKind::command_restored;
+  event.kind = reason == HoldReason::none ? EventKind::command_restored : EventKind::command_reduced;
   event.subject = configuration.robot.name;
-  event.object = agent;
   event.pair = PairKind::real_virtual;
+  event.text = to_string(reason);
   publish_event(configuration, event, state, outputs);
+}
+
+void send_command(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  const VirtualContactResult result = limit_now(configuration, now, state);
+  state.last_command = now;
+  encode(result.command, outputs.add(configuration.channels.bus(channel::mr_cmd)));
+  note_hold(configuration, now, result.reason, state, outputs);
 }
 
 }  // namespace
 
-void answer_agent_command(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
+                          Outputs& outputs) {
   AgentCommand command;
-  if (const Status read = decode(input.channel, input.payload, command); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, command); !read)
+    return refuse(read.error(), state);
   const Status done = state.simulation.command(command, state.real);
-  if (done.ok() && command.action == AgentCommand::Action::spawn) state.kinds[command.agent.name] = command.agent.kind;
+  if (done.ok() && command.action == AgentCommand::Action::spawn)
+    state.kinds[command.agent.name] = command.agent.kind;
   publish_simulation_events(configuration, state, outputs);
   Event answer;
   answer.stamp = simulation_time(input.arrival);
@@ -49,17 +65,26 @@ void answer_agent_command(const Configuration& configuration, const Message& inp
 
 void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
   TwistCommand command;
-  if (const Status read = decode(input.channel, input.payload, command); !read) return refuse(read.error(), state);
-  const auto clearance = clearance_for(command.twist, state);
-  const Twist2 given = limit(configuration, command.twist, simulation_time(input.arrival), clearance, state);
-  send_command(configuration, command.stamp, given, outputs);
-  const bool reduced = std::abs(given.vx) < std::abs(command.twist.vx) || std::abs(given.wz) < std::abs(command.twist.wz);
-  note_reduction(configuration, simulation_time(input.arrival), reduced, clearance ? clearance->agent : "", state, outputs);
+  if (const Status read = decode(input.channel, input.payload, command); !read) {
+    refuse(read.error(), state);
+    command = {};  // a command that cannot be read is a stop
+  }
+  state.teleop = command;
+  state.teleop_arrival = input.arrival;
+  send_command(configuration, simulation_time(input.arrival), state, outputs);
+}
+
+void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  if (!state.teleop || now - state.last_command < repeat) return;
+  const bool silent =
+      (now - simulation_time(state.teleop_arrival)).seconds() >= configuration.scenario.contact.silence;
+  if (silent) send_command(configuration, now, state, outputs);
 }
 
 void drive_agent(const Message& input, std::string_view agent, State& state) {
   TwistCommand command;
-  if (const Status read = decode(input.channel, input.payload, command); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, command); !read)
+    return refuse(read.error(), state);
   state.simulation.teleop(std::string(agent), command.twist);
 }
 

@@ -10,7 +10,8 @@ constexpr std::string_view teleop_suffix = "_TELEOP";
 
 }  // namespace
 
-ChannelMap::ChannelMap(const Scenario& scenario) : renamed_(scenario.channels.begin(), scenario.channels.end()) {
+ChannelMap::ChannelMap(const Scenario& scenario)
+    : renamed_(scenario.channels.begin(), scenario.channels.end()) {
   const std::pair<const char*, InputKind> known[] = {
       {channel::robot, InputKind::robot},       {channel::scan, InputKind::scan},
       {channel::odometry, InputKind::odometry}, {channel::pose_cov, InputKind::pose_cov},
@@ -50,13 +51,15 @@ std::vector<std::string> ChannelMap::inputs() const {
   return names;
 }
 
-Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot, const SemanticModel& model) {
+Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
+                                const SemanticModel& model) {
   if (scenario.level != 3) {
     return Error{"scenario '" + scenario.name + "': level " + std::to_string(scenario.level) +
                  " is not supported yet, only level 3 (a real robot, live or recorded)"};
   }
   if (!robot.laser) {
-    return Error{"robot description '" + robot.name + "' has no laser: level 3 injects into its scans; add a 'laser' section"};
+    return Error{"robot description '" + robot.name +
+                 "' has no laser: level 3 injects into its scans; add a 'laser' section"};
   }
   return Configuration{scenario, robot, model, ChannelMap(scenario)};
 }

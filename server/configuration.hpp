@@ -35,7 +35,8 @@ class ChannelMap {
   explicit ChannelMap(const Scenario& scenario);
   /// Name on the bus.
   std::string bus(std::string_view canonical) const;
-  /// What a message on this bus channel is; for agent_teleop, `agent` is the name between MR_AGENT_ and _TELEOP.
+  /// What a message on this bus channel is; for agent_teleop, `agent` is the name between MR_AGENT_ and
+  /// _TELEOP.
   InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr) const;
   /// Bus names to subscribe to; the last is a pattern (agents' teleop).
   std::vector<std::string> inputs() const;
@@ -57,8 +58,10 @@ struct Configuration {
   ChannelMap channels{Scenario{}};
 };
 
-/// Checks that the parts fit together: level 3 needs a robot with a laser, agents stand in the map, a model's map id.
-Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot, const SemanticModel& model);
+/// Checks that the parts fit together: level 3 needs a robot with a laser, agents stand in the map, a model's
+/// map id.
+Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
+                                const SemanticModel& model);
 
 /// MR_SESSION for a configuration, and back.
 SessionHeader session_header(const Configuration& configuration, SensorTime start);

@@ -20,8 +20,9 @@ struct Arrived {
   WallTime received;         ///< steady clock, at receipt
 };
 
-/// A thread receives, so that the guard hears of a scan even while the loop is held up; the loop takes. Bounded: where the
-/// loop falls behind, the oldest input that is not a scan or a command goes, and is counted.
+/// A thread receives, so that the guard hears of a scan even while the loop is held up; the loop takes.
+/// Bounded: where the loop falls behind, the oldest input that is not a scan or a command goes, and is
+/// counted.
 class Inbox {
  public:
   Inbox(Bus& bus, const ChannelMap& channels, Guard& guard);

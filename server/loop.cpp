@@ -9,9 +9,9 @@
 namespace parhelion {
 namespace {
 
-constexpr int render_nice = 10;                      // rendering never takes a core from the tick
-constexpr Duration sync_period = seconds(1.0);       // bounds what a power cut takes (promise 6)
-constexpr Duration behind = milliseconds(250);       // physics later than this is given up, and the log says so
+constexpr int render_nice = 10;                 // rendering never takes a core from the tick
+constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
+constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
 constexpr Duration idle = milliseconds(100);
 
 std::vector<std::uint8_t> loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
@@ -27,12 +27,14 @@ std::vector<std::uint8_t> loop_message(LoopDecision::Kind kind, ArrivalTime stam
 /// One live session.
 class Session {
  public:
-  Session(Bus& bus, const Configuration& configuration, const ServeOptions& options, std::optional<LogWriter> log)
+  Session(Bus& bus, const Configuration& configuration, const ServeOptions& options,
+          std::optional<LogWriter> log)
       : configuration_(configuration),
         options_(options),
         outbox_(&bus, std::move(log)),
         mr_scan_(configuration.channels.bus(channel::mr_scan)),
-        guard_(options.guard, [this](std::span<const std::uint8_t> raw) { outbox_.publish_now(mr_scan_, raw); }),
+        guard_(options.guard,
+               [this](std::span<const std::uint8_t> raw) { outbox_.publish_now(mr_scan_, raw); }),
         inbox_(bus, configuration.channels, guard_),
         renderer_(configuration.model, render_nice) {}
 
@@ -115,7 +117,8 @@ void Session::handle(Arrived arrived) {
   send_frames();
 }
 
-/// A command is written before anything is done about it; where it cannot be, it is refused and nothing is done.
+/// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
+/// done.
 bool Session::refuse_unwritable(const Message& message) {
   if (outbox_.write_input(message)) return false;
   AgentCommand command;
@@ -165,7 +168,8 @@ void Session::step_on_time() {
   send_frames();
 }
 
-/// A machine that cannot keep up skips physics rather than falling behind without end. Replay must skip the same.
+/// A machine that cannot keep up skips physics rather than falling behind without end. Replay must skip the
+/// same.
 void Session::skip_late_steps(ArrivalTime now) {
   const Duration late{now.ns - state_->simulation.next_step().ns};
   if (late < behind) return;
@@ -253,7 +257,8 @@ Report Session::report() {
 
 }  // namespace
 
-Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario, const ServeOptions& options) {
+Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
+                                                       const ServeOptions& options) {
   const std::string name = ChannelMap(scenario).bus(channel::robot);
   if (const Status subscribed = bus.subscribe(name, 1); !subscribed) return subscribed.error();
   if (options.say) options.say("waiting for the robot description on " + name + " (or give --robot FILE)");
@@ -274,9 +279,11 @@ Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario&
 Result<Report> serve(Bus& bus, const Configuration& configuration, const ServeOptions& options) {
   for (const std::string& input : configuration.channels.inputs()) {
     const InputKind kind = configuration.channels.kind(input);
-    if (kind == InputKind::loop || kind == InputKind::robot) continue;  // the server's own word; read before the start
+    if (kind == InputKind::loop || kind == InputKind::robot)
+      continue;  // the server's own word; read before the start
     const bool newest_only = kind == InputKind::teleop || kind == InputKind::camera;
-    if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed) return subscribed.error();
+    if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)
+      return subscribed.error();
   }
   std::optional<LogWriter> log;
   if (!options.session.empty()) {

@@ -13,18 +13,19 @@
 namespace parhelion {
 
 struct ServeOptions {
-  std::string session;              ///< path of the session log
+  std::string session;  ///< path of the session log
   bool overwrite = false;
   Duration guard = milliseconds(20);
-  std::function<bool()> stop;       ///< asked at least ten times a second
+  std::function<bool()> stop;                   ///< asked at least ten times a second
   std::function<void(const std::string&)> say;  ///< news for a person: started, waiting, degraded
 };
 
-/// Subscribes, waits for the robot description where the configuration has none yet, serves, and reports. Error: the
-/// transport fails, or the session log cannot be made.
+/// Subscribes, waits for the robot description where the configuration has none yet, serves, and reports.
+/// Error: the transport fails, or the session log cannot be made.
 Result<Report> serve(Bus& bus, const Configuration& configuration, const ServeOptions& options);
 
 /// The robot description from the ROBOT channel; nullopt: told to stop before it came.
-Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario, const ServeOptions& options);
+Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
+                                                       const ServeOptions& options);
 
 }  // namespace parhelion

@@ -1,4 +1,5 @@
-// Where outputs leave: onto the session log, then the bus. Written before anything is acknowledged (promise 6).
+// Where outputs leave: onto the session log, then the bus. Written before anything is acknowledged (promise
+// 6).
 #pragma once
 
 #include <cstdint>
@@ -23,8 +24,8 @@ class Outbox {
   /// Either may be absent: no bus in a silent replay, no log where none is wanted.
   Outbox(Bus* bus, std::optional<LogWriter> log);
 
-  /// One input and what it led to, in one write; then the outputs go out. Where the write fails (disk full), scans go out
-  /// all the same, commands are answered with a refusal, and the session is marked incomplete.
+  /// One input and what it led to, in one write; then the outputs go out. Where the write fails (disk full),
+  /// scans go out all the same, commands are answered with a refusal, and the session is marked incomplete.
   /// `published`: a channel that has gone out by publish_now already.
   void send(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp,
             std::string_view published = {});

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -13,7 +13,17 @@
 namespace parhelion {
 
 /// Stages of a tick, in the order in which they end.
-enum class Stage : std::uint8_t { physics_step, agents, physics_wait, decode, pose, world, cast, augment, encode };
+enum class Stage : std::uint8_t {
+  physics_step,
+  agents,
+  physics_wait,
+  decode,
+  pose,
+  world,
+  cast,
+  augment,
+  encode
+};
 
 /// Told when a stage ends. The tick itself reads no clock.
 class StageObserver {

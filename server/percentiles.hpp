@@ -1,4 +1,5 @@
-// Percentiles of a positive quantity without keeping the samples: log-linear buckets, 0.8 % wide, no allocation.
+// Percentiles of a positive quantity without keeping the samples: log-linear buckets, 0.8 % wide, no
+// allocation.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Fixed steps up to an instant, and what they say: MR_WORLD, MR_EVENTS, the agents' own laser scans, a stop on silence.
+// Fixed steps up to an instant, and what they say: MR_WORLD, MR_EVENTS, the agents' own laser scans, a stop
+// on silence.
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
@@ -8,8 +9,8 @@
 namespace parhelion {
 namespace {
 
-constexpr double world_rate = 30;                      // Hz of MR_WORLD: what a page draws and a grader needs
-constexpr Duration scan_silence = milliseconds(500);   // without a scan for longer, nothing virtual is sensed
+constexpr double world_rate = 30;                     // Hz of MR_WORLD: what a page draws and a grader needs
+constexpr Duration scan_silence = milliseconds(500);  // without a scan for longer, nothing virtual is sensed
 
 /// The real robot as the simulation is to have it at an instant; none where the pose is not known.
 std::optional<RealRobotState> real_robot_at(SimulationTime t, State& state) {
@@ -38,20 +39,24 @@ void note_pose(const Configuration& configuration, SimulationTime t, State& stat
   publish_event(configuration, event, state, outputs);
 }
 
-/// An agent's own scan: the building and all bodies but its own, the real robot included; its stamp is the last beam's.
-void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state, Outputs& outputs) {
+/// An agent's own scan: the building and all bodies but its own, the real robot included; its stamp is the
+/// last beam's.
+void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state,
+                  Outputs& outputs) {
   AgentLaser& own = state.agent_laser;
   const Sweep sweep = beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.beam_time);
   const SimulationTime start = request.stamp - (sweep.end - sweep.start);
   if (!state.simulation.at(request.stamp, own.world_end)) return;
   if (!state.simulation.at(start, own.world_start)) own.world_start = own.world_end;
-  bodies_in_sweep(own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
-    const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
-    return !is_own && (body.owner != BodyOwner::building || body.injectable);
-  });
+  bodies_in_sweep(
+      own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
+        const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
+        return !is_own && (body.owner != BodyOwner::building || body.injectable);
+      });
   LaserMotion laser{request.T_map_laser, request.T_map_laser};
-  if (const auto carrier = std::find_if(own.world_end.bodies.begin(), own.world_end.bodies.end(),
-                                        [&](const BodyState& b) { return b.id == request.own_bodies.front(); });
+  if (const auto carrier =
+          std::find_if(own.world_end.bodies.begin(), own.world_end.bodies.end(),
+                       [&](const BodyState& b) { return b.id == request.own_bodies.front(); });
       carrier != own.world_end.bodies.end()) {
     const auto T_body_laser = carrier->T_map_body.inverse() * request.T_map_laser;
     for (const BodyState& before : own.world_start.bodies) {
@@ -60,15 +65,16 @@ void answer_laser(const Configuration& configuration, const LaserRequest& reques
       }
     }
   }
-  const BeamSet beams{static_cast<float>(request.laser.angle_first), static_cast<float>(request.laser.angle_step),
-                      own.beam_time};
+  const BeamSet beams{static_cast<float>(request.laser.angle_first),
+                      static_cast<float>(request.laser.angle_step), own.beam_time};
   own.body_hits.resize(own.beam_time.size());
   own.building_hits.resize(own.beam_time.size());
   const double range_max = request.laser.convention.range_max;
   state.caster.cast_bodies(laser, beams, own.motions, range_max, own.body_hits);
   state.caster.cast_building(laser, beams, range_max, own.building_hits);
   // Keyed apart from the real scans, whose sequence numbers stay below 2^32.
-  const NoiseKey key{configuration.scenario.seed, (std::uint64_t{request.own_bodies.front()} + 1) << 32 | ++own.sequence};
+  const NoiseKey key{configuration.scenario.seed,
+                     (std::uint64_t{request.own_bodies.front()} + 1) << 32 | ++own.sequence};
   const SensorTime stamp{request.stamp.ns - sweep.end.ns};
   simulate_scan(request.laser, key, own.body_hits, own.building_hits, stamp, own.scan);
   state.simulation.give_scan(request.agent, own.scan);
@@ -114,7 +120,8 @@ void publish_event(const Configuration& configuration, const Event& event, State
 }
 
 void publish_simulation_events(const Configuration& configuration, State& state, Outputs& outputs) {
-  for (const Event& event : state.simulation.take_events()) publish_event(configuration, event, state, outputs);
+  for (const Event& event : state.simulation.take_events())
+    publish_event(configuration, event, state, outputs);
 }
 
 void advance(const Configuration& configuration, ArrivalTime until, State& state, Outputs& outputs,
@@ -129,7 +136,8 @@ void advance(const Configuration& configuration, ArrivalTime until, State& state
     ++state.step;
     observer.ended(Stage::physics_step);
     publish_simulation_events(configuration, state, outputs);
-    for (const LaserRequest& request : state.laser_requests) answer_laser(configuration, request, state, outputs);
+    for (const LaserRequest& request : state.laser_requests)
+      answer_laser(configuration, request, state, outputs);
     watch_silence(configuration, next, state, outputs);
     if (world_due(configuration, state)) publish_world(configuration, state, outputs);
     observer.ended(Stage::agents);

@@ -62,7 +62,8 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
     recorded = std::move(*own);
   }
   if (!options.scenario && !recorded) {
-    return Error{options.log + ": not a session log, so it does not say which agents there are; give --scenario FILE"};
+    return Error{options.log +
+                 ": not a session log, so it does not say which agents there are; give --scenario FILE"};
   }
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};
@@ -88,7 +89,8 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
     if (!loaded) return loaded.error();
     robot = *loaded;
   } else if (!recorded) {
-    return Error{options.log + ": no ROBOT message; give --robot FILE (extrinsics, range limits, beam times)"};
+    return Error{options.log +
+                 ": no ROBOT message; give --robot FILE (extrinsics, range limits, beam times)"};
   }
   if (options.seed) scenario.seed = *options.seed;
   return configure(scenario, robot, model);
@@ -97,7 +99,8 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
 /// One pass over the log.
 class Run {
  public:
-  Run(const ReplayOptions& options, const Preview& preview, const Configuration& configuration, Outbox& outbox)
+  Run(const ReplayOptions& options, const Preview& preview, const Configuration& configuration,
+      Outbox& outbox)
       : options_(options),
         preview_(preview),
         configuration_(configuration),
@@ -170,8 +173,9 @@ Status Run::handle(Message message) {
   return {};
 }
 
-/// Rendering back-pressures a replay: an image is drawn while the inputs up to the next image are handled, and its answer is
-/// written before that one's. With one thread it is waited for at once, and written at the same place.
+/// Rendering back-pressures a replay: an image is drawn while the inputs up to the next image are handled,
+/// and its answer is written before that one's. With one thread it is waited for at once, and written at the
+/// same place.
 void Run::answer_frames() {
   for (Outputs::Frame& frame : outputs_.frames()) {
     write_frame();
@@ -229,7 +233,9 @@ Result<Report> Run::operator()() {
     if (options_.progress) options_.progress({reader->offset(), reader->size(), (last_ - first_).seconds()});
   }
   finish(*reader);
-  if (!state_) return Error{options_.log + ": no input channel in it; expected at least SCAN (rename channels in the scenario)"};
+  if (!state_)
+    return Error{options_.log +
+                 ": no input channel in it; expected at least SCAN (rename channels in the scenario)"};
   return report_;
 }
 

@@ -7,7 +7,8 @@ namespace parhelion {
 namespace {
 
 nlohmann::ordered_json percentiles(const Percentiles& p) {
-  return {{"count", p.count()}, {"p50", p.at(0.50)}, {"p90", p.at(0.90)}, {"p99", p.at(0.99)}, {"max", p.max()}};
+  return {
+      {"count", p.count()}, {"p50", p.at(0.50)}, {"p90", p.at(0.90)}, {"p99", p.at(0.99)}, {"max", p.max()}};
 }
 
 std::uint64_t degraded_total(const Tally& tally) {
@@ -23,13 +24,18 @@ void StageClock::begin() { begun_ = last_ = waited_ = steady_now(); }
 void StageClock::ended(Stage stage) {
   const WallTime now = steady_now();
   switch (stage) {
-    case Stage::physics_step: physics_step_us.add((now - last_).microseconds()); break;
-    case Stage::physics_wait: waited_ = now; break;
+    case Stage::physics_step:
+      physics_step_us.add((now - last_).microseconds());
+      break;
+    case Stage::physics_wait:
+      waited_ = now;
+      break;
     case Stage::encode:
       scan_us.add((now - waited_).microseconds());
       physics_wait_us.add((waited_ - begun_).microseconds());
       break;
-    default: break;
+    default:
+      break;
   }
   last_ = now;
 }
@@ -60,18 +66,20 @@ std::string to_json(const Report& report) {
                         {"physics_step", percentiles(report.physics_step_us)},
                         {"physics_wait", percentiles(report.physics_wait_us)},
                         {"slam", percentiles(tally.slam_us)}};
-  json["pose"] = {{"age_ms", {{"p50", tally.pose_age_us.at(0.5) / 1e3},
-                              {"p99", tally.pose_age_us.at(0.99) / 1e3},
-                              {"max", tally.pose_age_us.max() / 1e3}}}};
+  json["pose"] = {{"age_ms",
+                   {{"p50", tally.pose_age_us.at(0.5) / 1e3},
+                    {"p99", tally.pose_age_us.at(0.99) / 1e3},
+                    {"max", tally.pose_age_us.max() / 1e3}}}};
   json["events"] = events;
   json["inputs"] = {{"refused", tally.refused_inputs},
                     {"last_refusal", tally.last_refusal},
                     {"dropped", report.inputs_dropped},
                     {"arrivals_corrected", report.arrivals_corrected},
                     {"log_damage_bytes", report.log_damage_bytes}};
-  json["seconds"] = {{"log", report.log_seconds},
-                     {"wall", report.wall_seconds},
-                     {"times_real_time", report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0}};
+  json["seconds"] = {
+      {"log", report.log_seconds},
+      {"wall", report.wall_seconds},
+      {"times_real_time", report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0}};
   json["hash"] = report.hash;
   json["notes"] = report.notes;
   return json.dump(2) + "\n";
@@ -80,23 +88,25 @@ std::string to_json(const Report& report) {
 std::string summary(const Report& report) {
   const Tally& tally = report.tally;
   char line[512];
-  std::snprintf(line, sizeof line,
-                "scans   %llu in, %llu out, %llu degraded; %llu of %llu beams replaced\n"
-                "frames  %llu in, %llu out, %llu with virtual bodies, %llu dropped\n"
-                "scan    %.0f us median, %.0f us p99 (waiting for physics: %.0f us p99)\n"
-                "time    %.1f s of log in %.1f s: %.1f times real time\n",
-                static_cast<unsigned long long>(tally.scans_in), static_cast<unsigned long long>(tally.scans_out),
-                static_cast<unsigned long long>(degraded_total(tally)),
-                static_cast<unsigned long long>(tally.beams_replaced),
-                static_cast<unsigned long long>(tally.beams_total), static_cast<unsigned long long>(tally.frames_in),
-                static_cast<unsigned long long>(tally.frames_out),
-                static_cast<unsigned long long>(tally.frames_composited),
-                static_cast<unsigned long long>(report.frames_dropped), report.scan_us.at(0.5), report.scan_us.at(0.99),
-                report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
-                report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
+  std::snprintf(
+      line, sizeof line,
+      "scans   %llu in, %llu out, %llu degraded; %llu of %llu beams replaced\n"
+      "frames  %llu in, %llu out, %llu with virtual bodies, %llu dropped\n"
+      "scan    %.0f us median, %.0f us p99 (waiting for physics: %.0f us p99)\n"
+      "time    %.1f s of log in %.1f s: %.1f times real time\n",
+      static_cast<unsigned long long>(tally.scans_in), static_cast<unsigned long long>(tally.scans_out),
+      static_cast<unsigned long long>(degraded_total(tally)),
+      static_cast<unsigned long long>(tally.beams_replaced),
+      static_cast<unsigned long long>(tally.beams_total), static_cast<unsigned long long>(tally.frames_in),
+      static_cast<unsigned long long>(tally.frames_out),
+      static_cast<unsigned long long>(tally.frames_composited),
+      static_cast<unsigned long long>(report.frames_dropped), report.scan_us.at(0.5), report.scan_us.at(0.99),
+      report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
+      report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
   std::string text = line;
   if (tally.refused_inputs > 0) {
-    text += "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";
+    text +=
+        "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";
   }
   if (!report.complete) text += "INCOMPLETE: " + report.incomplete_because + "\n";
   return text;

@@ -26,14 +26,15 @@ class StageClock : public StageObserver {
   WallTime waited_;
 };
 
-/// Everything that --report says. Times in microseconds, from the wall clock; all else is the same for the same log.
+/// Everything that --report says. Times in microseconds, from the wall clock; all else is the same for the
+/// same log.
 struct Report {
   std::string source;
   Tally tally;
   std::uint64_t frames_dropped = 0;
-  std::uint64_t inputs_dropped = 0;       ///< by full queues
+  std::uint64_t inputs_dropped = 0;  ///< by full queues
   std::uint64_t log_damage_bytes = 0;
-  std::uint64_t arrivals_corrected = 0;   ///< log events whose timestamp did not increase
+  std::uint64_t arrivals_corrected = 0;  ///< log events whose timestamp did not increase
   Percentiles scan_us, frame_us, physics_step_us, physics_wait_us;
   double log_seconds = 0, wall_seconds = 0;
   bool complete = true;

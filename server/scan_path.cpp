@@ -52,22 +52,23 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
   double nearest = std::numeric_limits<double>::infinity();
   std::size_t left_out = 0;
   path.info.predicted_error = predicted_error(moment.end, eye);
-  bodies_in_sweep(path.world_start, path.world_end, path.motions, [&](const BodyDefinition& body, const BodyState& at) {
-    if (!body.injectable) return false;
-    const Eigen::Vector3d p_map = at.T_map_body.translation();
-    const double distance = (p_map - eye).norm();
-    if (distance - bounding_radius(body) > range_max) return false;
-    const double error = predicted_error(moment.end, p_map);
-    if (distance < nearest) {
-      nearest = distance;
-      path.info.predicted_error = error;
-    }
-    if (!(error <= configuration.scenario.injection.max_error)) {
-      ++left_out;
-      return false;
-    }
-    return true;
-  });
+  bodies_in_sweep(path.world_start, path.world_end, path.motions,
+                  [&](const BodyDefinition& body, const BodyState& at) {
+                    if (!body.injectable) return false;
+                    const Eigen::Vector3d p_map = at.T_map_body.translation();
+                    const double distance = (p_map - eye).norm();
+                    if (distance - bounding_radius(body) > range_max) return false;
+                    const double error = predicted_error(moment.end, p_map);
+                    if (distance < nearest) {
+                      nearest = distance;
+                      path.info.predicted_error = error;
+                    }
+                    if (!(error <= configuration.scenario.injection.max_error)) {
+                      ++left_out;
+                      return false;
+                    }
+                    return true;
+                  });
   if (left_out > 0 && path.motions.empty()) {
     return {Degraded::error, "predicted error above the limit for every agent in range"};
   }
@@ -80,11 +81,13 @@ void cast(const Configuration& configuration, const Moment& moment, State& state
   const BeamSet beams{path.real.angle_first, path.real.angle_step, path.beam_time};
   path.virtual_hits.resize(path.beam_time.size());
   path.building_hits.assign(path.beam_time.size(), {std::numeric_limits<float>::infinity(), -1, 0});
+  path.building_cast = false;
   state.caster.cast_bodies(moment.laser, beams, path.motions, convention.range_max, path.virtual_hits);
   // The wall matters only to a beam that came back empty and might be replaced.
   for (std::size_t i = 0; i < path.virtual_hits.size(); ++i) {
     if (path.virtual_hits[i].body >= 0 && convention.classify(path.real.ranges[i]) == BeamKind::no_return) {
       state.caster.cast_building(moment.laser, beams, convention.range_max, path.building_hits);
+      path.building_cast = true;
       return;
     }
   }
@@ -103,20 +106,26 @@ void name_agents(State& state) {
   }
 }
 
-/// Real returns that the model does not explain keep the agents off: people are not in the model.
+/// Real returns that the model does not explain keep the agents off: people are not in the model. After the
+/// answer, so that the scan does not wait for it.
 void note_unexplained(const Configuration& configuration, const Moment& moment, State& state) {
+  ScanPath& path = state.scan;
+  const BeamSet beams{path.real.angle_first, path.real.angle_step, path.beam_time};
+  const LaserDescription& laser = *configuration.robot.laser;
+  if (!path.building_cast)
+    state.caster.cast_building(moment.laser, beams, laser.convention.range_max, path.building_hits);
+  const double sigma = predicted_error(moment.end, moment.laser.T_map_laser_end.translation());
   state.obstacles.clear();
-  state.unexplained.find(state.scan.real, *configuration.robot.laser, moment.laser, state.scan.beam_time, state.caster,
-                         state.scan.unexplained);
-  for (const UnexplainedReturn& cluster : state.scan.unexplained) {
-    state.obstacles.push_back({cluster.center, cluster.radius});
+  for (const UnexplainedDisc& disc :
+       state.unexplained.find(path.real, laser, moment.laser, path.beam_time, path.building_hits, sigma)) {
+    state.obstacles.push_back({disc.center, disc.radius});
   }
   state.simulation.set_real_obstacles(state.obstacles);
 }
 
-Verdict inject(const Configuration& configuration, const Message& input, State& state, StageObserver& observer) {
+Verdict inject(const Configuration& configuration, const Message& input, State& state, Moment& moment,
+               StageObserver& observer) {
   ScanPath& path = state.scan;
-  Moment moment;
   const Verdict known = find_moment(configuration, input, state, moment);
   observer.ended(Stage::pose);
   if (known.why != Degraded::no) return known;
@@ -132,13 +141,12 @@ Verdict inject(const Configuration& configuration, const Message& input, State& 
   state.tally.beams_replaced += augment_scan(path.real, *configuration.robot.laser, key, path.virtual_hits,
                                              path.building_hits, path.out, path.beam_body);
   name_agents(state);
-  note_unexplained(configuration, moment, state);
   observer.ended(Stage::augment);
   return {};
 }
 
-void note_change(const Configuration& configuration, const Message& input, const Verdict& verdict, State& state,
-                 Outputs& outputs) {
+void note_change(const Configuration& configuration, const Message& input, const Verdict& verdict,
+                 State& state, Outputs& outputs) {
   const bool live = verdict.why == Degraded::no;
   if (live == state.scan.live) return;
   state.scan.live = live;
@@ -163,14 +171,22 @@ void degrade(const Verdict& verdict, State& state) {
 
 const char* to_string(Degraded why) {
   switch (why) {
-    case Degraded::no: return "none";
-    case Degraded::pose: return "pose";
-    case Degraded::error: return "predicted_error";
-    case Degraded::clock: return "clock";
-    case Degraded::history: return "history";
-    case Degraded::robot_mismatch: return "robot_mismatch";
-    case Degraded::guard: return "guard";
-    case Degraded::fault: return "fault";
+    case Degraded::no:
+      return "none";
+    case Degraded::pose:
+      return "pose";
+    case Degraded::error:
+      return "predicted_error";
+    case Degraded::clock:
+      return "clock";
+    case Degraded::history:
+      return "history";
+    case Degraded::robot_mismatch:
+      return "robot_mismatch";
+    case Degraded::guard:
+      return "guard";
+    case Degraded::fault:
+      return "fault";
   }
   return "?";
 }
@@ -178,7 +194,8 @@ const char* to_string(Degraded why) {
 void answer_scan(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
                  StageObserver& observer) {
   ScanPath& path = state.scan;
-  if (const Status read = decode(input.channel, input.payload, path.real); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, path.real); !read)
+    return refuse(read.error(), state);
   observer.ended(Stage::decode);
   path.have_real = true;
   ++path.sequence;
@@ -191,8 +208,9 @@ void answer_scan(const Configuration& configuration, const Message& input, State
   path.info.predicted_error = std::numeric_limits<double>::infinity();
 
   Verdict verdict;
+  Moment moment;
   try {
-    verdict = inject(configuration, input, state, observer);
+    verdict = inject(configuration, input, state, moment, observer);
   } catch (const std::exception& fault) {
     verdict = {Degraded::fault, fault.what()};
   }
@@ -207,6 +225,7 @@ void answer_scan(const Configuration& configuration, const Message& input, State
   encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
   observer.ended(Stage::encode);
   note_change(configuration, input, verdict, state, outputs);
+  if (verdict.why == Degraded::no) note_unexplained(configuration, moment, state);
 }
 
 void substitute_raw_scan(const Configuration& configuration, const Message& input, Outputs& outputs) {

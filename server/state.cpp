@@ -20,7 +20,8 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   SimulationOptions options;
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
-  auto simulation = Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
+  auto simulation =
+      Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
   if (!simulation) return simulation.error();
   auto state = std::make_unique<State>(std::move(*simulation), configuration);
   for (const AgentDefinition& agent : configuration.scenario.agents) {

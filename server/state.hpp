@@ -24,13 +24,13 @@ namespace parhelion {
 /// Why a scan went out as it came in.
 enum class Degraded : std::uint8_t {
   no,
-  pose,             ///< the pose track has none; the reason names why
-  error,            ///< predicted error above the scenario's limit for every agent in range
-  clock,            ///< the stamp disagrees with the robot's clock
-  history,          ///< the world at the stamp is no longer, or not yet, known
-  robot_mismatch,   ///< the scan does not fit the robot description
-  guard,            ///< no answer in time
-  fault,            ///< a broken invariant; the text says which
+  pose,            ///< the pose track has none; the reason names why
+  error,           ///< predicted error above the scenario's limit for every agent in range
+  clock,           ///< the stamp disagrees with the robot's clock
+  history,         ///< the world at the stamp is no longer, or not yet, known
+  robot_mismatch,  ///< the scan does not fit the robot description
+  guard,           ///< no answer in time
+  fault,           ///< a broken invariant; the text says which
 };
 constexpr std::size_t degraded_kinds = 8;
 const char* to_string(Degraded why);
@@ -55,13 +55,13 @@ struct ScanPath {
   bool have_real = false;
   std::vector<float> beam_time;
   std::vector<RangeHit> virtual_hits, building_hits;
+  bool building_cast = false;  ///< building_hits hold for this scan
   std::vector<BodyMotion> motions;
   std::vector<std::int32_t> beam_body;
   WorldSnapshot world_start, world_end;
   ScanInfo info;
-  bool live = false;              ///< the last scan was answered with the truth
-  SimulationTime last_scan;       ///< arrival of the last scan
-  std::vector<UnexplainedReturn> unexplained;
+  bool live = false;         ///< the last scan was answered with the truth
+  SimulationTime last_scan;  ///< arrival of the last scan
 };
 
 /// One simulated laser of an agent.
@@ -85,16 +85,19 @@ struct State {
   AgentLaser agent_laser;
   std::vector<LaserRequest> laser_requests;
   std::vector<RealObstacle> obstacles;
-  UnexplainedFinder unexplained;
+  UnexplainedReturns unexplained;
 
-  std::uint64_t step = 0;            ///< physics steps done
-  bool relocalized = false;          ///< since the last physics step
+  std::uint64_t step = 0;              ///< physics steps done
+  bool relocalized = false;            ///< since the last physics step
   std::optional<RealRobotState> real;  ///< at the last physics step
   bool pose_known = false;
-  VirtualContact contact;
-  bool command_reduced = false;      ///< MR_CMD was less than TELEOP the last time
+  VirtualContactState contact;
+  std::optional<TwistCommand> teleop;  ///< the newest
+  ArrivalTime teleop_arrival;
+  SimulationTime last_command;  ///< when MR_CMD was last sent
+  HoldReason held = HoldReason::none;
   std::map<std::string, AgentKind> kinds;  ///< of the agents, for MR_WORLD
-  std::uint64_t scene_published = 0;  ///< version of the scene in the last MR_WORLD
+  std::uint64_t scene_published = 0;       ///< version of the scene in the last MR_WORLD
   WorldMessage world_message;
 
   std::uint64_t frame_sequence = 0;

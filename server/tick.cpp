@@ -7,15 +7,19 @@ namespace {
 
 void take_odometry(const Message& input, State& state) {
   Odometry odometry;
-  if (const Status read = decode(input.channel, input.payload, odometry); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, odometry); !read)
+    return refuse(read.error(), state);
   if (state.robot_clock.add(input.arrival, odometry.stamp)) state.track.add(odometry);
 }
 
 void take_pose(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
   PoseEstimate estimate;
-  if (const Status read = decode(input.channel, input.payload, estimate); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, estimate); !read)
+    return refuse(read.error(), state);
   state.tally.slam_us.add(estimate.step_time.microseconds());
-  if (!estimate.causal) return refuse({input.channel + ": a pose that was computed with later data is never injected with"}, state);
+  if (!estimate.causal)
+    return refuse({input.channel + ": a pose that was computed with later data is never injected with"},
+                  state);
   if (!state.robot_clock.known()) state.robot_clock.add(input.arrival, estimate.stamp);
   if (state.track.add(estimate) != PoseTrack::Correction::relocalization) return;
   state.relocalized = true;
@@ -30,7 +34,8 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
 /// Steps that a live server could not do in time are not done in replay either.
 void obey(const Message& input, State& state) {
   LoopDecision decision;
-  if (const Status read = decode(input.channel, input.payload, decision); !read) return refuse(read.error(), state);
+  if (const Status read = decode(input.channel, input.payload, decision); !read)
+    return refuse(read.error(), state);
   if (decision.kind == LoopDecision::Kind::steps_skipped) {
     state.simulation.skip(static_cast<std::uint64_t>(decision.count));
   }
@@ -40,17 +45,26 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
               StageObserver& observer) {
   std::string_view agent;
   switch (configuration.channels.kind(input.channel, &agent)) {
-    case InputKind::scan: return answer_scan(configuration, input, state, outputs, observer);
-    case InputKind::odometry: return take_odometry(input, state);
-    case InputKind::pose_cov: return take_pose(configuration, input, state, outputs);
-    case InputKind::camera: return answer_image(configuration, input, state, outputs);
-    case InputKind::depth: return take_depth(configuration, input, state);
-    case InputKind::teleop: return answer_teleop(configuration, input, state, outputs);
-    case InputKind::agent_command: return answer_agent_command(configuration, input, state, outputs);
-    case InputKind::agent_teleop: return drive_agent(input, agent, state);
+    case InputKind::scan:
+      return answer_scan(configuration, input, state, outputs, observer);
+    case InputKind::odometry:
+      return take_odometry(input, state);
+    case InputKind::pose_cov:
+      return take_pose(configuration, input, state, outputs);
+    case InputKind::camera:
+      return answer_image(configuration, input, state, outputs);
+    case InputKind::depth:
+      return take_depth(configuration, input, state);
+    case InputKind::teleop:
+      return answer_teleop(configuration, input, state, outputs);
+    case InputKind::agent_command:
+      return answer_agent_command(configuration, input, state, outputs);
+    case InputKind::agent_teleop:
+      return drive_agent(input, agent, state);
     case InputKind::robot:  // read before the session started; a change needs a new session
     case InputKind::loop:   // obeyed before the physics
-    case InputKind::none: return;
+    case InputKind::none:
+      return;
   }
 }
 

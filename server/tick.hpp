@@ -9,8 +9,8 @@
 
 namespace parhelion {
 
-/// Handles one input. Its arrival must be later than that of every input before. All physics steps due at or before it are
-/// done first. Bad input is refused and counted, and never throws.
+/// Handles one input. Its arrival must be later than that of every input before. All physics steps due at or
+/// before it are done first. Bad input is refused and counted, and never throws.
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& observer);
 
@@ -26,10 +26,12 @@ void answer_scan(const Configuration& configuration, const Message& input, State
 /// camera_path.cpp: CAMERA to a job for the render thread, or to MR_CAMERA at once with the reason.
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
 /// What the render thread's answer leads to: MR_CAMERA, and MR_DEPTH where there is one.
-void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs, State& state);
+void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
+                       State& state);
 void take_depth(const Configuration& configuration, const Message& input, State& state);
 /// command_path.cpp: the instructor's and the trainee's commands.
-void answer_agent_command(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
+void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
+                          Outputs& outputs);
 void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
 void drive_agent(const Message& input, std::string_view agent, State& state);
 /// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long.

@@ -9,13 +9,15 @@ namespace parhelion {
 
 /// Since the epoch; may be set by an administrator.
 inline WallTime wall_now() {
-  return {std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch())
+  return {std::chrono::duration_cast<std::chrono::nanoseconds>(
+              std::chrono::system_clock::now().time_since_epoch())
               .count()};
 }
 
 /// For durations only: never goes back.
 inline WallTime steady_now() {
-  return {std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+  return {std::chrono::duration_cast<std::chrono::nanoseconds>(
+              std::chrono::steady_clock::now().time_since_epoch())
               .count()};
 }
 

@@ -1,4 +1,5 @@
-// parhelion inject: the instructor's commands from a shell. Exit 0 means that the server has written and done it.
+// parhelion inject: the instructor's commands from a shell. Exit 0 means that the server has written and done
+// it.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -17,18 +18,21 @@ namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, url, channel = channel::mr_agent_cmd;
+  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, url,
+                            channel = channel::mr_agent_cmd;
   std::vector<std::string> waypoints;
   double speed = 0.5, timeout = 2.0;
 };
 
 const std::map<std::string, AgentCommand::Action> actions{
-    {"spawn", AgentCommand::Action::spawn},   {"move", AgentCommand::Action::move},
-    {"remove", AgentCommand::Action::remove}, {"behave", AgentCommand::Action::behave},
+    {"spawn", AgentCommand::Action::spawn},           {"move", AgentCommand::Action::move},
+    {"remove", AgentCommand::Action::remove},         {"behave", AgentCommand::Action::behave},
     {"remove-all", AgentCommand::Action::remove_all}, {"freeze", AgentCommand::Action::freeze},
     {"unfreeze", AgentCommand::Action::unfreeze}};
-const std::map<std::string, AgentKind> kinds{
-    {"box", AgentKind::box}, {"barrel", AgentKind::barrel}, {"person", AgentKind::person}, {"robot", AgentKind::robot}};
+const std::map<std::string, AgentKind> kinds{{"box", AgentKind::box},
+                                             {"barrel", AgentKind::barrel},
+                                             {"person", AgentKind::person},
+                                             {"robot", AgentKind::robot}};
 const std::map<std::string, BehaviourKind> behaviours{{"stay", BehaviourKind::stay},
                                                       {"patrol", BehaviourKind::patrol},
                                                       {"wander", BehaviourKind::wander},
@@ -68,10 +72,12 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   agent.behaviour.speed = arguments.speed;
   const bool whole_scene = command.action >= AgentCommand::Action::remove_all;
   if (!whole_scene && agent.name.empty()) return Error{"which agent? give --name NAME"};
-  const bool needs_place = command.action == AgentCommand::Action::spawn || command.action == AgentCommand::Action::move;
+  const bool needs_place =
+      command.action == AgentCommand::Action::spawn || command.action == AgentCommand::Action::move;
   if (needs_place) {
     double place[3] = {0, 0, 0};
-    if (!parse_numbers(arguments.at, place, 2, 3)) return Error{"--at: expected X,Y or X,Y,YAW in metres and degrees, such as 2.5,1,90"};
+    if (!parse_numbers(arguments.at, place, 2, 3))
+      return Error{"--at: expected X,Y or X,Y,YAW in metres and degrees, such as 2.5,1,90"};
     agent.T_map_base = Transform<Map, Base>::planar(place[0], place[1], place[2] * std::numbers::pi / 180);
   }
   if (!arguments.size.empty() && !parse_numbers(arguments.size, agent.size.data(), 3, 3)) {
@@ -79,7 +85,8 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   }
   for (const std::string& text : arguments.waypoints) {
     Eigen::Vector2d waypoint;
-    if (!parse_numbers(text, waypoint.data(), 2, 2)) return Error{"--waypoint: expected X,Y in metres, such as 2.5,1"};
+    if (!parse_numbers(text, waypoint.data(), 2, 2))
+      return Error{"--waypoint: expected X,Y in metres, such as 2.5,1"};
     agent.behaviour.waypoints.push_back(waypoint);
   }
   return command;
@@ -100,7 +107,8 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
     std::printf("done%s%s\n", event.text.empty() ? "" : ": ", event.text.c_str());
     return Exit::done;
   }
-  return fail("no server answered in " + std::to_string(timeout) + " s; is `parhelion serve` running on this LCM network?");
+  return fail("no server answered in " + std::to_string(timeout) +
+              " s; is `parhelion serve` running on this LCM network?");
 }
 
 Exit run(const Arguments& arguments) {
@@ -113,7 +121,8 @@ Exit run(const Arguments& arguments) {
   }
   std::vector<std::uint8_t> payload;
   encode(*command, payload);
-  if (const Status sent = (*bus)->publish(arguments.channel, payload); !sent) return fail(sent.error().message);
+  if (const Status sent = (*bus)->publish(arguments.channel, payload); !sent)
+    return fail(sent.error().message);
   return await_answer(**bus, command->request, arguments.timeout);
 }
 
@@ -126,22 +135,28 @@ std::vector<std::string> keys(const auto& map) {
 }  // namespace
 
 void add_inject(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("inject", "Add, move, remove or command virtual agents on a running server");
+  CLI::App* command =
+      app.add_subcommand("inject", "Add, move, remove or command virtual agents on a running server");
   auto arguments = std::make_shared<Arguments>();
-  command->add_option("action", arguments->action, "What to do")->required()->check(CLI::IsMember(keys(actions)));
+  command->add_option("action", arguments->action, "What to do")
+      ->required()
+      ->check(CLI::IsMember(keys(actions)));
   command->add_option("--name", arguments->name, "The agent's name");
   command->add_option("--kind", arguments->kind, "What it is")->check(CLI::IsMember(keys(kinds)));
   command->add_option("--at", arguments->at, "X,Y or X,Y,YAW in the map: metres, degrees");
   command->add_option("--size", arguments->size, "X,Y,Z of a box or barrel, metres");
-  command->add_option("--behaviour", arguments->behaviour, "What it does")->check(CLI::IsMember(keys(behaviours)));
+  command->add_option("--behaviour", arguments->behaviour, "What it does")
+      ->check(CLI::IsMember(keys(behaviours)));
   command->add_option("--waypoint", arguments->waypoints, "X,Y of a patrol; several times")->take_all();
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));
   command->add_option("--laser", arguments->laser, "Preset of its own laser, such as lms-200");
-  command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")->check(CLI::PositiveNumber);
+  command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
+      ->check(CLI::PositiveNumber);
   command->add_option("--channel", arguments->channel, "Channel of agent commands");
   command->add_option("--url", arguments->url, "LCM URL");
   command->footer(
-      "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90 --behaviour wander --laser lms-200");
+      "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90 --behaviour wander --laser "
+      "lms-200");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

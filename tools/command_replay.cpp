@@ -56,7 +56,8 @@ Exit run(Arguments& arguments, const CLI::App& command) {
 }  // namespace
 
 void add_replay(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("replay", "Run the server over a recorded log: same log, same bytes");
+  CLI::App* command =
+      app.add_subcommand("replay", "Run the server over a recorded log: same log, same bytes");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->options.log, "LCM log with inputs, or a session log")->required();
   command->add_option("--scenario", arguments->scenario, "Agents and limits; without it the session's own");
@@ -71,7 +72,8 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_flag("--publish", arguments->publish, "Publish the outputs on LCM");
   command->add_option("--url", arguments->url, "LCM URL to publish on (implies --publish)");
   command->add_flag("--force", arguments->options.overwrite, "Overwrite files that exist");
-  command->footer("Example: parhelion replay drive.lcm --scenario lab.yaml -o session.lcm --report report.json");
+  command->footer(
+      "Example: parhelion replay drive.lcm --scenario lab.yaml -o session.lcm --report report.json");
   command->callback([arguments, command, &exit] { exit = run(*arguments, *command); });
 }
 

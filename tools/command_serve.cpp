@@ -74,7 +74,8 @@ Exit run_once(const Arguments& arguments) {
   if (!report) return fail(report.error().message);
   std::fputs(summary(*report).c_str(), stderr);
   if (!arguments.report.empty()) {
-    if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite); !written) {
+    if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite);
+        !written) {
       return fail(written.error().message);
     }
   }
@@ -103,7 +104,8 @@ Exit supervise(Arguments arguments) {
     while (waitpid(child, &status, 0) < 0) {
     }
     if (WIFEXITED(status)) return static_cast<Exit>(WEXITSTATUS(status));
-    std::fprintf(stderr, "parhelion serve: the server died (signal %d); starting it again\n", WTERMSIG(status));
+    std::fprintf(stderr, "parhelion serve: the server died (signal %d); starting it again\n",
+                 WTERMSIG(status));
     arguments.session.clear();  // the log of the one that died stays as it is
   }
 }
@@ -116,12 +118,14 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_option("scenario", arguments->scenario, "Scenario file")->required();
   command->add_option("--robot", arguments->robot, "Robot description; without it from the ROBOT channel");
   command->add_option("-o,--output", arguments->session, "Session log; by default session-<time>.lcm here");
-  command->add_option("--report", arguments->report, "JSON report to write at the end; - for standard output");
+  command->add_option("--report", arguments->report,
+                      "JSON report to write at the end; - for standard output");
   command->add_option("--url", arguments->url, "LCM URL; by default LCM_DEFAULT_URL, else this machine only");
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
   command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
   command->footer("Example: parhelion serve lab.yaml -o session.lcm");
-  command->callback([arguments, &exit] { exit = arguments->once ? run_once(*arguments) : supervise(*arguments); });
+  command->callback(
+      [arguments, &exit] { exit = arguments->once ? run_once(*arguments) : supervise(*arguments); });
 }
 
 }  // namespace parhelion

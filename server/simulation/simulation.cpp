@@ -196,6 +196,11 @@ void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) 
   }
 }
 
+void Simulation::skip(std::uint64_t steps) {
+  state_->step += steps;
+  state_->record();
+}
+
 void Simulation::step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests) {
   State& state = *state_;
   ++state.step;

@@ -72,6 +72,8 @@ class Simulation {
   SimulationTime next_step() const;  ///< instant of the state that step() would make
   /// One fixed step. Laser requests that fall due are appended to `requests`.
   void step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests);
+  /// Lets `steps` pass without doing them: everything stands still meanwhile. For a machine that fell behind.
+  void skip(std::uint64_t steps);
   /// The agent's newest own scan (ranges as the preset writes them), for its behaviour.
   void give_scan(const std::string& agent, const Scan& scan);
 

@@ -1,4 +1,5 @@
-// A recording made of known parts: a robot that drives a circle in a furnished room, with scans cast from the room itself.
+// A recording made of known parts: a robot that drives a circle in a furnished room, with scans cast from the
+// room itself.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -33,7 +34,8 @@ inline SemanticModel room() {
   SemanticModel model;
   model.map_id = "synthetic";
   model.entities = {wall("wall 1", 0, -4, 0, 9.8), wall("wall 2", 0, 4, 0, 9.8),
-                    wall("wall 3", -5, 0, std::numbers::pi / 2, 7.8), wall("wall 4", 5, 0, std::numbers::pi / 2, 7.8)};
+                    wall("wall 3", -5, 0, std::numbers::pi / 2, 7.8),
+                    wall("wall 4", 5, 0, std::numbers::pi / 2, 7.8)};
   return model;
 }
 
@@ -83,7 +85,8 @@ constexpr std::int64_t start_us = 1'700'000'000'000'000;
 /// Pose on a circle of 1.5 m radius, one turn in 40 s.
 inline Transform<Map, Base> pose_at(double t) {
   const double angle = 2 * std::numbers::pi * t / 40;
-  return Transform<Map, Base>::planar(1.5 * std::cos(angle), 1.5 * std::sin(angle), angle + std::numbers::pi / 2);
+  return Transform<Map, Base>::planar(1.5 * std::cos(angle), 1.5 * std::sin(angle),
+                                      angle + std::numbers::pi / 2);
 }
 
 inline Message message(const std::string& channel, std::int64_t arrival_us, const auto& item) {
@@ -103,7 +106,8 @@ inline Scan scan_at(double t) {
   beam_times(laser, static_cast<std::size_t>(laser.beams), time);
   std::vector<RangeHit> hits(time.size());
   const auto T_map_laser = pose_at(t) * laser.T_base_laser;
-  cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time}, room(), 30, hits);
+  cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time}, room(), 30,
+                      hits);
   for (const RangeHit& hit : hits) {
     scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
   }
@@ -131,14 +135,16 @@ inline std::vector<Message> drive(double duration, std::vector<Message> extra = 
     estimate.state = SlamState::tracking;
     log.push_back(message(channel::pose_cov, utime + 25000, estimate));
   }
-  std::stable_sort(log.begin(), log.end(), [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
+  std::stable_sort(log.begin(), log.end(),
+                   [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
   return log;
 }
 
 inline void write_log(const std::filesystem::path& path, const std::vector<Message>& messages) {
   auto writer = LogWriter::create(path.string(), true);
   ASSERT_TRUE(writer.ok());
-  for (const Message& each : messages) ASSERT_TRUE(writer->write(each.channel, each.arrival, each.payload).ok());
+  for (const Message& each : messages)
+    ASSERT_TRUE(writer->write(each.channel, each.arrival, each.payload).ok());
 }
 
 /// A folder of this test's own, removed with it.

@@ -76,9 +76,11 @@ TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
       // The return lies on the barrel, which stands at (3, 2) and is 0.4 m wide.
       const double t = static_cast<double>(real[i].stamp.utime() - test::start_us) * 1e-6;
       const double angle = real[i].angle_first + static_cast<double>(beam) * real[i].angle_step;
-      const Eigen::Vector3d p_laser(out[i].ranges[beam] * std::cos(angle), out[i].ranges[beam] * std::sin(angle), 0);
+      const Eigen::Vector3d p_laser(out[i].ranges[beam] * std::cos(angle),
+                                    out[i].ranges[beam] * std::sin(angle), 0);
       const Eigen::Vector3d p_map = test::pose_at(t) * (test::robot().laser->T_base_laser * p_laser);
-      ASSERT_NEAR((p_map.head<2>() - Eigen::Vector2d(3, 2)).norm(), 0.2, 0.05) << "scan " << i << " beam " << beam;
+      ASSERT_NEAR((p_map.head<2>() - Eigen::Vector2d(3, 2)).norm(), 0.2, 0.05)
+          << "scan " << i << " beam " << beam;
     }
   }
   EXPECT_GT(replaced, 50U);
@@ -152,7 +154,8 @@ TEST_F(TickTest, TickAnswersAScanWhoseStampIsAnHourOffWithItself) {
   feed(test::message(channel::odometry, test::start_us + 2'101'000,
                      Odometry{next.stamp, Transform<Odom, Base>(test::pose_at(2.1).isometry())}));
   feed(test::message(channel::scan, test::start_us + 2'106'000, next));
-  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live) << "one bad stamp must not blind what follows";
+  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live)
+      << "one bad stamp must not blind what follows";
 }
 
 TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
@@ -181,7 +184,8 @@ TEST_F(TickTest, TickRefusesAnAgentOnTheRealRobotAndSaysWhereThereIsRoom) {
   command.agent = agent("box_1", AgentKind::box, here.x(), here.y());
   feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
   const auto events = decoded<Event>(channel::mr_events);
-  const auto answer = std::find_if(events.begin(), events.end(), [](const Event& e) { return e.request == 1; });
+  const auto answer =
+      std::find_if(events.begin(), events.end(), [](const Event& e) { return e.request == 1; });
   ASSERT_NE(answer, events.end());
   EXPECT_EQ(answer->kind, EventKind::command_refused);
   EXPECT_NE(answer->text.find_first_of("0123456789"), std::string::npos) << answer->text;
@@ -200,7 +204,8 @@ TEST_F(TickTest, TickOnlyEverReducesTheTraineesCommand) {
     command.twist = {component(random), 0, component(random)};
     log.push_back(test::message(channel::teleop, utime, command));
   }
-  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
   int reduced = 0;
   for (const Message& each : log) {
     out_.clear();
@@ -227,7 +232,8 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
   command.stamp = SensorTime::from_utime(test::start_us + 1'000'000);
   command.twist = {0.5, 0, 0};
   log.push_back(test::message(channel::teleop, test::start_us + 1'000'000, command));
-  std::stable_sort(log.begin(), log.end(), [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
   feed(log);
   const auto given = decoded<TwistCommand>(channel::mr_cmd);
   ASSERT_GE(given.size(), 2U);

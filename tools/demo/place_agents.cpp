@@ -8,15 +8,18 @@
 namespace parhelion {
 namespace {
 
-constexpr double robot_radius = 0.45;  // m, a robot and some room to turn
-constexpr double path_clearance = 0.8; // m, so that the recorded robot does not drive through it
+constexpr double robot_radius = 0.45;   // m, a robot and some room to turn
+constexpr double path_clearance = 0.8;  // m, so that the recorded robot does not drive through it
 
 bool is_free(const GridMap& map, const Eigen::Vector2d& at, double radius) {
-  const auto cell = [&](double value, double low) { return static_cast<int>(std::floor((value - low) / map.resolution)); };
+  const auto cell = [&](double value, double low) {
+    return static_cast<int>(std::floor((value - low) / map.resolution));
+  };
   for (int y = cell(at.y() - radius, map.y_min); y <= cell(at.y() + radius, map.y_min); ++y) {
     for (int x = cell(at.x() - radius, map.x_min); x <= cell(at.x() + radius, map.x_min); ++x) {
       if (x < 0 || y < 0 || x >= map.width || y >= map.height) return false;
-      if (map.occupied[static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x)] > 0.4F) {
+      if (map.occupied[static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) +
+                       static_cast<std::size_t>(x)] > 0.4F) {
         return false;
       }
     }
@@ -43,7 +46,8 @@ std::size_t along(const std::vector<Eigen::Vector3d>& path, double s) {
 }
 
 /// Free floor beside the path at pose `i`, as near to it as may be, either side.
-std::optional<Eigen::Vector2d> beside(const GridMap& map, const std::vector<Eigen::Vector3d>& path, std::size_t i) {
+std::optional<Eigen::Vector2d> beside(const GridMap& map, const std::vector<Eigen::Vector3d>& path,
+                                      std::size_t i) {
   const double yaw = path[i].z();
   const Eigen::Vector2d left(-std::sin(yaw), std::cos(yaw));
   for (double offset = path_clearance; offset <= 2.5; offset += 0.05) {
@@ -57,7 +61,8 @@ std::optional<Eigen::Vector2d> beside(const GridMap& map, const std::vector<Eige
 
 /// The first place beside the path at or after the share `s`.
 std::optional<std::pair<std::size_t, Eigen::Vector2d>> place_from(const GridMap& map,
-                                                                  const std::vector<Eigen::Vector3d>& path, double s) {
+                                                                  const std::vector<Eigen::Vector3d>& path,
+                                                                  double s) {
   for (double share = s; share < s + 0.25 && share < 1; share += 0.01) {
     const std::size_t i = along(path, share);
     if (const auto at = beside(map, path, i)) return std::pair(i, *at);
@@ -75,7 +80,8 @@ AgentDefinition robot(const std::string& name, const Eigen::Vector2d& at, double
 
 }  // namespace
 
-Result<std::vector<AgentDefinition>> place_agents(const GridMap& map, const std::vector<Eigen::Vector3d>& path) {
+Result<std::vector<AgentDefinition>> place_agents(const GridMap& map,
+                                                  const std::vector<Eigen::Vector3d>& path) {
   std::vector<AgentDefinition> agents;
   const char* names[] = {"robot_1", "robot_2", "robot_3"};
   const double shares[] = {0.15, 0.40, 0.65};

@@ -1,4 +1,5 @@
-// Where a demo's virtual robots stand: beside the way that the real robot drove, on floor that the map knows to be free.
+// Where a demo's virtual robots stand: beside the way that the real robot drove, on floor that the map knows
+// to be free.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +11,10 @@
 
 namespace parhelion {
 
-/// Three robots along `path` (x, y, yaw in the map): one that stands beside it and is met head on, one that patrols along
-/// it, one that wanders with a laser of its own. Error: no free place of 0.6 m radius within 2.5 m of the path.
-Result<std::vector<AgentDefinition>> place_agents(const GridMap& map, const std::vector<Eigen::Vector3d>& path);
+/// Three robots along `path` (x, y, yaw in the map): one that stands beside it and is met head on, one that
+/// patrols along it, one that wanders with a laser of its own. Error: no free place of 0.6 m radius
+/// within 2.5 m of the path.
+Result<std::vector<AgentDefinition>> place_agents(const GridMap& map,
+                                                  const std::vector<Eigen::Vector3d>& path);
 
 }  // namespace parhelion

@@ -14,7 +14,8 @@ namespace parhelion {
 namespace {
 
 constexpr Duration transfer = milliseconds(5);  // from exposure to arrival
-constexpr Duration longest_gap = seconds(2.0);  // between two poses; over a longer one nobody knows where the camera was
+constexpr Duration longest_gap =
+    seconds(2.0);  // between two poses; over a longer one nobody knows where the camera was
 
 struct Recording {
   std::vector<Message> events;
@@ -48,7 +49,8 @@ Result<Recording> read(const std::string& path) {
     recording.events.push_back(std::move(**next));
   }
   if (!have_robot) return Error{path + ": no ROBOT message; expected one as the first event"};
-  if (recording.poses.size() < 2) return Error{path + ": fewer than two poses on POSE_COV; run `parhelion slam` over it first"};
+  if (recording.poses.size() < 2)
+    return Error{path + ": fewer than two poses on POSE_COV; run `parhelion slam` over it first"};
   return recording;
 }
 
@@ -67,8 +69,10 @@ std::vector<Message> shoot(const Recording& recording, VirtualCamera& camera, do
     const PoseEstimate &a = poses[after - 1], &b = poses[after];
     if (b.stamp - a.stamp > longest_gap) continue;
     const double s = (t - a.stamp).seconds() / (b.stamp - a.stamp).seconds();
-    const auto T_map_optical = interpolate(a.T_map_base, b.T_map_base, s) * recording.robot.camera->T_base_optical;
-    const Image image = camera.render(*recording.robot.camera, T_map_optical, nobody, t, "rendered from the extruded model");
+    const auto T_map_optical =
+        interpolate(a.T_map_base, b.T_map_base, s) * recording.robot.camera->T_base_optical;
+    const Image image =
+        camera.render(*recording.robot.camera, T_map_optical, nobody, t, "rendered from the extruded model");
     Message message{channel::camera, ArrivalTime{t.ns} + transfer, {}};
     encode(image, message.payload);
     images.push_back(std::move(message));
@@ -119,12 +123,14 @@ Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::stri
   }
   std::vector<Message> all = std::move(recording->events);
   std::move(events.begin(), events.end(), std::back_inserter(all));
-  std::stable_sort(all.begin(), all.end(), [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
 
   auto writer = LogWriter::create(out, overwrite);
   if (!writer) return writer.error();
   for (const Message& event : all) {
-    if (const Status written = writer->write(event.channel, event.arrival, event.payload); !written) return written.error();
+    if (const Status written = writer->write(event.channel, event.arrival, event.payload); !written)
+      return written.error();
   }
   return images;
 }

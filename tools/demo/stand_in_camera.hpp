@@ -13,8 +13,9 @@ namespace parhelion {
 /// A 640x480 camera of 75 degrees at the front of a robot, looking ahead and slightly down.
 CameraDescription stand_in_camera(double height);
 
-/// Copies the log `in` to `out` with CAMERA at `rate` Hz wherever POSE_COV tells where the robot was, and with the camera in
-/// its ROBOT description. Arrival: 5 ms after the image's stamp. Returns the number of images.
+/// Copies the log `in` to `out` with CAMERA at `rate` Hz wherever POSE_COV tells where the robot was, and
+/// with the camera in its ROBOT description. Arrival: 5 ms after the image's stamp. Returns the number of
+/// images.
 Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::string& out, bool overwrite,
                                           const SemanticModel& model, double rate,
                                           const std::function<void(double done, double total)>& progress);

@@ -1,0 +1,76 @@
+#include "tools/demo/witness.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t cameras_kept = 8;  // images that may be under way to the render thread and back
+constexpr int visible_change = 24;       // of 255: well above what encoding an unchanged pixel again does
+
+WitnessedScan place(const Configuration& configuration, const State& state, const PoseAtInstant& pose) {
+  const ScanPath& path = state.scan;
+  WitnessedScan seen;
+  seen.T_map_base = pose.T_map_base;
+  seen.T_map_laser = pose.T_map_base * configuration.robot.laser->T_base_laser;
+  seen.world = path.world_end;
+  for (std::size_t i = 0; i < path.out.ranges.size(); ++i) {
+    if (configuration.robot.laser->convention.classify(path.out.ranges[i]) != BeamKind::hit) continue;
+    const double angle = path.out.angle_first + static_cast<double>(i) * path.out.angle_step;
+    const Eigen::Vector3d p_laser(path.out.ranges[i] * std::cos(angle), path.out.ranges[i] * std::sin(angle),
+                                  0);
+    const Eigen::Vector2d p_map = (seen.T_map_laser * p_laser).head<2>();
+    const bool is_virtual = path.beam_body[i] >= 0;
+    (is_virtual ? seen.virtual_returns : seen.real_returns).push_back(p_map);
+    seen.replaced += is_virtual ? 1 : 0;
+  }
+  return seen;
+}
+
+}  // namespace
+
+void Witness::see(const Configuration& configuration, const Message& input, const State& state) {
+  const InputKind kind = configuration.channels.kind(input.channel);
+  if (kind == InputKind::camera) return remember(input);
+  if (kind != InputKind::scan || !state.scan.live) return;
+  const auto pose = state.track.at(state.scan.real.stamp);
+  if (!pose) return;
+  driven_.push_back(pose->T_map_base.translation().head<2>());
+  auto definition = state.scan.world_end.scene->bodies.begin();
+  std::string last;
+  for (const BodyState& body : state.scan.world_end.bodies) {
+    while ((*definition)->id < body.id) ++definition;
+    if ((*definition)->owner != BodyOwner::agent || (*definition)->entity == last) continue;
+    last = (*definition)->entity;
+    agent_paths_[last].push_back(body.T_map_body.translation().head<2>());
+  }
+  WitnessedScan seen = place(configuration, state, *pose);
+  if (seen.replaced > 0 && (!best_scan_ || seen.replaced > best_scan_->replaced))
+    best_scan_ = std::move(seen);
+}
+
+void Witness::remember(const Message& input) {
+  Image camera;
+  if (!decode(input.channel, input.payload, camera)) return;
+  cameras_.push_back(std::move(camera));
+  if (cameras_.size() > cameras_kept) cameras_.pop_front();
+}
+
+void Witness::see_answer(const Image& answer) {
+  const auto asked = std::find_if(cameras_.begin(), cameras_.end(),
+                                  [&](const Image& camera) { return camera.stamp == answer.stamp; });
+  if (asked == cameras_.end() || asked->bytes == answer.bytes) return;
+  if (!codec_.decode(asked->bytes, before_) || !codec_.decode(answer.bytes, after_)) return;
+  if (before_.size() != after_.size()) return;
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < before_.size(); i += 3) {
+    changed += std::abs(int{before_[i]} - int{after_[i]}) > visible_change ? 1 : 0;
+  }
+  if (changed <= best_pixels_) return;
+  best_pixels_ = changed;
+  best_image_ = answer;
+}
+
+}  // namespace parhelion

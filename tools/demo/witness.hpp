@@ -1,0 +1,54 @@
+// Looks on while a log is replayed, and keeps what the demo's two pictures show.
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/image.hpp"
+#include "protocols/scan.hpp"
+#include "protocols/world.hpp"
+#include "render/jpeg.hpp"
+#include "server/state.hpp"
+
+namespace parhelion {
+
+/// One augmented scan in the map, and the world in which it was answered.
+struct WitnessedScan {
+  std::vector<Eigen::Vector2d> real_returns, virtual_returns;  ///< m, map
+  Transform<Map, Laser> T_map_laser;
+  Transform<Map, Base> T_map_base;
+  WorldSnapshot world;
+  std::size_t replaced = 0;
+};
+
+class Witness {
+ public:
+  /// After each input.
+  void see(const Configuration& configuration, const Message& input, const State& state);
+  /// Each MR_CAMERA: the one that differs most from the CAMERA that it answers is kept.
+  void see_answer(const Image& answer);
+
+  const std::vector<Eigen::Vector2d>& driven() const { return driven_; }
+  const std::optional<WitnessedScan>& best_scan() const { return best_scan_; }
+  const std::optional<Image>& best_image() const { return best_image_; }
+  /// Path of each agent, by name.
+  const std::map<std::string, std::vector<Eigen::Vector2d>>& agent_paths() const { return agent_paths_; }
+
+ private:
+  void remember(const Message& camera);
+
+  std::vector<Eigen::Vector2d> driven_;
+  std::map<std::string, std::vector<Eigen::Vector2d>> agent_paths_;
+  std::optional<WitnessedScan> best_scan_;
+  std::optional<Image> best_image_;
+  std::size_t best_pixels_ = 0;
+  std::deque<Image> cameras_;
+  JpegCodec codec_;
+  std::vector<std::uint8_t> before_, after_;  // BGR
+};
+
+}  // namespace parhelion
