@@ -169,7 +169,7 @@ Status Run::handle(Message message) {
   }
   outbox_.send(&message, outputs_.entries(), message.arrival);
   answer_frames();
-  if (options_.watch) options_.watch(message, *state_, outputs_);
+  if (options_.watch) options_.watch(configuration_, message, *state_);
   return {};
 }
 
@@ -205,6 +205,7 @@ void Run::finish(const LogReader& reader) {
   write_frame();
   (void)outbox_.sync();
   report_.source = options_.log;
+  report_.notes.insert(options_.notes.begin(), options_.notes.end());
   if (state_) report_.tally = state_->tally;
   report_.log_damage_bytes = reader.skipped_bytes();
   report_.scan_us = stages_.scan_us;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -27,9 +28,10 @@ struct ReplayOptions {
   Bus* bus = nullptr;  ///< outputs are published on it where given
   int threads = 2;     ///< 1: images are answered before the next input; the bytes are the same
   std::function<void(const ReplayProgress&)> progress;
-  std::function<bool()> stop;  ///< asked between inputs
-  /// Shown every input and its outputs, after they are written: for pictures and pages.
-  std::function<void(const Message&, const State&, const Outputs&)> watch;
+  std::function<bool()> stop;                ///< asked between inputs
+  std::map<std::string, std::string> notes;  ///< for the report and MR_STATUS: what is not as it looks
+  /// Shown every input after it was handled: for pictures and pages.
+  std::function<void(const Configuration&, const Message&, const State&)> watch;
   std::function<void(const Image&)> watch_camera;  ///< each MR_CAMERA
 };
 

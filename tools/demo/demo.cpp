@@ -1,0 +1,189 @@
+#include "tools/demo/demo.hpp"
+
+#include <filesystem>
+
+#include "fusion/semantic/extrude.hpp"
+#include "server/replay.hpp"
+#include "tools/demo/pictures.hpp"
+#include "tools/demo/place_agents.hpp"
+#include "tools/demo/stand_in_camera.hpp"
+#include "tools/demo/witness.hpp"
+#include "tools/import/import.hpp"
+#include "tools/slam_log.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr const char* sena =
+    "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
+constexpr double camera_rate = 10;  // Hz
+
+/// Names of what a demo leaves in its folder.
+struct Files {
+  explicit Files(const std::filesystem::path& folder)
+      : recording(folder / "recording.lcm"),
+        localized(folder / "localized.lcm"),
+        with_camera(folder / "with-camera.lcm"),
+        map(folder / "map"),
+        model(folder / "model.yaml"),
+        scenario(folder / "scenario.yaml"),
+        map_picture(folder / "map.png"),
+        camera_picture(folder / "camera.jpg") {}
+  std::string recording, localized, with_camera, map, model, scenario, map_picture, camera_picture;
+};
+
+class Demo {
+ public:
+  explicit Demo(const DemoOptions& options) : options_(options), files_(options.folder) {}
+  Result<DemoResult> run();
+
+ private:
+  Status import();
+  Status build_map();
+  Status localize();
+  Status make_scenario();
+  Status add_camera();
+  Status replay_with_agents();
+  Status draw();
+  void say(const std::string& line) const {
+    if (options_.say) options_.say(line);
+  }
+  std::function<void(double, double)> progress(const std::string& task) const {
+    return [this, task](double done, double total) {
+      if (options_.progress) options_.progress(task, done, total);
+    };
+  }
+
+  const DemoOptions& options_;
+  const Files files_;
+  GridMap map_;
+  SemanticModel model_;
+  Configuration configuration_;
+  Witness witness_;
+  DemoResult result_;
+};
+
+Status Demo::import() {
+  ImportOptions options;
+  options.input = options_.recording.empty() ? sena : options_.recording;
+  options.output = files_.recording;
+  options.overwrite = options_.overwrite;
+  if (!std::filesystem::exists(options.input)) {
+    return Error{options.input.string() +
+                 ": not there; it is in Debian's package mrpt-common (apt-get install mrpt-common)"};
+  }
+  const auto report = import_recording(options, progress("import"));
+  if (!report) return report.error();
+  say("imported   " + summary_line(*report));
+  return {};
+}
+
+Status Demo::build_map() {
+  SlamLogOptions options;
+  options.input = files_.recording;
+  options.save_map = files_.map;
+  options.overwrite = options_.overwrite;
+  const auto mapped = map_log(options, progress("slam"));
+  if (!mapped) return mapped.error();
+  map_ = mapped->map;
+  say("mapped     " + mapped->summary);
+  const auto model = extrude(map_, {});
+  if (!model) return model.error();
+  model_ = *model;
+  say("extruded   " + std::to_string(model_.entities.size()) + " elements of the building from the map");
+  return write_text(files_.model, to_yaml(model_), options_.overwrite);
+}
+
+Status Demo::localize() {
+  SlamLogOptions options;
+  options.input = files_.recording;
+  options.output = files_.localized;
+  options.map = files_.map + ".yaml";
+  options.slam.start = Eigen::Vector3d::Zero();  // a map's origin is where its recording began
+  options.overwrite = options_.overwrite;
+  const auto localized = localize_log(options, progress("localize"));
+  if (!localized) return localized.error();
+  say("localized  " + localized->summary);
+  return {};
+}
+
+Status Demo::make_scenario() {
+  Scenario scenario;
+  scenario.name = "demo";
+  scenario.model = files_.model;
+  const auto agents = place_agents(map_, map_.path);
+  if (!agents) return agents.error();
+  scenario.agents = *agents;
+  std::string names;
+  for (const AgentDefinition& agent : scenario.agents) {
+    names += (names.empty() ? "" : ", ") + agent.name + " (" + to_string(agent.behaviour.kind) + ")";
+  }
+  say("scenario   " + names);
+  scenario.model = std::filesystem::path(files_.model).filename().string();  // beside the scenario
+  return write_text(files_.scenario, to_yaml(scenario), options_.overwrite);
+}
+
+Status Demo::add_camera() {
+  const auto images = add_stand_in_camera(files_.localized, files_.with_camera, options_.overwrite, model_,
+                                          camera_rate, progress("camera"));
+  if (!images) return images.error();
+  say("camera     the recording has none: " + std::to_string(*images) +
+      " stand-in images rendered from the model, marked as such");
+  return {};
+}
+
+Status Demo::replay_with_agents() {
+  ReplayOptions options;
+  options.log = files_.with_camera;
+  options.scenario = files_.scenario;
+  options.session = result_.session;
+  options.overwrite = options_.overwrite;
+  options.rate = options_.fast ? 0 : 1;
+  options.bus = options_.bus;
+  options.stop = options_.stop;
+  options.notes = {{"camera", "stand-in: rendered from the extruded model"}};
+  const auto show = progress("replay");
+  options.progress = [&](const ReplayProgress& at) {
+    show(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
+  };
+  options.watch = [this](const Configuration& configuration, const Message& input, const State& state) {
+    witness_.see(configuration, input, state);
+  };
+  options.watch_camera = [this](const Image& answer) { witness_.see_answer(answer); };
+  auto report = replay(options);
+  if (!report) return report.error();
+  result_.report = std::move(*report);
+  return {};
+}
+
+Status Demo::draw() {
+  result_.map_picture = files_.map_picture;
+  if (const Status drawn = draw_map_picture(files_.map_picture, map_, model_, witness_); !drawn) return drawn;
+  if (!witness_.best_image()) return {};
+  const std::vector<std::uint8_t>& jpeg = witness_.best_image()->bytes;
+  result_.camera_picture = files_.camera_picture;
+  return write_text(files_.camera_picture, std::string(jpeg.begin(), jpeg.end()), true);
+}
+
+Result<DemoResult> Demo::run() {
+  std::error_code failed;
+  std::filesystem::create_directories(options_.folder, failed);
+  if (failed) return Error{options_.folder + ": cannot be made: " + failed.message()};
+  result_.session = options_.session.empty()
+                        ? (std::filesystem::path(options_.folder) / "session.lcm").string()
+                        : options_.session;
+  using Step = Status (Demo::*)();
+  for (const Step step : {&Demo::import, &Demo::build_map, &Demo::localize, &Demo::make_scenario,
+                          &Demo::add_camera, &Demo::replay_with_agents, &Demo::draw}) {
+    if (const Status done = (this->*step)(); !done) return done.error();
+    if (options_.stop && options_.stop()) return Error{"stopped"};
+  }
+  return std::move(result_);
+}
+
+}  // namespace
+
+Result<DemoResult> run_demo(const DemoOptions& options) { return Demo(options).run(); }
+
+}  // namespace parhelion

@@ -1,0 +1,18 @@
+// The demo's map picture: where everybody was, and one augmented scan.
+#pragma once
+
+#include <string>
+
+#include "fusion/pose/slam.hpp"
+#include "protocols/model.hpp"
+#include "protocols/status.hpp"
+#include "tools/demo/witness.hpp"
+
+namespace parhelion {
+
+/// PNG: grid map, walls, the paths of the robot and of each agent, the bodies and the scan of the witnessed
+/// moment.
+Status draw_map_picture(const std::string& path, const GridMap& map, const SemanticModel& model,
+                        const Witness& witness);
+
+}  // namespace parhelion
