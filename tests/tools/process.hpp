@@ -1,0 +1,78 @@
+// The built program as a process of its own.
+#pragma once
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace parhelion::test {
+
+inline std::string program() { return std::string(PARHELION_BINARY_DIR) + "/tools/parhelion"; }
+
+/// Runs until it ends or is killed; killed with this object at the latest.
+class Process {
+ public:
+  /// Output and errors go to the file `log`.
+  Process(std::vector<std::string> arguments, const std::string& log) {
+    std::vector<char*> argv{const_cast<char*>("parhelion")};
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string path = program();
+    pid_ = fork();
+    if (pid_ != 0) return;
+    const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    execv(path.c_str(), argv.data());
+    _exit(127);
+  }
+  ~Process() {
+    if (pid_ <= 0) return;
+    kill(pid_, SIGKILL);
+    (void)wait();
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  pid_t pid() const { return pid_; }
+  void signal(int number) const { kill(pid_, number); }
+  /// Exit code, or 128 + the signal that ended it.
+  int wait() {
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  bool running() {
+    int status = 0;
+    if (pid_ > 0 && waitpid(pid_, &status, WNOHANG) == pid_) pid_ = -1;
+    return pid_ > 0;
+  }
+
+ private:
+  pid_t pid_ = -1;
+};
+
+inline std::string text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+struct Ran {
+  int exit = -1;
+  std::string output;
+};
+
+inline Ran run(const std::vector<std::string>& arguments, const std::string& log) {
+  Process process(arguments, log);
+  const int exit = process.wait();
+  return {exit, text_of(log)};
+}
+
+}  // namespace parhelion::test

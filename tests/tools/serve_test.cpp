@@ -1,0 +1,169 @@
+// Promise 6 and the live server over real LCM: whatever moment it is killed at, what it acknowledged is in
+// its log.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+#include <set>
+
+#include "server/wall_clock.hpp"
+#include "tests/server/synthetic.hpp"
+#include "tests/tools/process.hpp"
+
+namespace parhelion {
+namespace {
+
+/// A group of its own for each test process, so that runs beside each other do not hear each other.
+std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
+
+class ServeTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
+    std::ofstream(folder_ / "robot.yaml") << to_yaml(test::robot());
+    Scenario scenario;
+    scenario.name = "kill";
+    scenario.model = "model.yaml";
+    scenario.robot = "robot.yaml";
+    std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
+    auto bus = open_network_bus(url());
+    ASSERT_TRUE(bus.ok()) << bus.error().message;
+    bus_ = std::move(*bus);
+    ASSERT_TRUE(bus_->subscribe("MR_.*", 2000).ok());
+  }
+  std::vector<std::string> serve(const std::string& session) {
+    return {"serve",  folder_ / "scenario.yaml", "-o", folder_ / session, "--url", url(), "--no-restart",
+            "--force"};
+  }
+  Message spawn(std::uint64_t request, int place) {
+    AgentCommand command;
+    command.request = request;
+    command.stamp = {wall_now().ns};
+    command.agent = test::agent("box_" + std::to_string(request), AgentKind::box, -4.0 + 0.9 * (place % 10),
+                                -3.0 + 0.9 * (place / 10 % 7));
+    return test::message(channel::mr_agent_cmd, 0, command);
+  }
+  /// The next answer to a command; 0 where none came in time.
+  std::uint64_t answer(Duration timeout) {
+    const WallTime deadline = steady_now() + timeout;
+    Message message;
+    while (steady_now() < deadline) {
+      const auto received = bus_->receive(message, deadline - steady_now());
+      if (!received.ok() || !*received) break;
+      Event event;
+      if (message.channel != channel::mr_events || !decode(message.channel, message.payload, event)) continue;
+      if (event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused)
+        return event.request;
+    }
+    return 0;
+  }
+  /// Until the server answers.
+  ::testing::AssertionResult await_server(test::Process& server, std::uint64_t request) {
+    const Message hello = spawn(request, 0);
+    for (int tries = 0; tries < 200; ++tries) {
+      if (!server.running()) return ::testing::AssertionFailure() << test::text_of(folder_ / "serve.txt");
+      EXPECT_TRUE(bus_->publish(hello.channel, hello.payload).ok());
+      if (answer(milliseconds(100)) == request) return ::testing::AssertionSuccess();
+    }
+    return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
+  }
+  std::set<std::uint64_t> commands_in(const std::string& session) {
+    std::set<std::uint64_t> requests;
+    auto reader = LogReader::open(folder_ / session);
+    EXPECT_TRUE(reader.ok());
+    while (reader.ok()) {
+      const auto next = reader->next();
+      if (!next.ok()) continue;
+      if (!*next) break;
+      AgentCommand command;
+      if ((*next)->channel == channel::mr_agent_cmd &&
+          decode((*next)->channel, (*next)->payload, command).ok()) {
+        requests.insert(command.request);
+      }
+    }
+    return requests;
+  }
+
+  test::Folder folder_;
+  std::unique_ptr<Bus> bus_;
+};
+
+TEST_F(ServeTest, ServeLosesNothingAcknowledgedHoweverItIsKilled) {
+  const char* long_run = std::getenv("PARHELION_LONG");
+  const int kills = long_run != nullptr && std::string(long_run) == "1" ? 1000 : 50;
+  std::mt19937 random(3);
+  std::uint64_t request = 1;
+  for (int round = 0; round < kills; ++round) {
+    test::Process server(serve("session.lcm"), folder_ / "serve.txt");
+    std::set<std::uint64_t> acknowledged;
+    ASSERT_TRUE(await_server(server, request));
+    acknowledged.insert(request++);
+    const int commands = 1 + static_cast<int>(random() % 20);
+    for (int i = 0; i < commands; ++i) {
+      const Message command = spawn(request++, i + 1);
+      ASSERT_TRUE(bus_->publish(command.channel, command.payload).ok());
+      if (random() % 2 == 0) {
+        if (const std::uint64_t answered = answer(seconds(2)); answered != 0) acknowledged.insert(answered);
+      }
+    }
+    server.signal(SIGKILL);
+    EXPECT_EQ(server.wait(), 128 + SIGKILL);
+    while (const std::uint64_t answered = answer(milliseconds(2))) acknowledged.insert(answered);
+    const auto kept = commands_in("session.lcm");
+    for (const std::uint64_t each : acknowledged) ASSERT_TRUE(kept.contains(each)) << "round " << round;
+  }
+}
+
+TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  test::Process server(arguments, folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  // The server proper is the only child of the process that watches it.
+  std::string child;
+  const Message scan = test::message(channel::scan, 0, test::scan_at(0));
+  const WallTime deadline = steady_now() + seconds(20);
+  const auto find_child = [&] {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream stat(entry.path() / "stat");
+      std::string pid, name, state, parent;
+      if (stat >> pid >> name >> state >> parent && parent == std::to_string(server.pid())) return pid;
+    }
+    return std::string();
+  };
+  child = find_child();
+  ASSERT_FALSE(child.empty());
+  kill(std::stoi(child), SIGKILL);
+  bool answered = false;
+  while (!answered && steady_now() < deadline) {
+    ASSERT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
+    Message message;
+    const auto received = bus_->receive(message, milliseconds(50));
+    ASSERT_TRUE(received.ok());
+    answered = *received && message.channel == channel::mr_scan && find_child() != child;
+  }
+  EXPECT_TRUE(answered);
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0);
+}
+
+TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
+  test::Process server(serve("session.lcm"), folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  const auto inject = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "inject");
+    arguments.insert(arguments.end(), {"--url", url()});
+    return test::run(arguments, folder_ / "inject.txt");
+  };
+  EXPECT_EQ(inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,1,90"}).exit, 0);
+  const auto again = inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,2"});
+  EXPECT_EQ(again.exit, 1);
+  EXPECT_NE(again.output.find("robot_9"), std::string::npos) << again.output;
+  EXPECT_EQ(inject({"spawn", "--name", "x", "--at", "two"}).exit, 2);
+  EXPECT_EQ(inject({"remove", "--name", "robot_9"}).exit, 0);
+  server.signal(SIGINT);
+  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+}
+
+}  // namespace
+}  // namespace parhelion
