@@ -11,6 +11,10 @@
 namespace parhelion {
 namespace {
 
+// Longer without any event, a stamp is a damaged one until `confirmed` in a row agree.
+constexpr Duration longest_silence = seconds(300);
+constexpr int confirmed = 5;
+
 /// What has to be known of a log before its first input is handled.
 struct Preview {
   std::optional<SessionHeader> session;
@@ -112,6 +116,9 @@ class Run {
  private:
   bool is_input(const Message& message) const;
   Status handle(Message message);
+  ArrivalTime place_in_time(const Message& message);
+  void skip_to(ArrivalTime arrival);
+  void see(ArrivalTime stamp);
   void pace(ArrivalTime arrival);
   void answer_frames();
   void write_frame();
@@ -126,7 +133,8 @@ class Run {
   Outputs outputs_, frame_outputs_;
   StageClock stages_;
   Report report_;
-  ArrivalTime first_, last_;
+  ArrivalTime first_, last_, seen_, leap_;
+  int leaps_ = 0;
   WallTime begun_ = steady_now();
   bool frame_under_way_ = false;
 };
@@ -142,6 +150,45 @@ void Run::pace(ArrivalTime arrival) {
   if (ahead.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead.ns));
 }
 
+/// Arrival, strictly increasing, and without the leaps that a damaged stamp would make the physics follow.
+/// After a real leap (a recording that was paused for an hour) the steps in between are skipped, and the
+/// session log says so.
+ArrivalTime Run::place_in_time(const Message& message) {
+  const ArrivalTime next = last_ + microseconds(1);
+  if (message.arrival <= last_) return ++report_.arrivals_corrected, next;
+  const bool says_so = configuration_.channels.kind(message.channel) == InputKind::loop;
+  if (says_so || message.arrival - std::max(last_, seen_) <= longest_silence) {
+    leaps_ = 0;
+    return message.arrival;
+  }
+  ++report_.arrivals_corrected;
+  leaps_ =
+      leaps_ > 0 && message.arrival - leap_ <= longest_silence && leap_ <= message.arrival ? leaps_ + 1 : 1;
+  leap_ = message.arrival;
+  if (leaps_ < confirmed) return next;
+  leaps_ = 0;
+  skip_to(message.arrival - microseconds(1));
+  return message.arrival;
+}
+
+void Run::skip_to(ArrivalTime arrival) {
+  LoopDecision decision;
+  decision.stamp = {arrival.ns};
+  decision.kind = LoopDecision::Kind::steps_skipped;
+  const Duration skipped{arrival.ns - state_->simulation.now().ns};
+  decision.count = static_cast<std::int64_t>(skipped.seconds() * configuration_.scenario.physics_rate);
+  Message message{channel::loop, arrival, {}};
+  encode(decision, message.payload);
+  outputs_.clear();
+  tick(configuration_, message, *state_, outputs_, stages_);
+  outbox_.send(&message, outputs_.entries(), arrival);
+}
+
+/// Outputs in a session log are not consumed, but they show that time passed.
+void Run::see(ArrivalTime stamp) {
+  if (stamp - seen_ <= longest_silence || seen_.ns == 0) seen_ = std::max(seen_, stamp);
+}
+
 Status Run::handle(Message message) {
   if (!state_) {
     // A session's physics began when its server did, a bare log's with its first input.
@@ -154,10 +201,7 @@ Status Run::handle(Message message) {
     outbox_.send(nullptr, {&header, 1}, first_);
     last_ = first_ - microseconds(1);
   }
-  if (message.arrival <= last_) {
-    ++report_.arrivals_corrected;
-    message.arrival = last_ + microseconds(1);
-  }
+  message.arrival = place_in_time(message);
   last_ = message.arrival;
   pace(last_);
   outputs_.clear();
@@ -229,7 +273,10 @@ Result<Report> Run::operator()() {
       continue;
     }
     if (!*next) break;
-    if (!is_input(**next)) continue;
+    if (!is_input(**next)) {
+      see((*next)->arrival);
+      continue;
+    }
     if (const Status handled = handle(std::move(**next)); !handled) return handled.error();
     if (options_.progress) options_.progress({reader->offset(), reader->size(), (last_ - first_).seconds()});
   }

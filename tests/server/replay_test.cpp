@@ -134,8 +134,29 @@ TEST_F(ReplayTest, ReplaySurvivesFlippedBits) {
     other.robot = folder_ / "robot.yaml";
     other.overwrite = true;
     const auto report = replay(other);
-    if (report.ok()) EXPECT_EQ(report->tally.scans_in, report->tally.scans_out);
+    if (report.ok()) {
+      EXPECT_EQ(report->tally.scans_in, report->tally.scans_out);
+    }
   }
+}
+
+TEST_F(ReplayTest, ReplayOfALogThatWasPausedForADaySkipsTheDayAndSaysSo) {
+  auto log = test::drive(2);
+  auto later = test::drive(2);
+  for (Message& each : later) each.arrival = each.arrival + seconds(86'400);
+  log.insert(log.end(), later.begin(), later.end());
+  test::write_log(folder_ / "paused.lcm", log);
+  ReplayOptions other = options("a.lcm");
+  other.log = folder_ / "paused.lcm";
+  const Report report = run(other);
+  EXPECT_EQ(report.tally.scans_in, 40U);
+  EXPECT_EQ(report.tally.scans_out, 40U);
+  EXPECT_LT(report.arrivals_corrected, 10U);
+  ReplayOptions again;
+  again.log = folder_ / "a.lcm";
+  again.session = folder_ / "b.lcm";
+  run(again);
+  EXPECT_EQ(bytes_of(folder_ / "a.lcm"), bytes_of(folder_ / "b.lcm"));
 }
 
 TEST_F(ReplayTest, ReplaySaysWhatIsMissing) {

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <map>
 #include <random>
 
+#include "protocols/sha256.hpp"
 #include "tests/server/synthetic.hpp"
 
 namespace parhelion {
