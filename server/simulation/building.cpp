@@ -44,9 +44,9 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
     if (Status status = check(entity); !status) return status.error();
     building->add(entity, physics, id++);
   }
-  for (const Floor& floor : building->floors_) {
-    building->lowest_floor_ =
-        &floor == building->floors_.data() ? floor.top : std::min(building->lowest_floor_, floor.top);
+  for (std::size_t i = 0; i < building->floors_.size(); ++i) {
+    const double height = building->floors_[i].point.z();
+    building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
   }
   physics.add_floor(building->lowest_floor_);  // nothing falls for ever beside a floor's edge
   building->build_grid();
@@ -54,12 +54,15 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
 }
 
 void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
-  const bool floor = entity.label == EntityLabel::floor;
+  // What stands steeper than 45 degrees is called a floor by mistake: it is in the way like a wall.
+  const bool floor = entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) > 0.7;
   const PhysicsHandle handle = physics.add_fixed_box(entity.T_map_body, entity.size, floor);
   double bottom = 0, top = 0;
   Footprint footprint = projection(entity, bottom, top);
   if (floor) {
-    floors_.push_back({std::move(footprint), top});
+    const Eigen::Matrix3d R = entity.T_map_body.rotation();
+    floors_.push_back(
+        {std::move(footprint), R.col(2), entity.T_map_body * Eigen::Vector3d(0, 0, entity.size.z() / 2)});
   } else if (entity.label != EntityLabel::ceiling) {
     obstacles_.push_back(
         {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, handle});
@@ -78,11 +81,19 @@ void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
   states_.push_back(state);
 }
 
+double Building::Floor::height(const Eigen::Vector2d& p) const {
+  const Eigen::Vector2d along = p - point.head<2>();
+  return point.z() - normal.head<2>().dot(along) / normal.z();
+}
+
 double Building::floor_height(const Eigen::Vector2d& p) const {
+  const Footprint here = make_disc(p, 0);
   double height = lowest_floor_;
-  const Footprint point = make_disc(p, 0);
+  bool found = false;
   for (const Floor& floor : floors_) {
-    if (floor.top > height && signed_distance(point, floor.footprint) <= 0) height = floor.top;
+    if (signed_distance(here, floor.footprint) > 0) continue;
+    height = found ? std::max(height, floor.height(p)) : floor.height(p);
+    found = true;
   }
   return height;
 }

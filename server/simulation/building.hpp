@@ -48,7 +48,11 @@ class Building {
  private:
   struct Floor {
     Footprint footprint;
-    double top = 0;
+    Eigen::Vector3d normal;  ///< of the upper side, unit, upwards
+    Eigen::Vector3d point;   ///< on it
+    double lowest = 0;       ///< m, z of its lowest corner
+    /// z of the upper side at p: a floor that was fitted to scans is never quite level.
+    double height(const Eigen::Vector2d& p) const;
   };
   void add(const ModelEntity& entity, Physics& physics, BodyId id);
   void build_grid();

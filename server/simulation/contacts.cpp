@@ -1,6 +1,7 @@
 #include "server/simulation/contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "server/simulation/state.hpp"
 
@@ -106,7 +107,8 @@ void Simulation::State::collect_body_contacts() {
 /// uncertainty as margin; the impulse is what stops the robot's mass at its closing speed.
 void Simulation::State::collect_building_contacts() {
   if (!real.touchable) return;
-  const double margin = std::min(real.last.sigma, kMostMargin);
+  const double margin =
+      std::isfinite(real.last.sigma) ? std::clamp(real.last.sigma, 0.0, kMostMargin) : kMostMargin;
   const double z = real.last.T_map_base.translation().z();
   near.clear();
   building->near(real.placed.center, real.placed.bound + margin + kReleaseGap, z + 0.02, z + real.height,
@@ -120,12 +122,11 @@ void Simulation::State::collect_building_contacts() {
     place(real.footprint, advance(planar_pose(real.last.T_map_base), real.last.twist, 0.01), moved_real);
     const double closing = (distance - signed_distance(moved_real, obstacle->footprint)) / 0.01;
     if (!open && closing < kClosingSpeed) continue;
-    const Eigen::Vector2d side =
-        (obstacle->footprint.center - real.placed.center).normalized() * real.placed.bound;
+    const Eigen::Vector2d touch = nearest_point(real.placed, obstacle->footprint);
     touching.push_back({real.name,
                         obstacle->name,
                         obstacle->is_virtual ? PairKind::real_virtual : PairKind::real_real,
-                        {real.placed.center.x() + side.x(), real.placed.center.y() + side.y(), z},
+                        {touch.x(), touch.y(), z},
                         real.mass * std::max(0.0, closing),
                         !real.sensed});
   }

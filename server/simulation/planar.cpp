@@ -9,23 +9,30 @@ namespace {
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-double squared_distance_to_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
+Eigen::Vector2d nearest_on_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
                                    const Eigen::Vector2d& b) {
   const Eigen::Vector2d ab = b - a;
   const double length2 = ab.squaredNorm();
   const double s = length2 > 0 ? std::clamp((p - a).dot(ab) / length2, 0.0, 1.0) : 0.0;
-  return (a + s * ab - p).squaredNorm();
+  return a + s * ab;
+}
+
+/// Number of sides: a point has one that goes nowhere.
+std::size_t sides(const Footprint& footprint) {
+  return footprint.vertices.size() <= 2 ? 1 : footprint.vertices.size();
+}
+
+Eigen::Vector2d nearest_on_side(const Eigen::Vector2d& p, const Footprint& footprint, std::size_t side) {
+  return nearest_on_segment(p, footprint.vertices[side],
+                            footprint.vertices[(side + 1) % footprint.vertices.size()]);
 }
 
 /// Smallest squared distance of a's vertices to b's outline.
 double squared_vertex_distance(const Footprint& a, const Footprint& b) {
   double best = std::numeric_limits<double>::infinity();
-  const std::size_t n = b.vertices.size();
   for (const Eigen::Vector2d& p : a.vertices) {
-    if (n == 1) best = std::min(best, (p - b.vertices[0]).squaredNorm());
-    for (std::size_t i = 0; n > 1 && i < (n == 2 ? 1 : n); ++i) {
-      best = std::min(best, squared_distance_to_segment(p, b.vertices[i], b.vertices[(i + 1) % n]));
-    }
+    for (std::size_t i = 0; i < sides(b); ++i)
+      best = std::min(best, (nearest_on_side(p, b, i) - p).squaredNorm());
   }
   return best;
 }
@@ -133,6 +140,24 @@ double signed_distance(const Footprint& a, const Footprint& b) {
   if (std::isfinite(separation) && separation <= 0) return separation - radii;
   const double squared = std::min(squared_vertex_distance(a, b), squared_vertex_distance(b, a));
   return std::sqrt(squared) - radii;
+}
+
+Eigen::Vector2d nearest_point(const Footprint& a, const Footprint& b) {
+  double best = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d nearest = b.vertices.front();
+  const auto consider = [&](const Eigen::Vector2d& on_a, const Eigen::Vector2d& on_b) {
+    const double squared = (on_a - on_b).squaredNorm();
+    if (squared >= best) return;
+    best = squared;
+    nearest = on_b;
+  };
+  for (const Eigen::Vector2d& p : a.vertices) {
+    for (std::size_t i = 0; i < sides(b); ++i) consider(p, nearest_on_side(p, b, i));
+  }
+  for (const Eigen::Vector2d& p : b.vertices) {
+    for (std::size_t i = 0; i < sides(a); ++i) consider(nearest_on_side(p, a, i), p);
+  }
+  return nearest;
 }
 
 double fastest_point_speed(const Footprint& local, const Twist2& twist) {

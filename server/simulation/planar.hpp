@@ -51,7 +51,9 @@ void place(const Footprint& local, const Pose2& pose, Footprint& placed);
 /// Distance between two footprints, m; where they overlap, minus the smallest translation that parts them
 /// (separating axes).
 double signed_distance(const Footprint& a, const Footprint& b);
-/// A lower bound of it, at the price of one square root.
+/// The point of b's outline (without its radius) that is nearest to a.
+Eigen::Vector2d nearest_point(const Footprint& a, const Footprint& b);
+/// A lower bound of signed_distance(), at the price of one square root.
 inline double distance_bound(const Footprint& a, const Footprint& b) {
   return (a.center - b.center).norm() - a.bound - b.bound;
 }

@@ -182,6 +182,11 @@ SimulationTime Simulation::now() const { return state_->stamp_of(state_->step); 
 SimulationTime Simulation::next_step() const { return state_->stamp_of(state_->step + 1); }
 std::shared_ptr<const Scene> Simulation::scene() const { return state_->scene; }
 
+const AgentDefinition* Simulation::find_agent(const std::string& name) const {
+  const Agent* agent = state_->find(name);
+  return agent ? &agent->definition : nullptr;
+}
+
 std::vector<Event> Simulation::take_events() {
   std::vector<Event> events;
   events.swap(state_->events);

@@ -25,8 +25,10 @@ struct RealRobotState {
   Twist2 twist;              ///< body frame, from odometry, never differenced from corrections
   double sigma = 0;          ///< m, 1 sigma of its position: the margin of distance queries
   bool relocalized = false;  ///< teleport: no velocity, contacts suspended for this step
-  bool sensed =
-      true;  ///< false while injection is degraded: contacts are flagged unsensed, agents near hold still
+  /// False while injection is degraded: contacts are flagged unsensed, agents near hold still; when it comes
+  /// back, an agent inside the stopping distance is put to the nearest free place outside (agent_moved says
+  /// so).
+  bool sensed = true;
 };
 
 /// A short-lived real obstacle that the model does not explain (people): a disc in the map.
@@ -59,34 +61,47 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
 
-  /// Does the command or says why not; a refused place is answered with the nearest free one in the text.
-  /// `real` is the robot now, for what must not appear on it or inside its stopping distance. Events are
-  /// appended to events().
+  /// Does the command or says why not; a refused place is answered with the nearest free one in the text, an
+  /// unknown name with the nearest known one. `real` is the robot now, for what must not appear on it or
+  /// inside its stopping distance v r + v^2 / (2 a) plus a margin. What was done is appended to the events
+  /// (agent_spawned, agent_moved, agent_removed, with the request's number); command_accepted and
+  /// command_refused are the server's to say. Freeze and unfreeze without a name mean every agent.
   Status command(const AgentCommand& command, const std::optional<RealRobotState>& real);
   Status spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real);
+  /// The definition (with the behaviour of now) of an agent that exists, or nullptr; valid until the next
+  /// command.
+  const AgentDefinition* find_agent(const std::string& name) const;
   /// The command of an agent that is teleoperated; holds for 0.5 s.
   void teleop(const std::string& agent, const Twist2& twist);
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
 
   SimulationTime now() const;        ///< instant of the newest state
   SimulationTime next_step() const;  ///< instant of the state that step() would make
-  /// One fixed step. Laser requests that fall due are appended to `requests`.
+  /// One fixed step; `real` is the robot at next_step(). Laser requests that fall due are appended to
+  /// `requests`.
   void step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests);
   /// Lets `steps` pass without doing them: everything stands still meanwhile. For a machine that fell behind.
   void skip(std::uint64_t steps);
   /// The agent's newest own scan (ranges as the preset writes them), for its behaviour.
   void give_scan(const std::string& agent, const Scan& scan);
 
-  /// The world at t, interpolated between two steps; up to one step ahead is extrapolated. nullopt: older
-  /// than the history or further ahead. `snapshot`'s vectors are reused.
+  /// The world at t, interpolated between two steps; up to one step ahead is extrapolated. False: older than
+  /// the history or further ahead. A body that is spawned, moved or removed by the later step stays as the
+  /// earlier one has it; it is there from its first step on. `snapshot` is to be filled by this function
+  /// only: its memory is reused, and what does not move is not written again.
   bool at(SimulationTime t, WorldSnapshot& snapshot) const;
   std::shared_ptr<const Scene> scene() const;
 
-  /// Events since the last call.
+  /// Events since the last call. A collision's subject is the real robot or else an agent. Its impulse: of
+  /// the first step in collision_started, the largest of one step in collision_stopped; of the real robot
+  /// with the building, mass times closing speed.
   std::vector<Event> take_events();
 
-  /// Promise 3's geometry: distance from the real robot's footprint, swept along the arc of `twist`, to the
-  /// nearest agent, m, at most `limit`; and whether `twist` moves out of a contact that exists.
+  /// Promise 3's geometry: how far the real robot's footprint can be swept along the arc of `twist` until it
+  /// touches the nearest agent, m travelled by the footprint's fastest point (so a turn on the spot has a
+  /// distance too), at most `limit`, never more than there is; for a zero twist the gap as it is. In a
+  /// contact: 0, unless `twist` moves out of all contacts that exist (moving_out), then the distance to the
+  /// other agents.
   struct Clearance {
     double distance = 0;
     bool moving_out = false;

@@ -46,6 +46,39 @@ TEST(Physics, AgentsStandOnTheFloorOfTheModelWhereverItIs) {
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().z(), -1.3, 1e-6);
 }
 
+TEST(Physics, AFloorThatIsNotQuiteLevelIsStoodOnWhereItIs) {
+  SemanticModel model;
+  ModelEntity floor = entity("floor", EntityLabel::floor, {0, 0, 0}, {20, 20, 0.1});
+  const double tilt = 0.5 * std::numbers::pi / 180;
+  floor.T_map_body = Transform<Map, Body>(
+      Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY())), {0, 0, -0.05});
+  model.entities.push_back(floor);
+  Simulation simulation = make(model);
+  spawn(simulation, agent("rover", AgentKind::robot, 5, 0));
+  spawn(simulation, agent("crate", AgentKind::box, -5, 0));
+  run(simulation, 1);
+  EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().z(), -5 * std::tan(tilt), 1e-3);
+  EXPECT_NEAR(body(simulation, "crate").T_map_body.translation().z(), 5 * std::tan(tilt), 3e-3);
+}
+
+TEST(Physics, AnAgentSqueezedBetweenTheRealRobotAndAWallStaysFiniteAndIsNotFlung) {
+  for (const AgentKind kind : {AgentKind::robot, AgentKind::person, AgentKind::box, AgentKind::barrel}) {
+    Simulation simulation = make(room(6));
+    spawn(simulation, agent("victim", kind, 2.2, 0.05));
+    std::vector<LaserRequest> requests;
+    double fastest = 0;
+    for (int i = 0; i < 2400; ++i) {
+      const double x = std::min(2.6, 0.5 + 0.6 * i / 240);
+      simulation.step(real_at(x, 0, 0, {x < 2.6 ? 0.6 : 0, 0, 0}), requests);
+      const BodyState state = body(simulation, "victim");
+      ASSERT_TRUE(state.T_map_body.finite());
+      fastest = std::max(fastest, state.velocity.norm());
+    }
+    EXPECT_LT(fastest, 6) << to_string(kind);
+    EXPECT_LT(body(simulation, "victim").T_map_body.translation().norm(), 6) << to_string(kind);
+  }
+}
+
 TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSlippingSidewaysOrTipping) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));

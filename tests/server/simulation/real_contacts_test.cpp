@@ -24,6 +24,8 @@ TEST(RealContacts, HittingAModelledWallIsSaidWithMassTimesClosingSpeed) {
   EXPECT_EQ(events[0].object, "wall 1");
   EXPECT_EQ(events[0].pair, PairKind::real_real);
   EXPECT_NEAR(events[0].impulse, 40 * 0.5, 0.5);
+  EXPECT_NEAR(events[0].position.x(), 3, 1e-6);
+  EXPECT_LT(std::abs(events[0].position.y()), 0.21);
   events = drive(simulation, 2.76, 1, 0.5, 0.01);
   EXPECT_EQ(count(events, EventKind::collision_stopped), 1U);
 }
