@@ -78,11 +78,18 @@ Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp) {
   return image;
 }
 
+Result<GreyPixels> read_grey(std::span<const std::uint8_t> file) {
+  const cv::Mat pixels = decode_file(file, cv::IMREAD_GRAYSCALE);
+  if (pixels.empty()) return Error{"an image that can't be read: JPEG or PNG is expected"};
+  const cv::Mat whole = pixels.isContinuous() ? pixels : pixels.clone();
+  return GreyPixels{whole.cols, whole.rows, {whole.data, whole.data + whole.total()}};
+}
+
 Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre) {
   const cv::Mat pixels = decode_file(file, cv::IMREAD_UNCHANGED);
   if (pixels.empty()) return Error{"a depth image that can't be read: a 16-bit grey PNG is expected"};
   if (pixels.type() != CV_16UC1) return Error{"a depth image that is not 16-bit grey"};
-  DepthPixels depth{pixels.cols, pixels.rows, {}};
+  DepthPixels depth{pixels.cols, pixels.rows, {}, units_per_metre == 1000};
   depth.mm.reserve(pixels.total());
   const double mm_per_unit = 1000 / units_per_metre;
   constexpr std::uint16_t none = 65535;  // 7-Scenes' word for "nothing", beside 0
@@ -91,6 +98,7 @@ Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double un
     for (int column = 0; column < pixels.cols; ++column) {
       const double mm = line[column] == none ? 0 : std::round(line[column] * mm_per_unit);
       depth.mm.push_back(mm < none ? static_cast<std::uint16_t>(mm) : std::uint16_t{0});
+      depth.as_written = depth.as_written && line[column] != none;
     }
   }
   return depth;

@@ -15,7 +15,15 @@ namespace parhelion {
 struct DepthPixels {
   int width = 0, height = 0;
   std::vector<std::uint16_t> mm;
+  bool as_written = false;  ///< the file's own numbers are these
 };
+
+struct GreyPixels {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> grey;  ///< row by row
+};
+
+Result<GreyPixels> read_grey(std::span<const std::uint8_t> file);
 
 /// JPEG bytes stay as they are (MJPEG); any other colour file (PNG) becomes raw BGR, so that nothing is lost.
 Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp);

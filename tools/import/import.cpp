@@ -160,7 +160,7 @@ Result<ImportReport> import_recording(const ImportOptions& options, const Import
     case ImportFormat::rosbag:
       return import_rosbag(options, progress);
     case ImportFormat::rgbd:
-      break;
+      return import_rgbd(options, progress);
   }
   return Error{options.input.string() + ": not a recording that is known"};
 }

@@ -161,11 +161,12 @@ Status RecordingWriter::put(std::string_view channel, const TwistCommand& comman
   return put_checked(channel, command, place, received);
 }
 
-void RecordingWriter::refuse(Place place, std::string why) {
+void RecordingWriter::refuse(Place place, std::string why) { refuse_at({place_text(place), std::move(why)}); }
+
+void RecordingWriter::refuse_at(Refusal refusal) {
   ++state_->report.refused;
-  if (state_->report.refusals.size() < max_refusals_listed) {
-    state_->report.refusals.push_back({place_text(place), std::move(why)});
-  }
+  if (state_->report.refusals.size() < max_refusals_listed)
+    state_->report.refusals.push_back(std::move(refusal));
 }
 
 void RecordingWriter::leave_out(const std::string& kind) { ++state_->report.left_out[kind]; }

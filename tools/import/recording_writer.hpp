@@ -46,6 +46,7 @@ class RecordingWriter {
              std::optional<ArrivalTime> received = {});
 
   void refuse(Place place, std::string why);
+  void refuse_at(Refusal refusal);
   void leave_out(const std::string& kind);
   void note(std::string text);
   void count_read(std::uint64_t n = 1);

@@ -81,8 +81,8 @@ std::string RosFrames::static_edges_text() const {
     }
     const Eigen::Vector3d p = edge.first.translation();
     const Eigen::Quaterniond q(edge.first.linear());
-    text << " [" << p.x() << " " << p.y() << " " << p.z() << "] m, quaternion wxyz [" << q.w() << " " << q.x() << " "
-         << q.y() << " " << q.z() << "]";
+    text << " [" << p.x() << " " << p.y() << " " << p.z() << "] m, quaternion wxyz [" << q.w() << " " << q.x()
+         << " " << q.y() << " " << q.z() << "]";
   }
   return text.str();
 }

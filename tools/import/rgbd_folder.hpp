@@ -1,0 +1,68 @@
+// Folders of colour and depth frames with camera poses: what is in them.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/image.hpp"
+#include "protocols/status.hpp"
+#include "protocols/time.hpp"
+#include "tools/import/import.hpp"
+
+namespace parhelion {
+
+struct RgbdFile {
+  SensorTime stamp;
+  std::filesystem::path path;
+  std::uint64_t number = 0;  ///< frame, or line of the list
+};
+
+struct RgbdPose {
+  SensorTime stamp;
+  Eigen::Isometry3d T_world_depth;  ///< pose of the depth camera (optical) in the folder's own world
+  std::uint64_t number = 0;
+};
+
+struct RgbdCameras {
+  CameraIntrinsics colour, depth;
+  Eigen::Isometry3d T_depth_colour =
+      Eigen::Isometry3d::Identity();  ///< colour camera in the depth camera (both optical)
+  std::string source;                 ///< files that said so, or what was assumed
+};
+
+struct RgbdFolder {
+  enum class Layout { seven_scenes, tum };
+  Layout layout = Layout::seven_scenes;
+  std::vector<RgbdFile> colour, depth;  ///< by stamp
+  std::vector<RgbdPose> poses;          ///< by stamp
+  RgbdCameras cameras;
+  double depth_units_per_metre = 1000;
+  std::optional<Eigen::Vector3d> down;  ///< unit vector in the world, where the folder says it
+  std::vector<Refusal> refused;
+  std::vector<std::string> notes;
+};
+
+/// 7-Scenes: frame-NNNNNN.color.*, .depth.png, .pose.txt (camera to world, 4x4, of the depth camera); stamps
+/// are number / options.frame_rate after 2000-01-01. TUM: rgb.txt, depth.txt, groundtruth.txt; depth is
+/// registered to colour, 5000 a metre, world z up. Beside either, or one folder up: camera-intrinsics.txt
+/// (3x3, depth), kapture_sensors.txt and kapture_rigs.txt, gravity-direction.txt.
+Result<RgbdFolder> read_rgbd_folder(const ImportOptions& options);
+
+/// Pose at `stamp`: the one there, or between two at most 0.1 s apart; nullopt: none.
+std::optional<Eigen::Isometry3d> pose_at(const std::vector<RgbdPose>& poses, SensorTime stamp);
+
+/// Calibration for images of these sizes (columns, rows), from the files beside the frames.
+Result<RgbdCameras> read_rgbd_cameras(const std::filesystem::path& folder, RgbdFolder::Layout layout,
+                                      Eigen::Vector2i colour_size, Eigen::Vector2i depth_size,
+                                      std::vector<std::string>& notes);
+
+/// `name` in `folder` or the one above; empty: in neither.
+std::filesystem::path find_beside(const std::filesystem::path& folder, const char* name);
+
+/// All numbers of a text file; '#' starts a comment. Error: file:line and the word that is no number.
+Result<std::vector<double>> read_numbers(const std::filesystem::path& path);
+
+}  // namespace parhelion
