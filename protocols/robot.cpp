@@ -212,7 +212,10 @@ Result<LaserDescription> load_laser_preset(const std::string& name) {
         "no laser preset is called '" + yaml::printable(name) + "'" + yaml::suggestion(name, known) +
         " Known: " + (list.empty() ? "none found in " + share_path("fusion/scan/presets").string() : list)};
   }
-  const std::string path = share_path("fusion/scan/presets/" + name + ".yaml").string();
+  return load_laser_preset_file(share_path("fusion/scan/presets/" + name + ".yaml").string());
+}
+
+Result<LaserDescription> load_laser_preset_file(const std::string& path) {
   const auto text = yaml::read_text(path);
   if (!text) return text.error();
   auto document = yaml::read_document(*text, path);
@@ -222,7 +225,7 @@ Result<LaserDescription> load_laser_preset(const std::string& name) {
   if (!problems.empty()) return problems.error();
   LaserDescription laser = yaml::read_preset(*document, problems);
   if (!problems.empty()) return problems.error();
-  laser.preset = name;
+  laser.preset = std::filesystem::path(path).stem().string();
   return laser;
 }
 

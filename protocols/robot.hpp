@@ -45,5 +45,7 @@ std::string to_yaml(const RobotDescription& robot);
 
 /// Reads a laser preset by name ("lms-200", "s3000", "utm-30lx", "urg-04lx"), from fusion/scan/presets.
 Result<LaserDescription> load_laser_preset(const std::string& name);
+/// The same from any file (schema laser.schema.json); `preset` is the file's name without folder and ending.
+Result<LaserDescription> load_laser_preset_file(const std::string& path);
 
 }  // namespace parhelion

@@ -318,9 +318,11 @@ std::string guess_schema(const Node& root) {
   std::size_t most = 0;
   for (const char* name : {"scenario", "model", "robot", "laser"}) {
     const Json& properties = schema_named(name).text.at("properties");
+    const auto names = keys_of(properties);
     std::size_t known = 0;
     for (const std::string& key : root.keys) {
-      if (key != "name" && key != "source" && key != "pose") known += properties.contains(key) ? 1 : 0;
+      if (key == "name" || key == "source" || key == "pose") continue;
+      known += properties.contains(key) ? 2 : nearest_name(key, names).empty() ? 0 : 1;
     }
     if (known > most) {
       most = known;

@@ -14,7 +14,7 @@ namespace parhelion::yaml {
 /// finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 
-/// The schema whose keys fit the document's top level best; empty where none does.
+/// The schema whose keys fit the document's top level best, misspelt ones included; empty where none does.
 std::string guess_schema(const Node& root);
 
 /// The name nearest to `word` (restricted Damerau-Levenshtein distance at most 2, or a third of its length),

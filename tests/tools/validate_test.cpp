@@ -1,0 +1,142 @@
+#include "tools/validate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "protocols/model.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scenario.hpp"
+#include "tests/recordings.hpp"
+
+namespace parhelion {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class Validate : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  std::string file(const std::string& name, const std::string& text) const {
+    const auto path = folder_ / name;
+    std::ofstream(path, std::ios::binary) << text;
+    return path.string();
+  }
+  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "parhelion_validate";
+};
+
+TEST_F(Validate, NamesWhatEachFileIs) {
+  EXPECT_THAT(validate_file(file("m.yaml", to_yaml(SemanticModel()))).summary,
+              HasSubstr("semantic model, 0 entities"));
+  EXPECT_THAT(validate_file(file("r.yaml", to_yaml(RobotDescription()))).summary,
+              HasSubstr("robot description 'robot'"));
+  EXPECT_THAT(validate_file(PARHELION_SOURCE_DIR "/fusion/scan/presets/s3000.yaml").summary,
+              HasSubstr("laser preset"));
+  const auto none = validate_file(file("x.yaml", "colour: red\n"));
+  EXPECT_THAT(none.errors, ElementsAre(HasSubstr("none of its keys")));
+  EXPECT_THAT(validate_file((folder_ / "absent.yaml").string()).errors,
+              ElementsAre(HasSubstr("cannot be opened")));
+  EXPECT_THAT(validate_file(folder_.string()).errors, ElementsAre(HasSubstr("is a folder")));
+  EXPECT_THAT(validate_file(file("empty", "")).errors, ElementsAre(HasSubstr("the file is empty")));
+}
+
+TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
+  file("model.yaml", to_yaml(SemanticModel()));
+  file("robot.yaml", to_yaml(RobotDescription()));
+  const auto good = validate_file(file("s.yaml", "level: 3\nmodel: model.yaml\nrobot: robot.yaml\n"));
+  EXPECT_THAT(good.errors, IsEmpty());
+  EXPECT_THAT(good.summary, HasSubstr("scenario '', level 3, 0 agents"));
+
+  file("robot.yaml", "mass: 0 kg\n");
+  const auto bad = validate_file(file("s.yaml",
+                                      "model: none.yaml\nrobot: robot.yaml\nagents:\n"
+                                      "  - {name: a, kind: box, pose: {x: 1 m}, laser: lms201}\n"));
+  EXPECT_THAT(bad.errors, ElementsAre(HasSubstr("none.yaml: cannot be opened"),
+                                      HasSubstr("robot.yaml:1: 'mass': expected mass > 0 kg"),
+                                      HasSubstr("agent 'a': no laser preset is called 'lms201'")));
+  EXPECT_THAT(validate_file(file("s.yaml", "agnets: []\n")).errors,
+              ElementsAre(HasSubstr("did you mean 'agents'?")));
+}
+
+std::string write_log(const std::string& path, const std::vector<Message>& messages) {
+  auto writer = LogWriter::create(path, true);
+  EXPECT_TRUE(writer);
+  EXPECT_TRUE(writer->write(messages));
+  return path;
+}
+
+Message message(const char* channel, std::int64_t arrival_us, const Scan& scan) {
+  Message out{channel, ArrivalTime::from_utime(arrival_us), {}};
+  encode(scan, out.payload);
+  return out;
+}
+
+TEST_F(Validate, LogIsCountedByChannelAndItsMistakesAreNamed) {
+  Scan scan;
+  scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
+  scan.ranges = {1, 2, 3};
+  scan.angle_step = 0.1F;
+  std::vector<Message> messages{message(channel::scan, 10, scan), message(channel::scan, 20, scan),
+                                message("OTHER", 30, scan)};
+  const std::string path = (folder_ / "a.lcm").string();
+  const auto good = validate_file(write_log(path, messages));
+  EXPECT_THAT(good.errors, IsEmpty());
+  EXPECT_THAT(good.summary, HasSubstr("LCM log, 3 events on 2 channels, 0.000 s"));
+  EXPECT_THAT(good.notes, ElementsAre(HasSubstr("OTHER"), HasSubstr("SCAN")));
+
+  messages.push_back(message(channel::odometry, 40, scan));
+  messages.push_back({"FOREIGN", ArrivalTime::from_utime(50), {1, 2, 3, 4, 5, 6, 7, 8, 9}});
+  messages.push_back(message(channel::scan, 60, scan));
+  messages.back().payload.resize(30);
+  const auto bad = validate_file(write_log(path, messages));
+  ASSERT_EQ(bad.errors.size(), 2U);
+  EXPECT_THAT(bad.errors[0], HasSubstr("channel ODOMETRY: 1 of 1 messages cannot be used; first: event 3"));
+  EXPECT_THAT(bad.errors[0], HasSubstr("expected pose2D_t"));
+  EXPECT_THAT(bad.errors[1], HasSubstr("channel SCAN: 1 of 3"));
+  EXPECT_THAT(bad.notes[0], HasSubstr("not a type of Parhelion"));
+}
+
+TEST_F(Validate, DamagedLogIsAnErrorAndTheRestIsStillCounted) {
+  Scan scan;
+  scan.stamp = SensorTime::from_utime(1'600'000'000'000'000);
+  scan.ranges = {1, 2, 3};
+  scan.angle_step = 0.1F;
+  std::vector<Message> messages;
+  for (int i = 0; i < 10; ++i) messages.push_back(message(channel::scan, i, scan));
+  const std::string path = write_log((folder_ / "b.lcm").string(), messages);
+  const auto size = std::filesystem::file_size(path);
+  std::fstream(path, std::ios::in | std::ios::out | std::ios::binary)
+      .seekp(static_cast<long>(size / 2))
+      .write("XXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXXX", 60);
+  std::filesystem::resize_file(path, size - 5);
+  const auto verdict = validate_file(path);
+  EXPECT_GE(verdict.errors.size(), 2U);
+  EXPECT_THAT(verdict.errors.back(), HasSubstr("bytes lost"));
+  EXPECT_THAT(verdict.summary, HasSubstr("events on 1 channels"));
+}
+
+TEST_F(Validate, YamlInsideALogIsChecked) {
+  Message robot{channel::robot, ArrivalTime::from_utime(1), {}};
+  encode(RobotMessage{SensorTime::from_utime(1'600'000'000'000'000), "mass: heavy"}, robot.payload);
+  const auto verdict = validate_file(write_log((folder_ / "c.lcm").string(), {robot}));
+  EXPECT_THAT(verdict.errors,
+              ElementsAre(HasSubstr("ROBOT:1: 'mass': expected a finite number with its unit, kg or g")));
+}
+
+TEST_F(Validate, RealLogOfAnotherRobotIsSound) {
+  const auto path = test::recording("lcm-mbot/drive_square_odometry.lcmlog");
+  PARHELION_NEEDS_RECORDING(path);
+  const auto verdict = validate_file(path.string());
+  EXPECT_THAT(verdict.errors, IsEmpty());
+  EXPECT_THAT(verdict.notes, ::testing::Contains(HasSubstr("pose2D_t")));
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,12 @@
+#include "tools/map_commands.hpp"
+
+namespace parhelion {
+
+void add_map(CLI::App& app, Exit& exit) {
+  CLI::App* command = app.add_subcommand("map", "Models of a site");
+  command->footer("Example:\n  parhelion map extrude site.yaml -o model.yaml --picture model.png");
+  command->require_subcommand(1);
+  add_map_extrude(*command, exit);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,10 @@
+// The subcommands of `parhelion map`, one file each.
+#pragma once
+
+#include "tools/command.hpp"
+
+namespace parhelion {
+
+void add_map_extrude(CLI::App& map, Exit& exit);
+
+}  // namespace parhelion

@@ -1,0 +1,199 @@
+#include "tools/validate_log.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "protocols/model.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scenario.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t errors_shown = 20;
+
+template <class T>
+Status decodes(std::string_view channel, Bytes bytes) {
+  T message;
+  return decode(channel, bytes, message);
+}
+
+/// The YAML in a message must be readable too, or replay would stop there.
+Status robot_message(std::string_view channel, Bytes bytes) {
+  RobotMessage message;
+  if (const Status status = decode(channel, bytes, message); !status) return status;
+  const auto robot = parse_robot_description(message.yaml, std::string(channel));
+  return robot ? Status{} : robot.error();
+}
+
+Status session_message(std::string_view channel, Bytes bytes) {
+  SessionHeader header;
+  if (const Status status = decode(channel, bytes, header); !status) return status;
+  const std::string origin(channel);
+  if (const auto scenario = parse_scenario(header.scenario_yaml, origin + " (scenario)"); !scenario) {
+    return scenario.error();
+  }
+  if (!header.model_yaml.empty()) {
+    if (const auto model = parse_model(header.model_yaml, origin + " (model)"); !model) return model.error();
+  }
+  if (!header.robot_yaml.empty()) {
+    const auto robot = parse_robot_description(header.robot_yaml, origin + " (robot)");
+    if (!robot) return robot.error();
+  }
+  return {};
+}
+
+using Check = Status (*)(std::string_view channel, Bytes bytes);
+const std::map<std::string, Check, std::less<>> checks{{"planar_lidar_t", decodes<Scan>},
+                                                       {"image_t", decodes<Image>},
+                                                       {"pose2D_t", decodes<Odometry>},
+                                                       {"pose_cov_t", decodes<PoseEstimate>},
+                                                       {"pose_t", decodes<PoseStamped>},
+                                                       {"twist2D_t", decodes<TwistCommand>},
+                                                       {"agent_cmd_t", decodes<AgentCommand>},
+                                                       {"event_t", decodes<Event>},
+                                                       {"session_t", session_message},
+                                                       {"scan_info_t", decodes<ScanInfo>},
+                                                       {"loop_t", decodes<LoopDecision>},
+                                                       {"status_t", decodes<ServerStatus>},
+                                                       {"robot_t", robot_message},
+                                                       {"world_t", decodes<WorldMessage>}};
+
+/// What a channel carries by its canonical name; others may carry anything.
+const std::map<std::string, std::string, std::less<>> types_by_channel{{channel::robot, "robot_t"},
+                                                                       {channel::scan, "planar_lidar_t"},
+                                                                       {channel::odometry, "pose2D_t"},
+                                                                       {channel::pose_cov, "pose_cov_t"},
+                                                                       {channel::pose, "pose_t"},
+                                                                       {channel::reference_pose, "pose_t"},
+                                                                       {channel::camera, "image_t"},
+                                                                       {channel::depth, "image_t"},
+                                                                       {channel::teleop, "twist2D_t"},
+                                                                       {channel::loop, "loop_t"},
+                                                                       {channel::mr_agent_cmd, "agent_cmd_t"},
+                                                                       {channel::mr_scan, "planar_lidar_t"},
+                                                                       {channel::mr_scan_info, "scan_info_t"},
+                                                                       {channel::mr_camera, "image_t"},
+                                                                       {channel::mr_depth, "image_t"},
+                                                                       {channel::mr_session, "session_t"},
+                                                                       {channel::mr_world, "world_t"},
+                                                                       {channel::mr_events, "event_t"},
+                                                                       {channel::mr_status, "status_t"},
+                                                                       {channel::mr_cmd, "twist2D_t"}};
+
+struct ChannelCount {
+  std::uint64_t messages = 0, refused = 0, unknown = 0;
+  std::string type, first_refusal;
+};
+
+class LogCheck {
+ public:
+  explicit LogCheck(const std::string& path) : path_(path) {}
+
+  Verdict run() {
+    auto reader = LogReader::open(path_);
+    if (!reader) return {"", {}, {reader.error().message}};
+    bool ended = false;
+    while (!ended) {
+      auto event = reader->next();
+      if (!event) {
+        damage(event.error().message);
+      } else if (!*event) {
+        ended = true;
+      } else {
+        add(**event);
+      }
+    }
+    return verdict(reader->skipped_bytes());
+  }
+
+ private:
+  void damage(const std::string& words) {
+    ++damaged_;
+    if (damaged_ <= errors_shown) errors_.push_back(words);
+  }
+
+  void add(const Message& message) {
+    if (events_ > 0 && message.arrival < last_) ++backward_;
+    if (events_ == 0) first_ = message.arrival;
+    last_ = message.arrival;
+    ++events_;
+    ChannelCount& count = channels_[message.channel];
+    ++count.messages;
+    const std::string type = type_name(message.payload);
+    const auto expected = types_by_channel.find(message.channel);
+    if (count.type.empty()) count.type = type;
+    if (expected != types_by_channel.end() && expected->second != type) {
+      refuse(count, "is of type " + type + ", expected " + expected->second);
+      return;
+    }
+    const auto check = checks.find(type);
+    if (check == checks.end()) {
+      ++count.unknown;
+      return;
+    }
+    if (const Status status = check->second(message.channel, message.payload); !status) {
+      refuse(count, status.error().message);
+    }
+  }
+
+  void refuse(ChannelCount& count, const std::string& why) {
+    if (count.refused++ == 0) count.first_refusal = "event " + std::to_string(events_ - 1) + ": " + why;
+  }
+
+  Verdict verdict(std::uint64_t skipped) {
+    Verdict out;
+    char text[160];
+    std::snprintf(text, sizeof text, "LCM log, %llu events on %zu channels, %.3f s",
+                  static_cast<unsigned long long>(events_), channels_.size(), (last_ - first_).seconds());
+    out.summary = text;
+    for (const auto& [name, count] : channels_) {
+      std::snprintf(text, sizeof text, "%-24s %8llu  ", name.c_str(),
+                    static_cast<unsigned long long>(count.messages));
+      out.notes.push_back(
+          text + (count.unknown > 0 ? "not a type of Parhelion, fingerprint " + count.type : count.type));
+      if (count.refused == 0) continue;
+      errors_.push_back(path_ + ": channel " + name + ": " + std::to_string(count.refused) + " of " +
+                        std::to_string(count.messages) +
+                        " messages cannot be used; first: " + count.first_refusal);
+    }
+    if (backward_ > 0)
+      out.notes.push_back(std::to_string(backward_) + " events with an earlier stamp than the one before");
+    if (damaged_ > errors_shown)
+      errors_.push_back("... and " + std::to_string(damaged_ - errors_shown) + " more damaged places");
+    if (damaged_ > 0) {
+      errors_.push_back(path_ + ": " + std::to_string(damaged_) + " damaged places, " +
+                        std::to_string(skipped) + " bytes lost");
+    }
+    if (events_ == 0) errors_.push_back(path_ + ": no event in it");
+    out.errors = errors_;
+    return out;
+  }
+
+  std::string path_;
+  std::map<std::string, ChannelCount> channels_;
+  std::vector<std::string> errors_;
+  std::uint64_t events_ = 0, damaged_ = 0, backward_ = 0;
+  ArrivalTime first_, last_;
+};
+
+}  // namespace
+
+bool looks_like_log(const std::string& path) {
+  constexpr std::size_t searched = 1U << 16U;
+  std::ifstream file(path, std::ios::binary);
+  std::string head(searched, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head.find("\xED\xA1\xDA\x01") != std::string::npos;
+}
+
+Verdict validate_log(const std::string& path) { return LogCheck(path).run(); }
+
+}  // namespace parhelion
