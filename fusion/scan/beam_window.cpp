@@ -44,8 +44,10 @@ BeamWindow::BeamWindow(const BeamSet& beams, double half_turn, double half_tilt,
       beams_per_radian_(1 / double{beams.angle_step}),
       beams_per_turn_(kFullTurn * std::abs(beams_per_radian_)),
       beams_(beams.time.size()),
+      turns_per_beam_(1 / beams_per_turn_),
       half_tilt_(half_tilt),
       max_range_(max_range),
+      plane_slack_((half_tilt > 0 ? half_tilt * max_range : 0) + kSlack),
       sin_turn_(std::sin(half_turn)),
       cos_turn_(std::cos(half_turn)) {
   // Sweeps of many turns, or of none at all: every beam is a candidate.
@@ -90,7 +92,7 @@ BeamRanges BeamWindow::about(double bearing, double width) const {
   // In beam numbers: [middle - half, middle + half], and the same a turn on and back.
   const auto n = static_cast<long>(beams_);
   double middle = (bearing - angle_first_) * beams_per_radian_;
-  middle -= static_cast<double>(floor_of((middle + half) / beams_per_turn_)) * beams_per_turn_;
+  middle -= static_cast<double>(floor_of((middle + half) * turns_per_beam_)) * beams_per_turn_;
   BeamRanges ranges;
   for (; middle - half < static_cast<double>(n); middle += beams_per_turn_) {
     const long first = std::max(floor_of(middle - half) + 1, 0L),

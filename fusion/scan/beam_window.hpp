@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "fusion/scan/ray_caster.hpp"
@@ -32,6 +33,10 @@ class BeamWindow {
   /// half-way.
   BeamWindow(const BeamSet& beams, double half_turn, double half_tilt, double max_range);
 
+  /// Whether no beam comes near: `height` over the laser's plane half-way, m, of a centre that all of a shape
+  /// lies within `reach` of, as far as height goes.
+  bool misses_plane(double height, double reach) const { return std::abs(height) - reach > plane_slack_; }
+
   /// Beams that can meet a sphere with its centre in the frame that the laser has half-way through the sweep.
   /// The radius includes how far the centre moves, seen from the laser, either way from where it is half-way.
   BeamRanges meet(const Eigen::Vector3d& center, double radius) const;
@@ -43,7 +48,9 @@ class BeamWindow {
   double angle_first_;
   double beams_per_radian_, beams_per_turn_;  ///< infinite where the beams cannot be told by their bearing
   std::size_t beams_;
+  double turns_per_beam_;
   double half_tilt_, max_range_;
+  double plane_slack_;  ///< m, how far off the middle plane the farthest point of a beam can be
   double sin_turn_, cos_turn_;
 };
 

@@ -43,6 +43,12 @@ SeenBody seen(const BodyMotion& motion, const SweepRays& rays) {
           0.5 * (to - from).norm(), (R_end - R_start).norm() / (2 * std::numbers::sqrt2)};
 }
 
+/// How far a shape reaches from its centre along a direction of the body's frame (no longer than 1), m.
+double reach_along(const Shape& shape, const Vector3d& direction) {
+  if (shape.kind != ShapeKind::box) return bounding_radius(shape.kind, shape.size);
+  return 0.5 * (shape.T_body_shape.isometry().linear().transpose() * direction).cwiseAbs().dot(shape.size);
+}
+
 /// Without a finite pose and finite bearings nothing is seen.
 bool can_cast(const LaserMotion& laser, const BeamSet& beams) {
   return laser.T_map_laser_start.finite() && laser.T_map_laser_end.finite() &&
@@ -102,8 +108,12 @@ void RayCaster::State::cast(const BodyMotion& motion, std::int32_t index, const 
   const SeenBody& view = seen_bodies[static_cast<std::size_t>(index)];
   RotationSweep rotation;
   bool has_rotation = false;
+  const Vector3d up = view.A.row(2);  // of the laser's plane, in the body
   for (const Shape& shape : motion.body->shapes) {
-    const Vector3d offset = shape.T_body_shape.translation();
+    const Vector3d offset = shape.T_body_shape.isometry().translation();
+    const double farthest = offset.lpNorm<1>() + shape.size.lpNorm<1>();
+    const double reach = reach_along(shape, up) + view.drift + view.spin * farthest;
+    if (window.misses_plane(up.dot(offset) + view.t.z(), reach)) continue;
     const Vector3d center = view.A * offset + view.t;
     const double radius =
         bounding_radius(shape.kind, shape.size) + view.drift + view.spin * offset.lpNorm<1>();

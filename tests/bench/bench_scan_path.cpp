@@ -1,8 +1,6 @@
 // The scan path on the scene that the reach is stated for: 361 beams, 80 m, 100 boxes and 50 moving robots of
-// 20 boxes each, 200 walls; and the same with Embree (instances with two time steps) and with the exact twin.
-// p50 and p99 over single scans.
+// 20 boxes each, 200 walls; its parts by themselves, and the exact twin. p50 and p99 are over single scans.
 #include <benchmark/benchmark.h>
-#include <embree3/rtcore.h>
 
 #include <algorithm>
 #include <chrono>
@@ -113,121 +111,13 @@ void World::add(BodyDefinition body, Draw& draw, bool moves) {
 
 void World::advance(int n) {
   const double t0 = 0.0267 * (n % 75), t1 = t0 + (sweep.end - sweep.start).seconds();
-  const auto pose = [](const Eigen::Vector4d& p) { return Eigen::Vector4d(p); };
   for (std::size_t b = 0; b < bodies.size(); ++b) {
-    const Eigen::Vector4d p = pose(start[b] + t0 * speed[b]), q = pose(start[b] + t1 * speed[b]);
+    const Eigen::Vector4d p = start[b] + t0 * speed[b], q = start[b] + t1 * speed[b];
     bodies[b].T_map_body_start = Transform<Map, Body>::planar(p.x(), p.y(), p.w(), p.z());
     bodies[b].T_map_body_end = Transform<Map, Body>::planar(q.x(), q.y(), q.w(), q.z());
   }
   motion.T_map_laser_start = Transform<Map, Laser>::planar(0.5 * t0, 0, 0.3 * t0, 0.3);
   motion.T_map_laser_end = Transform<Map, Laser>::planar(0.5 * t1, 0, 0.3 * t1, 0.3);
-}
-
-/// The bodies in Embree: one scene a body definition, one instance a body, two time steps of quaternion
-/// motion.
-class EmbreeBodies {
- public:
-  explicit EmbreeBodies(const World& world) : device_(rtcNewDevice("threads=1")), top_(rtcNewScene(device_)) {
-    rtcSetSceneFlags(top_, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
-    rtcSetSceneBuildQuality(top_, RTC_BUILD_QUALITY_LOW);
-    for (const BodyMotion& motion : world.bodies) add(*motion.body);
-  }
-  ~EmbreeBodies() {
-    for (RTCGeometry instance : instances_) rtcReleaseGeometry(instance);
-    for (RTCScene scene : scenes_) rtcReleaseScene(scene);
-    rtcReleaseScene(top_);
-    rtcReleaseDevice(device_);
-  }
-
-  void cast(const World& world, std::span<RangeHit> hits) {
-    update(world);
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    const Transform<Map, Laser>&a = world.motion.T_map_laser_start, &b = world.motion.T_map_laser_end;
-    rays_.resize(hits.size());
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      const Transform<Map, Laser> T_map_laser = interpolate(a, b, world.time[i]);
-      const double angle = world.beams.angle_first + static_cast<double>(i) * world.beams.angle_step;
-      const Eigen::Vector3f o = T_map_laser.translation().cast<float>();
-      const Eigen::Vector3f d =
-          (T_map_laser.rotation() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)).cast<float>();
-      rays_[i] = {};
-      rays_[i].ray = {o.x(), o.y(), o.z(), 0, d.x(), d.y(), d.z(), world.time[i], static_cast<float>(kMaxRange),
-                      ~0U,   0,     0};
-      rays_[i].hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    }
-    rtcIntersect1M(top_, &context, rays_.data(), static_cast<unsigned>(rays_.size()), sizeof(RTCRayHit));
-    for (std::size_t i = 0; i < hits.size(); ++i) {
-      const bool hit = rays_[i].hit.geomID != RTC_INVALID_GEOMETRY_ID;
-      hits[i] = hit ? RangeHit{rays_[i].ray.tfar, static_cast<std::int32_t>(rays_[i].hit.instID[0]), 0.5F}
-                    : RangeHit{INFINITY, -1, 0};
-    }
-  }
-
- private:
-  void add(const BodyDefinition& body);
-  void update(const World& world);
-
-  RTCDevice device_;
-  RTCScene top_;
-  std::vector<RTCScene> scenes_;
-  std::vector<RTCGeometry> instances_;
-  std::vector<RTCRayHit> rays_;
-};
-
-void EmbreeBodies::add(const BodyDefinition& body) {
-  RTCScene scene = rtcNewScene(device_);
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  RTCGeometry quads = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_QUAD);
-  auto* p = static_cast<float*>(rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                        12, body.shapes.size() * 8));
-  auto* index = static_cast<unsigned*>(
-      rtcSetNewGeometryBuffer(quads, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, body.shapes.size() * 6));
-  const unsigned faces[6][4] = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
-  unsigned first = 0;
-  for (const Shape& shape : body.shapes) {
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector3d half = shape.size / 2;
-      const Eigen::Vector3d v = shape.T_body_shape * Eigen::Vector3d(corner & 1 ? half.x() : -half.x(),
-                                                                     corner & 2 ? half.y() : -half.y(),
-                                                                     corner & 4 ? half.z() : -half.z());
-      for (int k = 0; k < 3; ++k) *p++ = static_cast<float>(v[k]);
-    }
-    for (const auto& face : faces) {
-      for (unsigned corner : face) *index++ = first + corner;
-    }
-    first += 8;
-  }
-  rtcCommitGeometry(quads);
-  rtcAttachGeometry(scene, quads);
-  rtcReleaseGeometry(quads);
-  rtcCommitScene(scene);
-  RTCGeometry instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(instance, scene);
-  rtcSetGeometryTimeStepCount(instance, 2);
-  rtcAttachGeometry(top_, instance);
-  scenes_.push_back(scene);
-  instances_.push_back(instance);
-}
-
-void EmbreeBodies::update(const World& world) {
-  for (std::size_t b = 0; b < instances_.size(); ++b) {
-    const Transform<Map, Body>* poses[2] = {&world.bodies[b].T_map_body_start,
-                                            &world.bodies[b].T_map_body_end};
-    for (unsigned step = 0; step < 2; ++step) {
-      const Eigen::Quaternionf q = poses[step]->quaternion().cast<float>();
-      const Eigen::Vector3f t = poses[step]->translation().cast<float>();
-      RTCQuaternionDecomposition d{};
-      d.scale_x = d.scale_y = d.scale_z = 1;
-      d.quaternion_r = q.w(), d.quaternion_i = q.x(), d.quaternion_j = q.y(), d.quaternion_k = q.z();
-      d.translation_x = t.x(), d.translation_y = t.y(), d.translation_z = t.z();
-      rtcSetGeometryTransformQuaternion(instances_[b], step, &d);
-    }
-    rtcCommitGeometry(instances_[b]);
-  }
-  rtcCommitScene(top_);
 }
 
 /// Times each scan by itself and reports percentiles over all of them, microseconds.
@@ -274,19 +164,6 @@ void bodies_own_caster(benchmark::State& state) {
              [&] { caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, hits); });
 }
 BENCHMARK(bodies_own_caster)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
-
-void bodies_embree(benchmark::State& state) {
-  World world;
-  EmbreeBodies caster(world);
-  std::vector<RangeHit> hits(kBeams), twin(kBeams);
-  over_scans(state, world, [&] { caster.cast(world, hits); });
-  cast_bodies_exact(world.motion, world.beams, world.bodies, kMaxRange, twin);
-  double apart = 0;
-  for (std::size_t i = 0; i < kBeams; ++i)
-    apart += !(hits[i].range == twin[i].range || std::abs(hits[i].range - twin[i].range) < 1e-3F);
-  state.counters["apart"] = apart;
-}
-BENCHMARK(bodies_embree)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
 
 void bodies_exact_twin(benchmark::State& state) {
   World world;
