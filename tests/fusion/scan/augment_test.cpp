@@ -180,5 +180,94 @@ TEST(Augmentation, keeps_promise_1_over_ten_million_beams) {
   EXPECT_LT(replaced, beams / 2);
 }
 
+/// Three clauses by hand: a laser without noise, 0.1 to 30 m, that writes 0 for too close and +inf for no
+/// return.
+struct ByHand {
+  LaserDescription laser;
+  Scan real, out;
+  std::vector<RangeHit> virtual_hits, building_hits;
+  std::vector<std::int32_t> beam_body;
+
+  ByHand() {
+    laser.convention = {0.1F, 30, RangeConvention::Sentinel::infinity, 0, RangeConvention::Sentinel::value,
+                        0};
+  }
+  void beam(float real_range, float virtual_range, float wall) {
+    real.ranges.push_back(real_range);
+    real.intensities.push_back(100);
+    virtual_hits.push_back({virtual_range, virtual_range < kInf ? 3 : -1, 0.7F});
+    building_hits.push_back({wall, -1, 0});
+  }
+  std::size_t augment() { return augment_scan(real, laser, {}, virtual_hits, building_hits, out, beam_body); }
+};
+
+TEST(Augmentation, writes_the_nearer_of_real_and_virtual) {
+  ByHand scan;
+  scan.beam(5, 3, 5);
+  scan.beam(5, 7, 5);
+  scan.beam(5, 5, 9);
+  scan.beam(5, kInf, 5);
+  EXPECT_EQ(scan.augment(), 1U);
+  EXPECT_EQ(scan.out.ranges, (std::vector<float>{3, 5, 5, 5}));
+  EXPECT_EQ(scan.out.intensities, (std::vector<float>{0.7F, 100, 100, 100}));
+  EXPECT_EQ(scan.beam_body, (std::vector<std::int32_t>{3, -1, -1, -1}));
+  EXPECT_EQ(scan.real.ranges[0], 5) << "the raw scan is never touched";
+}
+
+TEST(Augmentation, lets_a_real_return_alone_occlude_not_the_model) {
+  ByHand scan;
+  scan.beam(5, 3, 2);
+  EXPECT_EQ(scan.augment(), 1U) << "the beam really came as far as 5 m, whatever the model says";
+}
+
+TEST(Augmentation, shows_nothing_behind_the_modelled_wall_where_the_beam_was_lost) {
+  ByHand scan;
+  scan.beam(kInf, 3, 5);
+  scan.beam(kInf, 6, 5);
+  scan.beam(kInf, 3, kInf);
+  scan.beam(kInf, 29, kInf);
+  scan.beam(kInf, 31, kInf);
+  EXPECT_EQ(scan.augment(), 3U);
+  EXPECT_EQ(scan.out.ranges, (std::vector<float>{3, kInf, 3, 29, kInf}));
+}
+
+TEST(Augmentation, writes_a_body_that_the_laser_is_in_or_nearly_in_as_too_close) {
+  ByHand scan;
+  scan.beam(5, 0, 5);
+  scan.beam(5, 0.05F, 5);
+  scan.beam(kInf, 0.05F, 5);
+  scan.beam(0, 0.05F, 5);
+  EXPECT_EQ(scan.augment(), 3U);
+  EXPECT_EQ(scan.out.ranges, (std::vector<float>{0, 0, 0, 0}));
+  EXPECT_EQ(scan.beam_body.back(), -1) << "what is really too close stays so";
+}
+
+TEST(Augmentation, replaces_nothing_of_which_nothing_is_known) {
+  ByHand scan;
+  scan.beam(5, 3, 5);
+  scan.beam(kInf, 3, 5);
+  scan.building_hits.clear();
+  EXPECT_EQ(scan.augment(), 1U) << "without a wall's range a lost beam stays lost";
+  scan.virtual_hits.clear();
+  EXPECT_EQ(scan.augment(), 0U);
+  EXPECT_EQ(scan.out.ranges, scan.real.ranges);
+  EXPECT_EQ(scan.beam_body.size(), 2U);
+}
+
+TEST(Simulation, writes_the_nearest_of_bodies_and_building) {
+  ByHand scan;
+  scan.beam(0, 3, 5);
+  scan.beam(0, 6, 5);
+  scan.beam(0, kInf, kInf);
+  scan.laser.angle_first = -0.5;
+  scan.laser.angle_step = 0.25;
+  simulate_scan(scan.laser, {}, scan.virtual_hits, scan.building_hits, {77}, scan.out);
+  EXPECT_EQ(scan.out.ranges, (std::vector<float>{3, 5, kInf}));
+  EXPECT_EQ(scan.out.stamp.ns, 77);
+  EXPECT_EQ(scan.out.angle_first, -0.5F);
+  EXPECT_EQ(scan.out.angle_step, 0.25F);
+  EXPECT_TRUE(scan.out.intensities.empty());
+}
+
 }  // namespace
 }  // namespace parhelion

@@ -1,0 +1,152 @@
+// The fast caster against its exact twin, over random scenes and over scenes made of edges.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "fusion/scan/ray_caster.hpp"
+#include "tests/fusion/scan/random_scene.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::Draw;
+using test::random_scene;
+using test::RandomScene;
+
+bool agree(const RangeHit& a, const RangeHit& b) {
+  if (std::isinf(a.range) || std::isinf(b.range)) return a.range == b.range;
+  return std::abs(a.range - b.range) <= 1e-3F;
+}
+
+struct Comparison {
+  std::size_t beams = 0, hits = 0, inside = 0, apart = 0, other_body = 0;
+};
+
+void compare(std::span<const RangeHit> fast, std::span<const RangeHit> twin, Comparison& sum) {
+  for (std::size_t i = 0; i < twin.size(); ++i) {
+    ++sum.beams;
+    sum.hits += std::isfinite(twin[i].range);
+    sum.inside += twin[i].range == 0;
+    if (!agree(fast[i], twin[i])) ++sum.apart;
+    if (fast[i].body != twin[i].body || fast[i].reflectivity != twin[i].reflectivity) ++sum.other_body;
+  }
+}
+
+// Both casters work in doubles, so even at grazing edges they part only within about 1e-12 rad: over random
+// scenes that does not happen, and no disagreement is allowed.
+TEST(RayCasterTwin, agrees_with_the_exact_twin_on_bodies_over_a_million_beams) {
+  constexpr int kBeams = 361, kScenes = 2800;
+  RayCaster caster;
+  Comparison sum;
+  std::vector<RangeHit> fast(kBeams), twin(kBeams);
+  for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const RandomScene scene = random_scene(seed, kBeams, 10, 0);
+    caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, fast);
+    cast_bodies_exact(scene.laser, scene.beams, scene.bodies, scene.max_range, twin);
+    compare(fast, twin, sum);
+    ASSERT_EQ(sum.apart, 0U) << "scene " << seed;
+  }
+  EXPECT_GE(sum.beams, 1'000'000U);
+  EXPECT_GT(sum.hits, sum.beams / 4) << "the scenes must not be empty";
+  EXPECT_GT(sum.inside, 1000U) << "some beams must start inside a body";
+  // Only where two bodies' surfaces cross on a beam to within rounding.
+  EXPECT_LE(sum.other_body, 5U);
+}
+
+TEST(RayCasterTwin, agrees_with_the_exact_twin_on_buildings) {
+  constexpr int kBeams = 361, kScenes = 300;
+  RayCaster caster;
+  Comparison sum;
+  std::vector<RangeHit> fast(kBeams), twin(kBeams);
+  for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const RandomScene scene =
+        random_scene(seed, kBeams, 0, seed % 50 == 0 ? 1000 : static_cast<int>(seed % 60));
+    caster.set_building(scene.building);
+    caster.cast_building(scene.laser, scene.beams, scene.max_range, fast);
+    cast_building_exact(scene.laser, scene.beams, scene.building, scene.max_range, twin);
+    compare(fast, twin, sum);
+    ASSERT_EQ(sum.apart, 0U) << "scene " << seed;
+  }
+  EXPECT_GT(sum.hits, sum.beams / 6);
+  EXPECT_LE(sum.other_body, 5U);
+}
+
+/// Boxes, poses and bearings on a lattice: beams run along faces and through edges, where rounding decides.
+RandomScene lattice_scene(std::uint64_t seed) {
+  Draw draw(seed);
+  RandomScene scene;
+  const auto half_metres = [&draw](int reach) { return 0.5 * draw.integer(-reach, reach); };
+  const auto quarter_turns = [&draw] {
+    return Eigen::Quaterniond(
+        Eigen::AngleAxisd(draw.integer(0, 3) * std::numbers::pi / 2, Eigen::Vector3d::UnitZ()));
+  };
+  scene.laser.T_map_laser_start = {quarter_turns(), {half_metres(4), half_metres(4), half_metres(1)}};
+  scene.laser.T_map_laser_end = scene.laser.T_map_laser_start;
+  scene.time.assign(361, 0);
+  scene.beams = {static_cast<float>(-std::numbers::pi), static_cast<float>(std::numbers::pi / 180),
+                 scene.time};
+  for (int b = 0; b < 6; ++b) {
+    BodyDefinition& body = scene.definitions.emplace_back();
+    Shape shape;
+    shape.kind = static_cast<ShapeKind>(draw.integer(0, 3));
+    shape.size = {0.5 * draw.integer(1, 4), 0.5 * draw.integer(1, 4), 0.5 * draw.integer(1, 4)};
+    body.shapes.push_back(shape);
+    const Transform<Map, Body> T_map_body(quarter_turns(),
+                                          {half_metres(10), half_metres(10), half_metres(2)});
+    scene.bodies.push_back({&body, T_map_body, T_map_body});
+  }
+  return scene;
+}
+
+/// Whether the twin says the same once the beam is moved by a millimetre or turned by 1e-5 rad: an edge was
+/// grazed.
+bool grazes(const RandomScene& scene, std::size_t beam, const RangeHit& fast) {
+  const float time[1] = {0};
+  const double angle =
+      double{scene.beams.angle_first} + static_cast<double>(beam) * double{scene.beams.angle_step};
+  for (int axis = 0; axis < 6; ++axis) {
+    for (const double sign : {-1.0, 1.0}) {
+      const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis % 3);
+      const Eigen::Vector3d shift = axis < 3 ? Eigen::Vector3d(sign * 1e-3 * unit) : Eigen::Vector3d::Zero();
+      const Eigen::AngleAxisd turn(axis < 3 ? 0 : sign * 1e-5, unit);
+      const Transform<Map, Laser>& from = scene.laser.T_map_laser_start;
+      const Transform<Map, Laser> nudged(from.quaternion() * turn, from.translation() + shift);
+      const Transform<Map, Laser> along(
+          nudged.quaternion() * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()), nudged.translation());
+      RangeHit twin[1];
+      cast_bodies_exact({along, along}, {0, 0, time}, scene.bodies, scene.max_range, twin);
+      // Moved by a millimetre, the range itself changes by about as much.
+      if (std::isinf(twin[0].range) ? twin[0].range == fast.range
+                                    : std::abs(twin[0].range - fast.range) < 5e-3F) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+TEST(RayCasterTwin, parts_from_the_twin_only_where_a_beam_grazes_an_edge) {
+  RayCaster caster;
+  std::vector<RangeHit> fast(361), twin(361);
+  std::size_t grazing = 0, beams = 0, hits = 0;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const RandomScene scene = lattice_scene(seed);
+    caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, fast);
+    cast_bodies_exact(scene.laser, scene.beams, scene.bodies, scene.max_range, twin);
+    for (std::size_t i = 0; i < fast.size(); ++i) {
+      ++beams;
+      hits += std::isfinite(twin[i].range);
+      if (agree(fast[i], twin[i])) continue;
+      ASSERT_TRUE(grazes(scene, i, fast[i]))
+          << "scene " << seed << " beam " << i << ": " << fast[i].range << ", twin " << twin[i].range;
+      ++grazing;
+    }
+  }
+  EXPECT_GT(hits, beams / 10);
+  EXPECT_LT(grazing, beams / 100)
+      << "the beams' plane holds faces of many of these boxes, but few are on the edge";
+}
+
+}  // namespace
+}  // namespace parhelion
