@@ -22,19 +22,31 @@ using UnsignedOf =
                        std::conditional_t<sizeof(T) == 2, std::uint16_t,
                                           std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>>;
 
+/// The other byte order, on a machine that is not big-endian itself.
+template <class Unsigned>
+Unsigned swapped(Unsigned bits) {
+  if constexpr (sizeof(Unsigned) == 1 || std::endian::native == std::endian::big) {
+    return bits;
+  } else if constexpr (sizeof(Unsigned) == 2) {
+    return __builtin_bswap16(bits);
+  } else if constexpr (sizeof(Unsigned) == 4) {
+    return __builtin_bswap32(bits);
+  } else {
+    return __builtin_bswap64(bits);
+  }
+}
+
 template <class T>
 T big_endian(const std::uint8_t* at) {
-  UnsignedOf<T> bits = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    bits = static_cast<UnsignedOf<T>>((std::uint64_t{bits} << 8) | at[i]);
-  return std::bit_cast<T>(bits);
+  UnsignedOf<T> bits;
+  std::memcpy(&bits, at, sizeof bits);
+  return std::bit_cast<T>(swapped(bits));
 }
 
 template <class T>
 void big_endian(T value, std::uint8_t* at) {
-  const auto bits = std::bit_cast<UnsignedOf<T>>(value);
-  for (std::size_t i = 0; i < sizeof(T); ++i)
-    at[i] = static_cast<std::uint8_t>(bits >> (8 * (sizeof(T) - 1 - i)));
+  const auto bits = swapped(std::bit_cast<UnsignedOf<T>>(value));
+  std::memcpy(at, &bits, sizeof bits);
 }
 
 /// Positions are within the Earth, velocities and other figures within what any robot does: a float that is
