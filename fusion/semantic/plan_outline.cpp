@@ -48,14 +48,7 @@ std::vector<Eigen::Vector3d> surface_points(ShapeKind kind, const Eigen::Vector3
   return points;
 }
 
-Outline seen_from_above(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& T_map_shape) {
-  Outline flat;
-  for (const Eigen::Vector3d& p : points) flat.push_back((T_map_shape * p).head<2>());
-  return convex_hull(std::move(flat));
-}
-
-}  // namespace
-
+/// Andrew's monotone chain.
 Outline convex_hull(Outline points) {
   const auto before = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
     return std::tie(a.x(), a.y()) < std::tie(b.x(), b.y());
@@ -79,6 +72,14 @@ Outline convex_hull(Outline points) {
   add_side(points.rbegin(), points.rend());
   return hull;
 }
+
+Outline seen_from_above(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& T_map_shape) {
+  Outline flat;
+  for (const Eigen::Vector3d& p : points) flat.push_back((T_map_shape * p).head<2>());
+  return convex_hull(std::move(flat));
+}
+
+}  // namespace
 
 Outline outline_of(const ModelEntity& entity) {
   return seen_from_above(surface_points(ShapeKind::box, entity.size), entity.T_map_body.isometry());

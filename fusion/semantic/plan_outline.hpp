@@ -11,8 +11,6 @@ namespace parhelion {
 
 using Outline = std::vector<Eigen::Vector2d>;  ///< m, counter-clockwise
 
-/// Convex hull (Andrew's monotone chain).
-Outline convex_hull(Outline points);
 Outline outline_of(const ModelEntity& entity);
 Outline outline_of(const Shape& shape, const Transform<Map, Body>& T_map_body);
 
