@@ -32,19 +32,6 @@ Eigen::Matrix3d carried_covariance(const Eigen::Matrix3d& covariance, const Pose
 MappingFront::MappingFront(const RobotDescription& robot, const Options& options)
     : robot_(robot), options_(options), fine_(options.cell), coarse_(4 * options.cell) {}
 
-Match MappingFront::matched(const ScanPoints& scan, const Pose2& expected,
-                            const Eigen::Matrix3d& prior) const {
-  MatchOptions rough = options_.match;
-  rough.iterations = 6;
-  rough.gate = 4 * options_.cell;
-  rough.range_sigma = options_.cell;
-  const std::vector<Eigen::Vector2d> few = thinned(scan.points, 120);
-  const Match near = match(coarse_, few, expected, expected, prior, rough);
-  const Match from_near = match(fine_, scan.points, near.T_map_base, expected, prior, options_.match);
-  const Match direct = match(fine_, scan.points, expected, expected, prior, options_.match);
-  return from_near.points > direct.points ? from_near : direct;
-}
-
 MappingFront::Word MappingFront::add(const ScanPoints& scan, const Pose2& step) {
   const bool first = keyframes_.empty();
   Word word;
@@ -57,7 +44,8 @@ MappingFront::Word MappingFront::add(const ScanPoints& scan, const Pose2& step) 
     const Pose2 expected = pose_ * step;
     const Eigen::Matrix3d predicted =
         carried_covariance(covariance_, pose_, expected, odometry_covariance(robot_, driven, turned));
-    const Match found = matched(scan, expected, predicted.inverse());
+    const Match found =
+        match_from_several(fine_, coarse_, scan.points, expected, predicted.inverse(), options_.match);
     word.explained = found.explained;
     if (found.explained >= least_explained) {
       pose_ = found.T_map_base;

@@ -53,7 +53,6 @@ class MappingFront {
   std::vector<Keyframe> take_keyframes() { return std::move(keyframes_); }
 
  private:
-  Match matched(const ScanPoints& scan, const Pose2& expected, const Eigen::Matrix3d& prior) const;
   void keep(const ScanPoints& scan);
 
   RobotDescription robot_;

@@ -2,9 +2,14 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <limits>
+
+#include "fusion/pose/scan_points.hpp"
 
 namespace parhelion {
 namespace {
+
+constexpr double knee = 9;  ///< chi^2 at which a point has a quarter of its say, and the most that it costs
 
 /// Neighbouring beams see the same error of the map and of the laser: they do not count as independent.
 constexpr double independent_share = 0.1;
@@ -13,6 +18,7 @@ struct NormalEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double squares = 0;
+  double cost = 0;  ///< of all points, those without a surfel counting as the worst
   int explained = 0;
 };
 
@@ -25,6 +31,7 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
     const Eigen::Vector2d arm(c * p.x() - s * p.y(), s * p.x() + c * p.y());
     const Eigen::Vector2d q(pose.x + arm.x(), pose.y + arm.y());
     const Surfel* surfel = map.nearest(q);
+    sum.cost += knee;
     if (surfel == nullptr) continue;
     const Eigen::Vector2d offset = q - surfel->mean;
     Eigen::Matrix2d W;
@@ -43,15 +50,16 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
     }
     // Geman-McClure on the normalised distance: people and moved chairs lose their say.
     const double chi2 = offset.dot(W * offset);
-    constexpr double knee = 9;
     const double robust = knee / (knee + chi2);
     const double weight = robust * robust;
+    sum.cost += chi2 * robust - knee;
     Eigen::Matrix<double, 2, 3> J;
     J << 1, 0, -arm.y(), 0, 1, arm.x();
     const Eigen::Matrix<double, 3, 2> JtW = weight * J.transpose() * W;
     sum.H += JtW * J;
     sum.b += JtW * offset;
   }
+  sum.cost *= independent_share;
   sum.H *= independent_share;
   sum.b *= independent_share;
   return sum;
@@ -75,11 +83,40 @@ Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, 
   const NormalEquations sum = equations(map, points_base, pose, options);
   result.T_map_base = pose;
   result.information = sum.H;
+  const Eigen::Vector3d off(pose.x - expected.x, pose.y - expected.y, wrap_angle(pose.yaw - expected.yaw));
+  result.cost = sum.cost + off.dot(prior * off);
   result.points = sum.explained;
   result.explained =
       points_base.empty() ? 0 : static_cast<double>(sum.explained) / static_cast<double>(points_base.size());
   result.rms = sum.explained > 0 ? std::sqrt(sum.squares / sum.explained) : 0;
   return result;
+}
+
+Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
+                         std::span<const Eigen::Vector2d> points_base, const Pose2& expected,
+                         const Eigen::Matrix3d& prior, const MatchOptions& options) {
+  const auto better = [](Match a, Match b) { return b.cost < a.cost ? b : a; };
+  const std::vector<Eigen::Vector2d> few = thinned(points_base, 120);
+  MatchOptions rough = options;
+  rough.iterations = 6;
+  rough.gate = coarse.cell();
+  rough.range_sigma = fine.cell();
+  const Match near = match(coarse, few, expected, expected, prior, rough);
+  Match best = better(match(fine, points_base, expected, expected, prior, options),
+                      match(fine, points_base, near.T_map_base, expected, prior, options));
+  const Pose2 off = expected.inverse() * best.T_map_base;
+  constexpr double sure = 0.85;
+  if (best.explained > sure && off.position().norm() < fine.cell() && std::abs(off.yaw) < 0.03) return best;
+  MatchOptions quick = options;
+  quick.iterations = 6;
+  Match chosen;
+  chosen.cost = std::numeric_limits<double>::infinity();
+  for (const double along : {-0.25, 0.0, 0.25}) {
+    for (const double yaw : {-0.1, 0.0, 0.1}) {
+      chosen = better(chosen, match(fine, few, expected * Pose2{along, 0, yaw}, expected, prior, quick));
+    }
+  }
+  return better(best, match(fine, points_base, chosen.T_map_base, expected, prior, options));
 }
 
 }  // namespace parhelion

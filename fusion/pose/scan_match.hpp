@@ -22,11 +22,19 @@ struct Match {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< x, y, yaw in the map frame, of the points alone
   double explained = 0;  ///< share of all points that lie within `inlier` of a surfel
   double rms = 0;        ///< m, of those
+  double cost = 0;       ///< what was made small: robust, of all points, and of the distance from `expected`
   int points = 0;        ///< explained
 };
 
 /// `expected` with information `prior` (x, y, yaw in the map frame; zero: none).
 Match match(const SurfelMap& map, std::span<const Eigen::Vector2d> points_base, const Pose2& start,
             const Pose2& expected, const Eigen::Matrix3d& prior, const MatchOptions& options);
+
+/// As match(), but from several starts where one alone is in doubt: from `coarse` (larger cells, a wider
+/// basin), and where odometry's stamp or heading was wrong, from places along the way and headings about. The
+/// least cost wins.
+Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
+                         std::span<const Eigen::Vector2d> points_base, const Pose2& expected,
+                         const Eigen::Matrix3d& prior, const MatchOptions& options);
 
 }  // namespace parhelion

@@ -73,8 +73,8 @@ Scan rectified(const ScanPoints& scan, const LaserDescription& laser) {
   return result;
 }
 
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points, std::size_t count) {
-  if (points.size() <= count) return points;
+std::vector<Eigen::Vector2d> thinned(std::span<const Eigen::Vector2d> points, std::size_t count) {
+  if (points.size() <= count) return {points.begin(), points.end()};
   std::vector<Eigen::Vector2d> kept;
   kept.reserve(count);
   for (std::size_t i = 0; i < count; ++i) kept.push_back(points[i * points.size() / count]);

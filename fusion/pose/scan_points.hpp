@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "fusion/pose/pose2.hpp"
@@ -28,6 +29,6 @@ ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist
 Scan rectified(const ScanPoints& scan, const LaserDescription& laser);
 
 /// At most `count` points, spread evenly over the scan.
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points, std::size_t count);
+std::vector<Eigen::Vector2d> thinned(std::span<const Eigen::Vector2d> points, std::size_t count);
 
 }  // namespace parhelion

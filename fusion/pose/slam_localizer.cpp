@@ -115,7 +115,7 @@ class Localizer final : public Slam {
     const Eigen::Matrix3d prior = predicted.inverse();
     pose_ = expected;
     covariance_ = predicted;
-    const Match found = matched(scan, expected, prior);
+    const Match found = match_from_several(map_.fine, map_.coarse, scan.points, expected, prior, match_);
     if (found.explained >= least_explained && scan.points.size() >= least_points) {
       pose_ = found.T_map_base;
       covariance_ = (prior + found.information).inverse();
@@ -125,17 +125,6 @@ class Localizer final : public Slam {
     }
     const double sigma = std::sqrt(std::max(covariance_(0, 0), covariance_(1, 1)));
     if (silent_ >= patience || sigma > lost_sigma) mode_ = Mode::lost;
-  }
-
-  Match matched(const ScanPoints& scan, const Pose2& expected, const Eigen::Matrix3d& prior) const {
-    MatchOptions rough = match_;
-    rough.iterations = 6;
-    rough.gate = map_.coarse.cell();
-    rough.range_sigma = 0.1;
-    const Match direct = match(map_.fine, scan.points, expected, expected, prior, match_);
-    const Match near = match(map_.coarse, thinned(scan.points, 120), expected, expected, prior, rough);
-    const Match from_near = match(map_.fine, scan.points, near.T_map_base, expected, prior, match_);
-    return from_near.points > direct.points ? from_near : direct;
   }
 
   void recover(const ScanPoints& scan, const ScanOdometry::Step& step) {

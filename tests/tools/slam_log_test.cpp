@@ -1,0 +1,232 @@
+#include "tools/slam_log.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+#include "tests/fusion/pose/room.hpp"
+#include "tests/tools/imported_log.hpp"
+#include "tools/command.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::ImportedLog;
+using test::TemporaryFolder;
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+struct LogOfADrive {
+  explicit LogOfADrive(const std::filesystem::path& path, bool with_robot = true) {
+    const RobotDescription robot = test::robot_with_laser();
+    auto writer = LogWriter::create(path.string(), false);
+    EXPECT_TRUE(writer.ok());
+    std::vector<std::uint8_t> bytes;
+    const auto samples = test::drive(test::ring_building(), robot, 0.3, 0.02, 17);
+    const auto put = [&](const char* channel, std::int64_t us) {
+      EXPECT_TRUE(writer->write(channel, ArrivalTime::from_utime(us), bytes).ok());
+    };
+    if (with_robot) {
+      encode(RobotMessage{samples.front().stamp, to_yaml(robot)}, bytes);
+      put("ROBOT", samples.front().stamp.utime() - 10);
+    }
+    for (const auto& sample : samples) {
+      encode(sample.odometry, bytes);
+      put("ODOMETRY", sample.stamp.utime() + 1000);
+      encode(sample.scan, bytes);
+      put("SCAN", sample.stamp.utime() + 30'000);
+    }
+    scans = samples.size();
+  }
+  std::size_t scans = 0;
+};
+
+SlamLogOptions options(const std::filesystem::path& in, const std::filesystem::path& out) {
+  SlamLogOptions result;
+  result.input = in;
+  result.output = out;
+  return result;
+}
+
+TEST(SlamLog, KeepsEveryEventAndAnswersEachScanAfterTheDelay) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  SlamLogOptions mapping = options(folder / "in.lcm", folder / "out.lcm");
+  mapping.causal = true;
+  mapping.pose_delay = milliseconds(25);
+  const auto report = map_log(mapping);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->answered, drive.scans);
+  const ImportedLog in(folder / "in.lcm"), out(folder / "out.lcm");
+  std::size_t kept = 0;
+  std::map<std::int64_t, ArrivalTime> scan_arrival;
+  ArrivalTime last{};
+  for (const Message& event : out.events) {
+    EXPECT_GE(event.arrival, last);
+    last = event.arrival;
+    if (event.channel == "SCAN") {
+      Scan scan;
+      ASSERT_TRUE(decode(event.channel, event.payload, scan).ok());
+      scan_arrival[scan.stamp.ns] = event.arrival;
+    }
+    if (event.channel == "POSE_COV") {
+      PoseEstimate estimate;
+      ASSERT_TRUE(decode(event.channel, event.payload, estimate).ok());
+      EXPECT_TRUE(estimate.causal);
+      EXPECT_EQ(estimate.step_time.ns, 0);
+      ASSERT_TRUE(scan_arrival.contains(estimate.stamp.ns));
+      EXPECT_EQ(event.arrival, scan_arrival[estimate.stamp.ns] + milliseconds(25));
+    }
+    if (event.channel == "POSE_COV" || event.channel == "POSE" || event.channel == slam_status_channel)
+      continue;
+    ASSERT_LT(kept, in.events.size());
+    EXPECT_EQ(event.payload, in.events[kept].payload);
+    EXPECT_EQ(event.arrival, in.events[kept].arrival);
+    ++kept;
+  }
+  EXPECT_EQ(kept, in.events.size());
+}
+
+TEST(SlamLog, MapsThenLocalizesInTheMapWithTheSameBytesEachTime) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  for (const char* name : {"a", "b"}) {
+    SlamLogOptions mapping = options(folder / "in.lcm", folder / (std::string(name) + ".lcm"));
+    mapping.save_map = folder / name;
+    const auto report = map_log(mapping);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_FALSE(report->causal);
+    for (const char* kind : {"simplemap", "yaml"}) {
+      SlamLogOptions localizing = options(folder / "in.lcm", folder / (std::string(name) + kind + ".lcm"));
+      localizing.map = folder / (std::string(name) + "." + kind);
+      localizing.slam.start = Eigen::Vector3d::Zero();
+      const auto located = localize_log(localizing);
+      ASSERT_TRUE(located.ok()) << located.error().message;
+      EXPECT_EQ(located->tracking, drive.scans);
+      EXPECT_EQ(located->map_id, report->map_id) << "a pose in the saved map carries that map's id";
+    }
+  }
+  for (const char* end : {".lcm", "simplemap.lcm", "yaml.lcm", ".pgm", ".png"}) {
+    EXPECT_EQ(bytes_of(folder / (std::string("a") + end)), bytes_of(folder / (std::string("b") + end)))
+        << end;
+  }
+  const ImportedLog out(folder / "a.lcm");
+  for (const auto& estimate : out.all<PoseEstimate>("POSE_COV")) EXPECT_FALSE(estimate.causal);
+  const auto status = out.all<ServerStatus>(slam_status_channel);
+  ASSERT_EQ(status.size(), 1U);
+}
+
+TEST(SlamLog, RunOverItsOwnOutputReplacesThePoses) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  ASSERT_TRUE(map_log(options(folder / "in.lcm", folder / "once.lcm")).ok());
+  const auto again = map_log(options(folder / "once.lcm", folder / "twice.lcm"));
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  EXPECT_EQ(again->replaced, 2 * drive.scans + 1);
+  EXPECT_EQ(bytes_of(folder / "once.lcm"), bytes_of(folder / "twice.lcm"));
+}
+
+TEST(SlamLog, RefusesChannelsThatCarryVirtualReturns) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  SlamLogOptions mapping = options(folder / "in.lcm", folder / "out.lcm");
+  mapping.scan_channel = "MR_SCAN";
+  const auto report = map_log(mapping);
+  ASSERT_FALSE(report.ok());
+  EXPECT_NE(report.error().message.find("raw scan"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm"));
+}
+
+TEST(SlamLog, SaysWhatIsMissingAndLeavesNoHalfOutput) {
+  const TemporaryFolder folder;
+  const LogOfADrive without_robot(folder / "bare.lcm", false);
+  const auto bare = map_log(options(folder / "bare.lcm", folder / "out.lcm"));
+  ASSERT_FALSE(bare.ok());
+  EXPECT_NE(bare.error().message.find("--robot"), std::string::npos);
+  const LogOfADrive drive(folder / "in.lcm");
+  SlamLogOptions wrong = options(folder / "in.lcm", folder / "out.lcm");
+  wrong.scan_channel = "FRONT";
+  EXPECT_FALSE(map_log(wrong).ok());
+  SlamLogOptions no_map = options(folder / "in.lcm", folder / "out.lcm");
+  no_map.map = folder / "none.yaml";
+  EXPECT_FALSE(localize_log(no_map).ok());
+  EXPECT_FALSE(map_log(options(folder / "in.lcm", folder / "in.lcm")).ok());
+  std::ofstream(folder / "there.lcm") << "mine";
+  EXPECT_FALSE(map_log(options(folder / "in.lcm", folder / "there.lcm")).ok());
+  EXPECT_EQ(bytes_of(folder / "there.lcm"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.lcm"));
+  EXPECT_FALSE(std::filesystem::exists((folder / "out.lcm").string() + ".part"));
+}
+
+TEST(SlamLog, CountsDamagedEventsAndGoesOn) {
+  const TemporaryFolder folder;
+  const LogOfADrive drive(folder / "in.lcm");
+  std::string bytes = bytes_of(folder / "in.lcm");
+  const auto at = bytes.find("SCAN", bytes.size() / 2);
+  for (std::size_t i = 0; i < 12; ++i) bytes[at + 4 + i] = '\x7f';  // its fingerprint and stamp
+  std::ofstream(folder / "damaged.lcm", std::ios::binary) << bytes;
+  const auto report = map_log(options(folder / "damaged.lcm", folder / "out.lcm"));
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->refused, 1U);
+  EXPECT_EQ(report->answered, drive.scans - 1);
+  ASSERT_EQ(report->findings.size(), 1U);
+}
+
+int run(std::vector<const char*> arguments) {
+  CLI::App app;
+  Exit exit = Exit::done;
+  add_slam(app, exit);
+  arguments.insert(arguments.begin(), {"parhelion", "slam"});
+  app.parse(static_cast<int>(arguments.size()), arguments.data());
+  return static_cast<int>(exit);
+}
+
+TEST(SlamCommand, SaysWhatIsWrongWithItsArguments) {
+  EXPECT_EQ(run({"--log", "x.lcm", "-o", "y.lcm", "--map", "m.yaml", "--start", "1,2"}), 2);
+  EXPECT_EQ(run({"--log", "x.lcm", "-o", "y.lcm", "--pose-delay", "20"}), 2);
+  EXPECT_EQ(run({"--log", "x.lcm", "-o", "y.lcm", "--map", "m.yaml", "--save-map", "p"}), 2);
+  EXPECT_EQ(run({"--log", "x.lcm"}), 2);
+  EXPECT_EQ(run({"-o", "y.lcm"}), 2);
+  EXPECT_EQ(run({"--log", "does-not-exist.lcm", "-o", "y.lcm"}), 1);
+}
+
+TEST(SlamLog, MapsTheRecordingThatDebianShips) {
+  PARHELION_NEEDS_RECORDING(test::sena_rawlog());
+  const TemporaryFolder folder;
+  ImportOptions import;
+  import.input = test::sena_rawlog();
+  import.output = folder / "sena.lcm";
+  ASSERT_TRUE(import_recording(import, {}).ok());
+  SlamLogOptions mapping = options(folder / "sena.lcm", folder / "mapped.lcm");
+  mapping.save_map = folder / "sena";
+  const auto mapped = map_log(mapping);
+  ASSERT_TRUE(mapped.ok()) << mapped.error().message;
+  EXPECT_EQ(mapped->tracking, 225U);
+  for (const char* kind : {"simplemap", "yaml"}) {
+    for (const bool started : {true, false}) {
+      SlamLogOptions localizing = options(folder / "sena.lcm", folder / "located.lcm");
+      localizing.overwrite = true;
+      localizing.map = folder / (std::string("sena.") + kind);
+      if (started) localizing.slam.start = Eigen::Vector3d::Zero();
+      const auto located = localize_log(localizing);
+      ASSERT_TRUE(located.ok()) << located.error().message;
+      EXPECT_EQ(located->lost, 0U);
+      EXPECT_GE(located->tracking, started ? 225U : 180U);
+      // Against the final trajectory that made the map: the same drive, so it must be the same place.
+      const auto truth = ImportedLog(folder / "mapped.lcm").all<PoseEstimate>("POSE_COV");
+      const auto words = ImportedLog(folder / "located.lcm").all<PoseEstimate>("POSE_COV");
+      ASSERT_EQ(truth.size(), words.size());
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        if (words[i].state != SlamState::tracking) continue;
+        EXPECT_LT((words[i].T_map_base.translation() - truth[i].T_map_base.translation()).norm(), 0.1) << i;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,255 @@
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+
+#include "protocols/bus/bus.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+#include "tools/slam_log.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr const char* description =
+    "SCAN and ODOMETRY in, POSE_COV and POSE out: localizes in MAP, or builds one. Live on the bus, or over "
+    "a log with --log";
+constexpr const char* footer =
+    "Examples:\n"
+    "  parhelion slam --log drive.lcm -o mapped.lcm --save-map site     # builds site.simplemap, .yaml, "
+    ".pgm, .png\n"
+    "  parhelion slam --log drive.lcm -o located.lcm --map site.yaml --start 0,0,0\n"
+    "  parhelion slam --map site.simplemap                              # live, finds itself\n\n"
+    "Over a log the same bytes come out each time; step times are in the summary only. Mapping writes the "
+    "final\n"
+    "trajectory, marked as not causal; injection wants --causal or localization.";
+
+volatile std::sig_atomic_t stop_asked = 0;
+void ask_to_stop(int) { stop_asked = 1; }
+
+struct Arguments {
+  SlamLogOptions options;
+  std::string start, delay = "20ms", summary, url;
+};
+
+Exit usage(const std::string& what) {
+  std::fprintf(stderr, "parhelion slam: %s\n", what.c_str());
+  return Exit::usage;
+}
+
+Exit failed(const Error& error) {
+  std::fprintf(stderr, "parhelion slam: %s\n", error.message.c_str());
+  return Exit::failed;
+}
+
+bool parse_start(const std::string& text, SlamOptions& options) {
+  if (text.empty()) return true;
+  double x = 0, y = 0, yaw = 0;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &x, &y, &yaw, &end) != 3 ||
+      text.size() != static_cast<std::size_t>(end))
+    return false;
+  options.start = Eigen::Vector3d(x, y, yaw);
+  return options.start->allFinite();
+}
+
+/// "20ms", "0.02s" or "500us".
+bool parse_delay(const std::string& text, Duration& delay) {
+  double value = 0;
+  char unit[4] = "";
+  if (std::sscanf(text.c_str(), "%lf%3s", &value, unit) != 2 || !(value >= 0)) return false;
+  const std::string u = unit;
+  const double scale = u == "us" ? 1e-6 : u == "ms" ? 1e-3 : u == "s" ? 1 : -1;
+  if (scale < 0 || value * scale > 60) return false;
+  delay = seconds(value * scale);
+  return true;
+}
+
+Exit over_log(const Arguments& arguments) {
+  const SlamLogOptions& options = arguments.options;
+  Progress slam("slam", "MB"), loops("closing loops", "%");
+  const SlamProgress progress = [&](const std::string& phase, double done, double total) {
+    (phase == "slam" ? slam : loops).update(done, total);
+  };
+  const auto report = options.map.empty() ? map_log(options, progress) : localize_log(options, progress);
+  slam.finish();
+  loops.finish();
+  if (!report) return failed(report.error());
+  for (const std::string& finding : report->findings)
+    std::fprintf(stderr, "parhelion slam: %s\n", finding.c_str());
+  std::printf("%s\n", summary_line(*report).c_str());
+  if (!arguments.summary.empty()) {
+    std::ofstream file(arguments.summary);
+    file << to_json(*report);
+    if (!file.flush()) return failed({arguments.summary + ": could not be written"});
+  }
+  return Exit::done;
+}
+
+/// SLAM on the bus; ends on SIGINT or SIGTERM.
+class LiveSlam {
+ public:
+  explicit LiveSlam(const SlamLogOptions& options) : options_(options) {}
+
+  Status run(const std::string& url) {
+    for (const std::string& channel : {options_.scan_channel, options_.odometry_channel}) {
+      if (Status raw = check_raw_channel(channel); !raw) return raw;
+    }
+    auto bus = open_network_bus(url);
+    if (!bus) return bus.error();
+    bus_ = std::move(*bus);
+    if (!options_.robot.empty()) {
+      auto robot = load_robot_description(options_.robot.string());
+      if (!robot) return robot.error();
+      if (Status made = start(*robot); !made) return made;
+    }
+    // Odometry is interpolated, so all of it counts; of scans only the newest few are worth an answer.
+    for (const auto& [channel, capacity] : {std::pair{options_.odometry_channel, 200},
+                                            {options_.scan_channel, 5},
+                                            {std::string(channel::robot), 1}}) {
+      if (Status subscribed = bus_->subscribe(channel, capacity); !subscribed) return subscribed;
+    }
+    std::signal(SIGINT, ask_to_stop);
+    std::signal(SIGTERM, ask_to_stop);
+    std::fprintf(stderr, "parhelion slam: waiting for %s and %s\n", options_.scan_channel.c_str(),
+                 options_.odometry_channel.c_str());
+    Message message;
+    while (stop_asked == 0) {
+      const auto received = bus_->receive(message, milliseconds(100));
+      if (!received) return received.error();
+      if (!*received) continue;
+      if (Status taken = take(message); !taken) return taken;
+    }
+    return finish();
+  }
+
+  std::vector<double> steps;
+
+ private:
+  Status start(const RobotDescription& robot) {
+    auto made = options_.map.empty() ? make_mapper(robot, options_.slam)
+                                     : make_localizer(robot, options_.map.string(), options_.slam);
+    if (!made) return made.error();
+    slam_ = std::move(*made);
+    return {};
+  }
+
+  /// What can't be decoded is said and passed over: one bad message must not end a live run.
+  template <class T>
+  static bool read(const Message& message, T& item) {
+    const Status status = decode(message.channel, message.payload, item);
+    if (!status) std::fprintf(stderr, "parhelion slam: %s\n", status.error().message.c_str());
+    return status.ok();
+  }
+
+  Status take(const Message& message) {
+    if (message.channel == channel::robot) {
+      RobotMessage robot_message;
+      if (slam_ || !read(message, robot_message)) return {};
+      auto robot = parse_robot_description(robot_message.yaml, "channel ROBOT");
+      return robot ? start(*robot) : Status(robot.error());
+    }
+    if (!slam_) {
+      if (!asked_for_robot_)
+        std::fprintf(stderr, "parhelion slam: no ROBOT message yet; describe the robot with --robot FILE\n");
+      asked_for_robot_ = true;
+      return {};
+    }
+    if (message.channel == options_.odometry_channel) {
+      Odometry odometry;
+      if (read(message, odometry)) slam_->add(odometry);
+      return {};
+    }
+    Scan scan;
+    return read(message, scan) ? answer(scan) : Status{};
+  }
+
+  Status answer(const Scan& scan) {
+    const auto before = std::chrono::steady_clock::now();
+    auto word = slam_->add(scan);
+    const auto took = std::chrono::steady_clock::now() - before;
+    steps.push_back(std::chrono::duration<double, std::micro>(took).count());
+    if (!word) return {};
+    word->step_time = nanoseconds(std::chrono::duration_cast<std::chrono::nanoseconds>(took).count());
+    encode(*word, bytes_);
+    if (Status sent = bus_->publish(channel::pose_cov, bytes_); !sent) return sent;
+    if (word->state != SlamState::tracking) return {};
+    encode(PoseStamped{word->stamp, word->T_map_base}, bytes_);
+    return bus_->publish(channel::pose, bytes_);
+  }
+
+  Status finish() {
+    if (!slam_ || !options_.map.empty() || options_.save_map.empty()) return {};
+    Progress loops("closing loops", "%");
+    slam_->finish();
+    return save_map_files(*slam_, options_.save_map);
+  }
+
+  const SlamLogOptions& options_;
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<Slam> slam_;
+  std::vector<std::uint8_t> bytes_;
+  bool asked_for_robot_ = false;
+};
+
+Exit live(const Arguments& arguments) {
+  LiveSlam slam(arguments.options);
+  if (const Status ended = slam.run(arguments.url); !ended) return failed(ended.error());
+  const StepPercentiles step = percentiles(slam.steps);
+  std::printf("%zu scans; step p50 %.2f p90 %.2f p99 %.2f max %.2f ms\n", slam.steps.size(), step.p50 / 1e3,
+              step.p90 / 1e3, step.p99 / 1e3, step.max / 1e3);
+  return Exit::done;
+}
+
+Exit run(Arguments& arguments) {
+  SlamLogOptions& options = arguments.options;
+  if (!parse_start(arguments.start, options.slam))
+    return usage("--start '" + arguments.start + "': expected X,Y,YAW in m and rad, such as 1.5,-2,0.7");
+  if (!parse_delay(arguments.delay, options.pose_delay))
+    return usage("--pose-delay '" + arguments.delay + "': expected a time such as 20ms, 0.02s, at most 60s");
+  const bool localizing = !options.map.empty();
+  if (localizing && !options.save_map.empty()) return usage("--save-map goes with mapping: leave --map away");
+  if (options.input.empty() && (!options.output.empty() || !arguments.summary.empty()))
+    return usage("-o and --summary go with --log");
+  if (!options.input.empty() && options.output.empty() && options.save_map.empty() &&
+      arguments.summary.empty()) {
+    return usage("--log without -o, --save-map or --summary would leave nothing behind");
+  }
+  return options.input.empty() ? live(arguments) : over_log(arguments);
+}
+
+}  // namespace
+
+void add_slam(CLI::App& app, Exit& exit) {
+  auto arguments = std::make_shared<Arguments>();
+  SlamLogOptions& options = arguments->options;
+  CLI::App* command = app.add_subcommand("slam", description);
+  command->footer(footer);
+  command->add_option("--log", options.input, "LCM log to read; without it: live on the bus");
+  command->add_option("-o,--output", options.output, "LCM log to write: IN's events and POSE_COV, POSE");
+  command->add_flag("--force", options.overwrite, "Overwrite OUT");
+  command->add_option("--map", options.map,
+                      ".simplemap or ROS map YAML to localize in; without it a map is built");
+  command->add_option("--start", arguments->start, "X,Y,YAW in the map (m, rad); without it: anywhere");
+  command->add_option("--save-map", options.save_map, "PREFIX: writes PREFIX.simplemap, .yaml, .pgm, .png");
+  command->add_option("--resolution", options.slam.resolution, "m a cell, of the grid map")
+      ->capture_default_str();
+  command->add_flag("--causal", options.causal,
+                    "Mapping: what a live run would have said, not the final trajectory");
+  command->add_option("--seed", options.slam.seed, "Seed of whatever is random")->capture_default_str();
+  command->add_option("--pose-delay", arguments->delay, "Arrival of a pose after its scan, over a log")
+      ->capture_default_str();
+  command->add_option("--robot", options.robot, "Robot description, instead of the one on ROBOT");
+  command->add_option("--scan-channel", options.scan_channel, "The raw scan")->capture_default_str();
+  command->add_option("--odometry-channel", options.odometry_channel, "Wheel odometry")
+      ->capture_default_str();
+  command->add_option("--summary", arguments->summary, "JSON file for counts and times, with --log");
+  command->add_option("--url", arguments->url, "LCM URL; default: LCM_DEFAULT_URL");
+  command->callback([arguments, &exit] { exit = run(*arguments); });
+}
+
+}  // namespace parhelion

@@ -1,0 +1,75 @@
+// SLAM over a recorded log: SCAN and ODOMETRY in, the same log with POSE_COV and POSE out. What `parhelion
+// slam --log` does.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fusion/pose/slam.hpp"
+#include "protocols/status.hpp"
+#include "protocols/time.hpp"
+
+namespace parhelion {
+
+/// One ServerStatus where SLAM's words begin: seed, map id, and whether the trajectory is causal.
+inline constexpr const char* slam_status_channel = "SLAM_STATUS";
+
+struct SlamLogOptions {
+  std::filesystem::path input;
+  std::filesystem::path output;  ///< empty: no log is written (a map may still be saved)
+  bool overwrite = false;
+  std::filesystem::path robot;     ///< overrides the log's ROBOT, in OUT too; empty: the log's own
+  std::filesystem::path map;       ///< localize_log: .simplemap or ROS map YAML
+  std::filesystem::path save_map;  ///< map_log: PREFIX of .simplemap, .yaml, .pgm, .png; empty: none
+  bool causal = false;  ///< map_log: what a live run would have said instead of the final trajectory
+  SlamOptions slam;
+  Duration pose_delay = milliseconds(20);  ///< arrival of a pose after the scan that it answers
+  std::string scan_channel = "SCAN";
+  std::string odometry_channel = "ODOMETRY";
+};
+
+struct StepPercentiles {
+  double p50 = 0, p90 = 0, p99 = 0, max = 0;  ///< us
+};
+StepPercentiles percentiles(std::vector<double> microseconds);
+
+struct SlamLogReport {
+  std::uint64_t scans = 0, answered = 0, tracking = 0, lost = 0, initializing = 0;
+  std::uint64_t odometry = 0;
+  std::uint64_t refused = 0;   ///< events of the two channels that could not be decoded, damaged places
+  std::uint64_t replaced = 0;  ///< POSE_COV and POSE events of IN that OUT does not hold
+  StepPercentiles step;        ///< measured, per scan, causal part
+  double loop_seconds = 0;     ///< for closing loops at the end
+  double seconds = 0;          ///< in all
+  double log_seconds = 0;      ///< from the first scan to the last, by arrival
+  std::string map_id;
+  bool causal = true;
+  std::vector<std::string> findings;  ///< the first twenty
+};
+
+/// Scans done and in all (0: unknown), then the closing of loops in percent.
+using SlamProgress = std::function<void(const std::string& phase, double done, double total)>;
+
+/// Builds a map. Poses in OUT are the final trajectory unless options.causal. The same bytes each time: OUT's
+/// step times are 0.
+Result<SlamLogReport> map_log(const SlamLogOptions& options, const SlamProgress& progress = {});
+/// Localizes in options.map.
+Result<SlamLogReport> localize_log(const SlamLogOptions& options, const SlamProgress& progress = {});
+
+/// PREFIX.simplemap, .yaml, .pgm and .png. `loops closed` is the caller's business: call Slam::finish()
+/// before.
+Status save_map_files(const Slam& slam, const std::filesystem::path& prefix);
+
+/// An error where a channel carries virtual returns: SLAM is fed the raw scan and nothing else.
+Status check_raw_channel(const std::string& channel);
+
+/// The summary as JSON (`--summary`).
+std::string to_json(const SlamLogReport& report);
+/// The same for people, one line.
+std::string summary_line(const SlamLogReport& report);
+
+}  // namespace parhelion
