@@ -45,7 +45,7 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
     building->add(entity, physics, id++);
   }
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
-    const double height = building->floors_[i].point.z();
+    const double height = building->floors_[i].lowest;
     building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
   }
   physics.add_floor(building->lowest_floor_);  // nothing falls for ever beside a floor's edge
@@ -61,8 +61,9 @@ void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
   Footprint footprint = projection(entity, bottom, top);
   if (floor) {
     const Eigen::Matrix3d R = entity.T_map_body.rotation();
-    floors_.push_back(
-        {std::move(footprint), R.col(2), entity.T_map_body * Eigen::Vector3d(0, 0, entity.size.z() / 2)});
+    const Eigen::Vector3d point = entity.T_map_body * Eigen::Vector3d(0, 0, entity.size.z() / 2);
+    const double fall = (std::abs(R(2, 0)) * entity.size.x() + std::abs(R(2, 1)) * entity.size.y()) / 2;
+    floors_.push_back({std::move(footprint), R.col(2), point, point.z() - fall});
   } else if (entity.label != EntityLabel::ceiling) {
     obstacles_.push_back(
         {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, handle});

@@ -56,8 +56,10 @@ TEST(Physics, AFloorThatIsNotQuiteLevelIsStoodOnWhereItIs) {
   Simulation simulation = make(model);
   spawn(simulation, agent("rover", AgentKind::robot, 5, 0));
   spawn(simulation, agent("crate", AgentKind::box, -5, 0));
+  spawn(simulation, agent("low", AgentKind::box, 5, 3));
   run(simulation, 1);
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().z(), -5 * std::tan(tilt), 1e-3);
+  EXPECT_NEAR(body(simulation, "low").T_map_body.translation().z(), -5 * std::tan(tilt), 3e-3);
   EXPECT_NEAR(body(simulation, "crate").T_map_body.translation().z(), 5 * std::tan(tilt), 3e-3);
 }
 
