@@ -71,17 +71,14 @@ bool parse_delay(const std::string& text, Duration& delay) {
 
 Exit over_log(const Arguments& arguments) {
   const SlamLogOptions& options = arguments.options;
-  Progress slam("slam", "MB"), loops("closing loops", "%");
-  const SlamProgress progress = [&](const std::string& phase, double done, double total) {
-    (phase == "slam" ? slam : loops).update(done, total);
-  };
+  Progress line("slam", "%");
+  const SlamProgress progress = [&line](double done, double total) { line.update(done, total); };
   const auto report = options.map.empty() ? map_log(options, progress) : localize_log(options, progress);
-  slam.finish();
-  loops.finish();
+  line.finish();
   if (!report) return failed(report.error());
   for (const std::string& finding : report->findings)
     std::fprintf(stderr, "parhelion slam: %s\n", finding.c_str());
-  std::printf("%s\n", summary_line(*report).c_str());
+  std::printf("%s\n", report->summary.c_str());
   if (!arguments.summary.empty()) {
     std::ofstream file(arguments.summary);
     file << to_json(*report);

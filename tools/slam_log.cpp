@@ -19,6 +19,24 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+/// Of mapping's progress; the rest closes loops.
+constexpr double reading_share = 0.5;
+
+std::string summary_line(const SlamLogReport& report) {
+  char text[512];
+  std::snprintf(text, sizeof text,
+                "%llu scans over %.1f s in %.1f s: %llu tracking, %llu initializing, %llu lost; step p50 "
+                "%.2f p90 %.2f p99 %.2f "
+                "max %.2f ms; loops %.1f s; %s trajectory; map %.12s",
+                static_cast<unsigned long long>(report.scans), report.log_seconds, report.seconds,
+                static_cast<unsigned long long>(report.tracking),
+                static_cast<unsigned long long>(report.initializing),
+                static_cast<unsigned long long>(report.lost), report.step.p50 / 1e3, report.step.p90 / 1e3,
+                report.step.p99 / 1e3, report.step.max / 1e3, report.loop_seconds,
+                report.causal ? "causal" : "final", report.map_id.c_str());
+  return text;
+}
+
 /// A word of SLAM and when it reaches the server.
 struct Word {
   ArrivalTime arrival;
@@ -36,7 +54,8 @@ class LogSlam {
     if (const Status read = read_and_track(); !read) return read.error();
     if (words_.empty()) return nothing_said();
     if (mapping_) close_loops();
-    report_.map_id = mapping_ ? slam_->grid_map().id : words_.front().estimate.map_id;
+    report_.map = slam_->grid_map();
+    report_.map_id = report_.map.id;
     if (mapping_ && !options_.save_map.empty()) {
       if (const Status saved = save_map_files(*slam_, options_.save_map); !saved) return saved.error();
     }
@@ -46,6 +65,7 @@ class LogSlam {
     }
     report_.step = percentiles(std::move(steps_));
     report_.seconds = since(start);
+    report_.summary = summary_line(report_);
     return std::move(report_);
   }
 
@@ -84,7 +104,10 @@ class LogSlam {
     if (!robot) return robot.error();
     robot_ = std::move(*robot);
     SlamOptions slam = options_.slam;
-    if (progress_) slam.progress = [this](double done) { progress_("closing loops", 100 * done, 100); };
+    if (progress_)
+      slam.progress = [this](double done) {
+        progress_(reading_share * 100 + (1 - reading_share) * 100 * done, 100);
+      };
     auto made = mapping_ ? make_mapper(robot_, slam) : make_localizer(robot_, options_.map.string(), slam);
     if (!made) return made.error();
     slam_ = std::move(*made);
@@ -105,9 +128,10 @@ class LogSlam {
       }
       if (!event->has_value()) return {};
       if (Status taken = take(**event); !taken) return taken;
-      if (progress_)
-        progress_("slam", static_cast<double>(reader->offset()) / 1e6,
-                  static_cast<double>(reader->size()) / 1e6);
+      if (progress_) {
+        const double share = static_cast<double>(reader->offset()) / static_cast<double>(reader->size());
+        progress_(100 * (mapping_ ? reading_share : 1) * share, 100);
+      }
     }
   }
 
@@ -338,21 +362,6 @@ std::string to_json(const SlamLogReport& report) {
   json["log_seconds"] = report.log_seconds;
   json["findings"] = report.findings;
   return json.dump(2) + "\n";
-}
-
-std::string summary_line(const SlamLogReport& report) {
-  char text[512];
-  std::snprintf(text, sizeof text,
-                "%llu scans over %.1f s in %.1f s: %llu tracking, %llu initializing, %llu lost; step p50 "
-                "%.2f p90 %.2f p99 %.2f "
-                "max %.2f ms; loops %.1f s; %s trajectory; map %.12s",
-                static_cast<unsigned long long>(report.scans), report.log_seconds, report.seconds,
-                static_cast<unsigned long long>(report.tracking),
-                static_cast<unsigned long long>(report.initializing),
-                static_cast<unsigned long long>(report.lost), report.step.p50 / 1e3, report.step.p90 / 1e3,
-                report.step.p99 / 1e3, report.step.max / 1e3, report.loop_seconds,
-                report.causal ? "causal" : "final", report.map_id.c_str());
-  return text;
 }
 
 }  // namespace parhelion

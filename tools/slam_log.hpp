@@ -47,12 +47,14 @@ struct SlamLogReport {
   double seconds = 0;          ///< in all
   double log_seconds = 0;      ///< from the first scan to the last, by arrival
   std::string map_id;
+  GridMap map;          ///< built, or localized in
+  std::string summary;  ///< for people, one line
   bool causal = true;
   std::vector<std::string> findings;  ///< the first twenty
 };
 
-/// Scans done and in all (0: unknown), then the closing of loops in percent.
-using SlamProgress = std::function<void(const std::string& phase, double done, double total)>;
+/// In percent: `total` is 100.
+using SlamProgress = std::function<void(double done, double total)>;
 
 /// Builds a map. Poses in OUT are the final trajectory unless options.causal. The same bytes each time: OUT's
 /// step times are 0.
@@ -69,7 +71,5 @@ Status check_raw_channel(const std::string& channel);
 
 /// The summary as JSON (`--summary`).
 std::string to_json(const SlamLogReport& report);
-/// The same for people, one line.
-std::string summary_line(const SlamLogReport& report);
 
 }  // namespace parhelion
