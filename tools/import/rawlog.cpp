@@ -7,20 +7,22 @@
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
-#include <sys/resource.h>
-#include <zlib.h>
 
-#include <cctype>
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <new>
+#include <set>
 #include <utility>
 
 #include "protocols/channels.hpp"
+#include "tools/import/gzip_file.hpp"
 #include "tools/import/importers.hpp"
+#include "tools/import/isolation.hpp"
 #include "tools/import/laser_evidence.hpp"
 #include "tools/import/recording_writer.hpp"
 
@@ -29,70 +31,25 @@ namespace {
 
 namespace obs = mrpt::obs;
 
-/// A rawlog's bytes, inflated on the way. MRPT's own gzip stream can't step back to where a damaged object
-/// began.
-class GzipStream final : public mrpt::io::CStream {
- public:
-  explicit GzipStream(const std::string& path) : file_(gzopen(path.c_str(), "rb")) {
-    if (file_ != nullptr) gzbuffer(file_, 1U << 18);
-  }
-  GzipStream(const GzipStream&) = delete;
-  GzipStream& operator=(const GzipStream&) = delete;
-  ~GzipStream() override {
-    if (file_ != nullptr) gzclose(file_);
-  }
-  bool is_open() const { return file_ != nullptr; }
+constexpr std::uint64_t parent_headroom = 1ULL << 30, child_headroom = 1ULL << 29;  // bytes
+constexpr int most_crashes = 200;
 
-  std::size_t Read(void* buffer, std::size_t count) override {
-    const int got = gzread(file_, buffer, static_cast<unsigned>(std::min<std::size_t>(count, 1U << 30)));
-    return got > 0 ? static_cast<std::size_t>(got) : 0;
-  }
+/// MRPT's own gzip stream can't step back to where a damaged object began.
+class Stream final : public mrpt::io::CStream {
+ public:
+  explicit Stream(GzipFile& file) : file_(file) {}
+  std::size_t Read(void* buffer, std::size_t count) override { return file_.read(buffer, count); }
   std::size_t Write(const void*, std::size_t) override { return 0; }
   std::uint64_t Seek(std::int64_t offset, TSeekOrigin origin) override {
-    gzseek(file_, static_cast<z_off_t>(offset), origin == sFromCurrent ? SEEK_CUR : SEEK_SET);
-    return getPosition();
+    const auto from = origin == sFromCurrent ? static_cast<std::int64_t>(file_.position()) : 0;
+    file_.seek(static_cast<std::uint64_t>(std::max<std::int64_t>(0, from + offset)));
+    return file_.position();
   }
   std::uint64_t getTotalBytesCount() const override { return std::numeric_limits<std::uint64_t>::max(); }
-  std::uint64_t getPosition() const override { return static_cast<std::uint64_t>(gztell(file_)); }
-  /// In the file as it lies on disk.
-  std::uint64_t compressed_position() const { return static_cast<std::uint64_t>(gzoffset(file_)); }
-  /// Next byte, or -1 at the end or where the compressed data is damaged.
-  int next_byte() { return gzgetc(file_); }
-  void step_back(int byte) { gzungetc(byte, file_); }
-  bool damaged() const {
-    int code = Z_OK;
-    gzerror(file_, &code);
-    return code != Z_OK && code != Z_STREAM_END;
-  }
+  std::uint64_t getPosition() const override { return file_.position(); }
 
  private:
-  gzFile file_;
-};
-
-/// While MRPT reads: a count that lies makes it ask for more memory than there is; this makes the request
-/// fail instead.
-class AllocationLimit {
- public:
-  AllocationLimit() {
-    std::FILE* statm = std::fopen("/proc/self/statm", "r");
-    unsigned long pages = 0;
-    const bool known = statm != nullptr && std::fscanf(statm, "%lu", &pages) == 1;
-    if (statm != nullptr) std::fclose(statm);
-    if (!known || getrlimit(RLIMIT_AS, &before_) != 0) return;
-    constexpr rlim_t headroom = rlim_t{1} << 30;
-    rlimit limit = before_;
-    limit.rlim_cur = std::min<rlim_t>(before_.rlim_cur, pages * 4096 + headroom);
-    active_ = setrlimit(RLIMIT_AS, &limit) == 0;
-  }
-  AllocationLimit(const AllocationLimit&) = delete;
-  AllocationLimit& operator=(const AllocationLimit&) = delete;
-  ~AllocationLimit() {
-    if (active_) setrlimit(RLIMIT_AS, &before_);
-  }
-
- private:
-  rlimit before_{};
-  bool active_ = false;
+  GzipFile& file_;
 };
 
 /// A top-level object starts with 0x80 | length of its class name.
@@ -102,17 +59,15 @@ bool is_top_level_class(std::string name) {
 }
 
 /// Moves to the next place where a top-level object may begin.
-bool resynchronize(GzipStream& stream) {
-  for (int byte = stream.next_byte(); byte >= 0; byte = stream.next_byte()) {
+bool resynchronize(GzipFile& file) {
+  for (int byte = file.next_byte(); byte >= 0; byte = file.next_byte()) {
     const int length = byte & 0x7F;
     if ((byte & 0x80) == 0 || length < 12 || length > 60) continue;
-    const std::uint64_t start = stream.getPosition();
+    const std::uint64_t start = file.position();
     std::string name(static_cast<std::size_t>(length), '\0');
-    if (stream.Read(name.data(), name.size()) == name.size() && is_top_level_class(name)) {
-      stream.Seek(static_cast<std::int64_t>(start) - 1, mrpt::io::CStream::sFromBeginning);
-      return true;
-    }
-    stream.Seek(static_cast<std::int64_t>(start), mrpt::io::CStream::sFromBeginning);
+    const bool found = file.read(name.data(), name.size()) == name.size() && is_top_level_class(name);
+    file.seek(found ? start - 1 : start);
+    if (found) return true;
   }
   return false;
 }
@@ -127,8 +82,9 @@ struct RawlogVisitor {
 };
 
 Status visit(const mrpt::serialization::CSerializable& object, RawlogVisitor& visitor, Place place) {
-  if (const auto* actions = dynamic_cast<const obs::CActionCollection*>(&object))
+  if (const auto* actions = dynamic_cast<const obs::CActionCollection*>(&object)) {
     return visitor.action(*actions, place);
+  }
   if (const auto* frame = dynamic_cast<const obs::CSensoryFrame*>(&object)) {
     for (const auto& part : *frame) {
       if (Status done = visitor.observation(*part, place); !done) return done;
@@ -150,61 +106,79 @@ std::string first_line_of(const std::exception& error) {
   return text.substr(0, 160);
 }
 
+/// How much of the file can be believed.
+struct Trust {
+  bool intact = false;               ///< its checksum is right: MRPT wrote all of it
+  std::set<std::uint64_t> crashing;  ///< bytes at which objects start that MRPT can't survive
+};
+
+struct Reading {
+  std::string path;
+  const Trust& trust;
+  std::function<void(std::uint64_t)> before_object;  ///< told where each object starts
+  std::function<void(double)> progress;              ///< told bytes done, of the file as it lies on disk
+};
+
+/// One object; what is wrong with it, or empty.
+Result<std::string> read_object(mrpt::serialization::CArchive& archive, RawlogVisitor& visitor, Place place) {
+  try {
+    const auto object = archive.ReadObject();
+    if (!object) return std::string("no object here");
+    visitor.read_one();
+    if (const Status done = visit(*object, visitor, place); !done) return done.error();
+    return std::string();
+  } catch (const std::bad_alloc&) {
+    return std::string("a count that can't be");
+  } catch (const std::exception& error) {
+    return first_line_of(error);
+  }
+}
+
 /// Every object of the file, in its order. After a damaged one reading goes on at the next that can be
 /// recognised.
-Status read_rawlog(const std::string& path, RawlogVisitor& visitor, const ImportProgress& progress,
-                   double share_done) {
-  GzipStream stream(path);
-  if (!stream.is_open()) return Error{path + ": can't be opened: " + std::strerror(errno)};
-  const AllocationLimit limit;
+Status read_rawlog(const Reading& reading, RawlogVisitor& visitor) {
+  GzipFile file(reading.path);
+  if (!file.is_open()) return Error{reading.path + ": can't be opened: " + std::strerror(errno)};
+  Stream stream(file);
   auto archive = mrpt::serialization::archiveFrom(stream);
-  const auto total = static_cast<double>(std::filesystem::file_size(path));
   bool damaged = false;
   for (Place place = 1;; ++place) {
-    const std::uint64_t start = stream.getPosition();
-    const int first = stream.next_byte();
-    if (first < 0) {
-      if (stream.damaged() && !damaged) {
+    const std::uint64_t start = file.position();
+    if (file.next_byte() < 0) {
+      if (file.damaged() && !damaged) {
         visitor.damage(place, "the compressed data ends or is damaged at byte " + std::to_string(start) +
                                   " of the inflated file; what follows can't be read");
       }
       return {};
     }
-    stream.step_back(first);
-    std::string what;
-    try {
-      const auto object = archive.ReadObject();
-      if (!object) {
-        what = "no object here";
-      } else {
-        visitor.read_one();
-        if (Status done = visit(*object, visitor, place); !done) return done;
-      }
-    } catch (const std::bad_alloc&) {
-      what = "a count that can't be";
-    } catch (const std::exception& error) {
-      what = first_line_of(error);
-    }
+    file.seek(start);
+    if (reading.before_object) reading.before_object(start);
+    const auto what = reading.trust.crashing.count(start) > 0
+                          ? Result<std::string>(std::string("MRPT can't read it"))
+                          : read_object(archive, visitor, place);
+    if (!what) return what.error();
     // The parts of a damaged object look like objects too: one refusal for all that can't be read in a row.
-    const bool was_damaged = std::exchange(damaged, !what.empty());
+    const bool was_damaged = std::exchange(damaged, !what->empty());
     if (damaged) {
       if (!was_damaged) {
         visitor.damage(place, "object at byte " + std::to_string(start) +
-                                  " of the inflated file can't be read: " + what);
+                                  " of the inflated file can't be read: " + *what);
       }
-      stream.Seek(static_cast<std::int64_t>(start) + 1, mrpt::io::CStream::sFromBeginning);
-      if (!resynchronize(stream)) return {};
+      file.seek(start + 1);
+      if (!resynchronize(file)) return {};
     }
-    if (progress && place % 64 == 0) {
-      progress(total * share_done + static_cast<double>(stream.compressed_position()) / 2, total);
-    }
+    if (reading.progress && place % 64 == 0)
+      reading.progress(static_cast<double>(file.compressed_position()));
   }
 }
 
-/// MRPT counts 100 ns since 1601; 0 is its word for "not set".
+/// MRPT counts 100 ns since 1601; 0 is its word for "not set". What no clock says is refused when it is
+/// written.
 SensorTime sensor_time(const mrpt::system::TTimeStamp& stamp) {
-  constexpr std::int64_t epoch_1970 = 116'444'736'000'000'000;
-  return {(static_cast<std::int64_t>(stamp.time_since_epoch().count()) - epoch_1970) * 100};
+  constexpr std::int64_t epoch_1970 = 116'444'736'000'000'000, farthest = 90'000'000'000'000'000;
+  const auto ticks = static_cast<std::int64_t>(stamp.time_since_epoch().count());
+  if (ticks < 0) return {-1'000'000'000};
+  return {std::clamp(ticks - epoch_1970, -farthest, farthest) * 100};
 }
 
 std::string label_of(const obs::CObservation& observation) {
@@ -411,12 +385,41 @@ Result<RobotDescription> describe(const ImportOptions& options, const LaserSeen&
   return describe_robot(options, std::move(*laser), notes);
 }
 
+/// MRPT crashes on some damage. A file without a right checksum is read in child processes until none
+/// crashes; where one did, the object is left alone.
+Result<Trust> judge(const std::string& path) {
+  Trust trust;
+  trust.intact = GzipFile::intact(path);
+  for (int crashes = 0; !trust.intact && crashes < most_crashes; ++crashes) {
+    const auto end = run_in_child([&](const std::function<void(std::uint64_t)>& report) {
+      const AllocationLimit limit(child_headroom);
+      Survey survey;
+      const Status read = read_rawlog({path, trust, report, {}}, survey);
+      static_cast<void>(read.ok());
+    });
+    if (!end) return end.error();
+    if (end->completed) return trust;
+    if (!end->last || !trust.crashing.insert(*end->last).second) break;
+  }
+  if (trust.intact) return trust;
+  return Error{path + ": too damaged to be read"};
+}
+
 }  // namespace
 
 Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportProgress& progress) {
   const std::string path = options.input.string();
+  const auto trust = judge(path);
+  if (!trust) return trust.error();
+  std::optional<AllocationLimit> limit;
+  if (!trust->intact) limit.emplace(parent_headroom);
+  const auto size = static_cast<double>(std::filesystem::file_size(options.input));
+  const auto part = [&](double share) -> std::function<void(double)> {
+    if (!progress) return {};
+    return [&, share](double done) { progress(size * share + done / 2, size); };
+  };
   Survey survey;
-  if (const Status read = read_rawlog(path, survey, progress, 0); !read) return read.error();
+  if (const Status read = read_rawlog({path, *trust, {}, part(0)}, survey); !read) return read.error();
   const auto laser = choose_topic(options, channel::scan, keys(survey.lasers), "2D range scan");
   if (!laser) return laser.error();
   const bool paired = survey.actions > 0;
@@ -436,7 +439,7 @@ Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportPro
   if (const Status written = writer->describe(*robot, *survey.first); !written) return written.error();
   Copy copy(*writer, *laser, *odometer);
   if (paired && !*odometer) copy.start_at_origin();
-  if (const Status read = read_rawlog(path, copy, progress, 0.5); !read) return read.error();
+  if (const Status read = read_rawlog({path, *trust, {}, part(0.5)}, copy); !read) return read.error();
   return writer->finish();
 }
 

@@ -1,0 +1,209 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/imported_log.hpp"
+#include "tools/import/carmen_line.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::ImportedLog;
+using test::TemporaryFolder;
+
+std::filesystem::path intel() { return test::recording("slam2d-intel/intel.clf.bz2"); }
+std::filesystem::path clinic() { return test::recording("slam2d-fr-clinic/fr-clinic_robotlaser.clf.bz2"); }
+
+constexpr const char* odom_line = "ODOM 1.0 2.0 0.5 0 0 0 100.25 host 0.1\n";
+constexpr const char* flaser_line = "FLASER 4 1.5 2.5 3.5 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.5 host 0.3\n";
+
+struct Imported {
+  ImportReport report;
+  ImportedLog log;
+};
+
+/// The Intel log, imported once for all tests.
+const Imported& intel_import() {
+  static const Imported imported = [] {
+    TemporaryFolder folder;
+    auto report = import_recording(test::import_options(intel(), folder / "intel.lcm"), {});
+    EXPECT_TRUE(report.ok()) << (report.ok() ? "" : report.error().message);
+    return Imported{report ? *report : ImportReport{}, ImportedLog(folder / "intel.lcm")};
+  }();
+  return imported;
+}
+
+TEST(ImportCarmen, IntelKeepsFileOrderAndCountsBackwardStamps) {
+  PARHELION_NEEDS_RECORDING(intel());
+  const ImportReport& report = intel_import().report;
+  EXPECT_EQ(report.refused, 0U);
+  ASSERT_NE(report.find(channel::scan), nullptr);
+  const ChannelReport& scans = *report.find(channel::scan);
+  EXPECT_EQ(scans.kept, 13631U);
+  EXPECT_EQ(scans.beams.at(180), 13631U);
+  EXPECT_EQ(scans.backward, 631U);
+  EXPECT_NEAR(scans.backward_most.seconds(), 0.90, 0.01);
+  EXPECT_THAT(scans.backward_first, ::testing::StartsWith("intel.clf.bz2:"));
+  const ImportedLog& log = intel_import().log;
+  log.expect_arrivals_increase();
+  // The odometry that a scan's line carries stands right before it, with its stamp.
+  std::int64_t utime = -1;
+  Transform<Odom, Base> last;
+  double path = 0, longest = 0;
+  for (std::size_t i = 1, n = 0; i < log.events.size(); ++i) {
+    if (log.events[i].channel != channel::scan) continue;
+    Scan scan;
+    Odometry odometry;
+    ASSERT_TRUE(decode(channel::scan, log.events[i].payload, scan).ok());
+    ASSERT_EQ(log.events[i - 1].channel, channel::odometry);
+    ASSERT_TRUE(decode(channel::odometry, log.events[i - 1].payload, odometry).ok());
+    ASSERT_EQ(scan.stamp, odometry.stamp);
+    if (n++ > 0) {
+      const double step = (odometry.T_odom_base.translation() - last.translation()).norm();
+      path += step;
+      longest = std::max(longest, step);
+    }
+    last = odometry.T_odom_base;
+    utime = scan.stamp.utime();
+  }
+  EXPECT_GT(utime, 0);
+  EXPECT_NEAR(path, 508, 5);
+  EXPECT_LT(longest, 0.23) << "file order: odometry never jumps";
+}
+
+TEST(ImportCarmen, IntelNoReturnsAreKnownAsSuch) {
+  PARHELION_NEEDS_RECORDING(intel());
+  const ImportedLog& log = intel_import().log;
+  const LaserDescription laser = *log.robot().laser;
+  EXPECT_NEAR(laser.angle_first, -M_PI / 2, 1e-6);
+  EXPECT_NEAR(laser.angle_step, M_PI / 180, 1e-6);
+  EXPECT_EQ(laser.passes, 1) << "one degree is one pass";
+  std::size_t none = 0, all = 0;
+  for (const Scan& scan : log.all<Scan>(channel::scan)) {
+    for (const float range : scan.ranges) none += laser.convention.classify(range) == BeamKind::no_return;
+    all += scan.ranges.size();
+  }
+  EXPECT_NEAR(100.0 * static_cast<double>(none) / static_cast<double>(all), 2.8, 0.05);
+}
+
+TEST(ImportCarmen, ClinicKeepsBothNumbersOfBeamsWithTheirOwnAngles) {
+  PARHELION_NEEDS_RECORDING(clinic());
+  TemporaryFolder folder;
+  const auto report = import_recording(test::import_options(clinic(), folder / "clinic.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const ChannelReport& scans = *report->find(channel::scan);
+  EXPECT_EQ(scans.kept, 6917U);
+  EXPECT_EQ(scans.beams.at(180), 5169U);
+  EXPECT_EQ(scans.beams.at(181), 1748U);
+  EXPECT_EQ(scans.backward, 0U);
+  EXPECT_NEAR(scans.gap_most.seconds(), 198, 1);
+  const ImportedLog log(folder / "clinic.lcm");
+  for (const Scan& scan : log.all<Scan>(channel::scan)) {
+    if (scan.ranges.size() == 181) {
+      ASSERT_NEAR(scan.angle_first, -1.570796, 1e-6);
+    } else {
+      ASSERT_GT(scan.angle_first, -1.5707);
+    }
+  }
+  const LaserDescription laser = *log.robot().laser;
+  EXPECT_NEAR(laser.T_base_laser.translation().x(), 0.22, 0.01);
+  EXPECT_EQ(laser.convention.classify(81.91F), BeamKind::no_return);
+}
+
+TEST(ImportCarmen, TruncatedBzip2KeepsWholeBlocksAndNamesTheLine) {
+  PARHELION_NEEDS_RECORDING(intel());
+  TemporaryFolder folder;
+  auto bytes = test::file_bytes(intel());
+  bytes.resize(bytes.size() / 2);
+  test::write_bytes(folder / "half.clf.bz2", bytes);
+  const auto report =
+      import_recording(test::import_options(folder / "half.clf.bz2", folder / "half.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_GT(report->find(channel::scan)->kept, 5000U);
+  EXPECT_LT(report->find(channel::scan)->kept, 8000U);
+  ASSERT_EQ(report->refused, 1U);
+  EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("cut off"));
+}
+
+TEST(ImportCarmen, BadLinesAreRefusedWithTheirNumberAndTheOthersKept) {
+  TemporaryFolder folder;
+  const std::string text = std::string("# a comment\n") + odom_line + flaser_line +
+                           "FLASER 4 1.5 2.5 x 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.6 host 0.3\n"
+                           "FLASER 999999 1 2\n"
+                           "FLASER 400000000 1 2\n"
+                           "ODOM 1 2\n"
+                           "FLASER 4 1.5 nan 3.5 81.83 1.3 2.0 0.0 1.0 2.0 0.0 100.7 host 0.3\n"
+                           "NMEAGGA 1 2 3\n" +
+                           flaser_line;
+  test::write_text(folder / "bad.log", text);
+  const auto report = import_recording(test::import_options(folder / "bad.log", folder / "bad.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->read, 10U);
+  EXPECT_EQ(report->find(channel::scan)->kept, 2U);
+  ASSERT_EQ(report->refused, 5U);
+  EXPECT_EQ(report->refusals[0].place, "bad.log:4");
+  EXPECT_THAT(report->refusals[0].why, ::testing::HasSubstr("word 5 (range) is 'x'"));
+  EXPECT_EQ(report->refusals[4].place, "bad.log:8");
+  EXPECT_EQ(report->left_out.at("NMEAGGA"), 1U);
+  const ImportedLog log(folder / "bad.lcm");
+  log.expect_arrivals_increase();
+  EXPECT_NEAR(log.robot().laser->T_base_laser.translation().x(), 0.3, 1e-6);
+  EXPECT_THAT(log.robot().source, ::testing::HasSubstr("height is not in the source"));
+}
+
+TEST(ImportCarmen, FlippedBitsNeverCrash) {
+  TemporaryFolder folder;
+  std::string whole;
+  for (int i = 0; i < 20; ++i) whole += std::string(odom_line) + flaser_line;
+  std::uint64_t state = 3;
+  for (int trial = 0; trial < 60; ++trial) {
+    std::vector<char> bytes(whole.begin(), whole.end());
+    for (int flip = 0; flip < 6; ++flip) {
+      state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+      bytes[(state >> 20) % bytes.size()] ^= static_cast<char>(1U << ((state >> 60) & 7));
+    }
+    test::write_bytes(folder / "flipped.log", bytes);
+    auto options = test::import_options(folder / "flipped.log", folder / "flipped.lcm");
+    options.overwrite = true;
+    const auto report = import_recording(options, {});
+    if (report) {
+      EXPECT_GE(report->kept(), 28U);
+    } else {
+      EXPECT_FALSE(report.error().message.empty());
+    }
+  }
+}
+
+TEST(ImportCarmen, NothingReadableLeavesNoOutput) {
+  TemporaryFolder folder;
+  test::write_text(folder / "notes.txt", "this is\nno recording\n");
+  const auto report = import_recording(test::import_options(folder / "notes.txt", folder / "notes.lcm"), {});
+  ASSERT_FALSE(report.ok());
+  EXPECT_THAT(report.error().message, ::testing::HasSubstr("FLASER"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "notes.lcm"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "notes.lcm.partial"));
+}
+
+TEST(ImportCarmen, UnknownChannelInTopicsIsAnError) {
+  TemporaryFolder folder;
+  test::write_text(folder / "a.log", std::string(odom_line) + flaser_line);
+  auto options = test::import_options(folder / "a.log", folder / "a.lcm");
+  options.topics["SCANS"] = "FLASER";
+  const auto report = import_recording(options, {});
+  ASSERT_FALSE(report.ok());
+  EXPECT_THAT(report.error().message, ::testing::HasSubstr("SCANS"));
+}
+
+TEST(CarmenLine, ImpliedAnglesFollowTheNumberOfReadings) {
+  for (const auto& [n, step] : {std::pair{180, 1.0}, {181, 1.0}, {360, 0.5}, {361, 0.5}}) {
+    std::string line = "FLASER " + std::to_string(n);
+    for (int i = 0; i < n; ++i) line += " 1";
+    const auto parsed = parse_carmen_line(line + " 0 0 0 0 0 0 5 host 5");
+    ASSERT_TRUE(parsed.ok()) << parsed.error().message;
+    const Scan& scan = std::get<CarmenLaser>(*parsed).scan;
+    EXPECT_NEAR(scan.angle_step, step * M_PI / 180, 1e-8) << n;
+    EXPECT_NEAR(scan.angle_first, -M_PI / 2, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace parhelion
