@@ -11,7 +11,7 @@ namespace {
 constexpr int kMaxSide = 8192;     ///< px, of an image: what every GL driver of this class can draw
 constexpr double kMaxTheta = 3.1;  ///< rad, a fisheye's widest half angle
 
-bool undistorted(const CameraIntrinsics& c) {
+bool has_no_distortion(const CameraIntrinsics& c) {
   return c.lens == CameraIntrinsics::Lens::radial_tangential &&
          std::all_of(c.distortion.begin(), c.distortion.end(), [](double d) { return d == 0; });
 }
@@ -95,38 +95,6 @@ std::optional<Eigen::Vector3d> undistort_fisheye(const std::array<double, 5>& k,
   return Eigen::Vector3d(xd * s, yd * s, std::cos(theta));
 }
 
-struct LensLimit {
-  double value;  ///< monotonic radius or angle
-  explicit LensLimit(const CameraIntrinsics& c)
-      : value(c.lens == CameraIntrinsics::Lens::fisheye ? monotonic_theta(c.distortion)
-                                                        : monotonic_radius(c.distortion)) {}
-};
-
-std::optional<Eigen::Vector3d> unproject_within(const CameraIntrinsics& c, const Eigen::Vector2d& pixel,
-                                                const LensLimit& limit) {
-  const double xd = (pixel.x() - c.cx) / c.fx, yd = (pixel.y() - c.cy) / c.fy;
-  if (c.lens == CameraIntrinsics::Lens::fisheye) return undistort_fisheye(c.distortion, xd, yd, limit.value);
-  if (undistorted(c)) return Eigen::Vector3d(xd, yd, 1).normalized();
-  return undistort_brown(c.distortion, xd, yd, limit.value);
-}
-
-std::optional<Eigen::Vector2d> project_within(const CameraIntrinsics& c, const Eigen::Vector3d& p,
-                                              double limit) {
-  if (c.lens == CameraIntrinsics::Lens::fisheye) {
-    const double r = std::hypot(p.x(), p.y());
-    const double theta = std::atan2(r, p.z());
-    if ((r == 0 && p.z() <= 0) || theta > limit) return std::nullopt;
-    const double s = r > 0 ? distort_theta(c.distortion, theta) / r : 1 / p.z();
-    return Eigen::Vector2d(c.fx * p.x() * s + c.cx, c.fy * p.y() * s + c.cy);
-  }
-  if (p.z() <= 0) return std::nullopt;
-  const double x = p.x() / p.z(), y = p.y() / p.z();
-  if (undistorted(c)) return Eigen::Vector2d(c.fx * x + c.cx, c.fy * y + c.cy);
-  if (std::hypot(x, y) > limit) return std::nullopt;
-  const Eigen::Vector2d d = distort_brown(c.distortion, x, y);
-  return Eigen::Vector2d(c.fx * d.x() + c.cx, c.fy * d.y() + c.cy);
-}
-
 /// Rotations of the cube's faces, forward first; columns are the face's x, y, z in the optical frame.
 std::vector<Eigen::Matrix3d> cube_faces() {
   std::vector<Eigen::Matrix3d> faces(6);
@@ -175,17 +143,38 @@ Result<CameraIntrinsics> intrinsics_for_size(const CameraIntrinsics& intrinsics,
   return c;
 }
 
-std::optional<Eigen::Vector2d> project(const CameraIntrinsics& c, const Eigen::Vector3d& p) {
-  return project_within(c, p, LensLimit(c).value);
+Lens::Lens(const CameraIntrinsics& intrinsics) : c_(intrinsics), undistorted_(has_no_distortion(intrinsics)) {
+  if (c_.lens == CameraIntrinsics::Lens::fisheye)
+    limit_ = monotonic_theta(c_.distortion);
+  else
+    limit_ = undistorted_ ? std::numeric_limits<double>::infinity() : monotonic_radius(c_.distortion);
 }
 
-std::optional<Eigen::Vector3d> unproject(const CameraIntrinsics& c, const Eigen::Vector2d& pixel) {
-  return unproject_within(c, pixel, LensLimit(c));
+std::optional<Eigen::Vector2d> Lens::project(const Eigen::Vector3d& p) const {
+  if (c_.lens == CameraIntrinsics::Lens::fisheye) {
+    const double r = std::hypot(p.x(), p.y());
+    const double theta = std::atan2(r, p.z());
+    if ((r == 0 && p.z() <= 0) || theta > limit_) return std::nullopt;
+    const double s = r > 0 ? distort_theta(c_.distortion, theta) / r : 1 / p.z();
+    return Eigen::Vector2d(c_.fx * p.x() * s + c_.cx, c_.fy * p.y() * s + c_.cy);
+  }
+  if (p.z() <= 0) return std::nullopt;
+  const double x = p.x() / p.z(), y = p.y() / p.z();
+  if (undistorted_) return Eigen::Vector2d(c_.fx * x + c_.cx, c_.fy * y + c_.cy);
+  if (std::hypot(x, y) > limit_) return std::nullopt;
+  const Eigen::Vector2d d = distort_brown(c_.distortion, x, y);
+  return Eigen::Vector2d(c_.fx * d.x() + c_.cx, c_.fy * d.y() + c_.cy);
 }
 
-CameraProjection::CameraProjection(const CameraIntrinsics& intrinsics) : intrinsics_(intrinsics) {
-  direct_ = undistorted(intrinsics);
-  lens_limit_ = LensLimit(intrinsics).value;
+std::optional<Eigen::Vector3d> Lens::unproject(const Eigen::Vector2d& pixel) const {
+  const double xd = (pixel.x() - c_.cx) / c_.fx, yd = (pixel.y() - c_.cy) / c_.fy;
+  if (c_.lens == CameraIntrinsics::Lens::fisheye) return undistort_fisheye(c_.distortion, xd, yd, limit_);
+  if (undistorted_) return Eigen::Vector3d(xd, yd, 1).normalized();
+  return undistort_brown(c_.distortion, xd, yd, limit_);
+}
+
+CameraProjection::CameraProjection(const CameraIntrinsics& intrinsics)
+    : intrinsics_(intrinsics), lens_(intrinsics), direct_(lens_.undistorted()) {
   if (direct_) {
     views_.push_back({Eigen::Matrix3d::Identity(), intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy,
                       intrinsics.width, intrinsics.height});
@@ -212,14 +201,13 @@ void CameraProjection::make_views(double max_angle, double max_slope_x, double m
 }
 
 void CameraProjection::make_sources() {
-  const LensLimit limit(intrinsics_);
   const int width = intrinsics_.width, height = intrinsics_.height;
   std::vector<Eigen::Vector3f> rays(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   double max_angle = 0, slope_x = 0, slope_y = 0, finest = 1;
   std::size_t i = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x, ++i) {
-      const auto ray = unproject_within(intrinsics_, {x, y}, limit);
+      const auto ray = lens_.unproject({x, y});
       rays[i] = ray ? Eigen::Vector3f(ray->cast<float>()) : Eigen::Vector3f::Zero();
       if (!ray) continue;
       max_angle = std::max(max_angle, std::acos(std::min(1.0, ray->z())));
@@ -269,10 +257,6 @@ void CameraProjection::make_sources() {
       b.u1 = std::max(b.u1, source.u), b.v1 = std::max(b.v1, source.v);
     }
   }
-}
-
-std::optional<Eigen::Vector2d> CameraProjection::project(const Eigen::Vector3d& p_optical) const {
-  return project_within(intrinsics_, p_optical, lens_limit_);
 }
 
 Eigen::Vector3d CameraProjection::direction(int x, int y) const {

@@ -27,12 +27,23 @@ struct PixelRect {
 /// finite, another aspect, or a size that is no image's.
 Result<CameraIntrinsics> intrinsics_for_size(const CameraIntrinsics& intrinsics, int width, int height);
 
-/// Pixel of a point in the optical frame (m), or nothing where the lens model does not image it (behind a
-/// pinhole, beyond the angle up to which the distortion is monotonic). Brown-Conrady and Kannala-Brandt as
-/// OpenCV defines them.
-std::optional<Eigen::Vector2d> project(const CameraIntrinsics& intrinsics, const Eigen::Vector3d& p_optical);
-/// Unit direction in the optical frame of a pixel, or nothing where no direction is imaged there.
-std::optional<Eigen::Vector3d> unproject(const CameraIntrinsics& intrinsics, const Eigen::Vector2d& pixel);
+/// A lens with the limit up to which its distortion is monotonic worked out once. Brown-Conrady and
+/// Kannala-Brandt as OpenCV defines them.
+class Lens {
+ public:
+  explicit Lens(const CameraIntrinsics& intrinsics);
+  bool undistorted() const { return undistorted_; }
+  /// Pixel of a point in the optical frame (m), or nothing where the lens does not image it (behind a
+  /// pinhole, beyond the limit).
+  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_optical) const;
+  /// Unit direction in the optical frame of a pixel, or nothing where no direction is imaged there.
+  std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
+
+ private:
+  CameraIntrinsics c_;
+  bool undistorted_;
+  double limit_;  ///< radius (Brown-Conrady) or angle in rad (Kannala-Brandt)
+};
 
 /// An undistorted view: pixel (u, v) looks along R_optical_view * ((u - cx) / f, (v - cy) / f, 1).
 struct PinholeView {
@@ -64,8 +75,7 @@ class CameraProjection {
     return sources_[static_cast<std::size_t>(y) * static_cast<std::size_t>(intrinsics_.width) +
                     static_cast<std::size_t>(x)];
   }
-  /// Pixel of a point in the optical frame, as project() above, with the lens's limit at hand.
-  std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_optical) const;
+  const Lens& lens() const { return lens_; }
   /// Unit direction of an image pixel; zero where the lens images nothing.
   Eigen::Vector3d direction(int x, int y) const;
   /// The image pixels (to 16) that are drawn from within `rect` of the view; and the converse.
@@ -80,7 +90,7 @@ class CameraProjection {
   void make_sources();
 
   CameraIntrinsics intrinsics_;
-  double lens_limit_ = 0;  ///< radius or angle up to which the distortion is monotonic
+  Lens lens_;
   bool direct_ = true;
   std::vector<PinholeView> views_;
   std::vector<Source> sources_;

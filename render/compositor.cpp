@@ -197,14 +197,18 @@ Result<Compositor::Pixels> EglCompositor::compose_pixels(const RenderJob& job) {
   if (!outcome) return outcome.error();
   if (*outcome == Outcome::nothing)
     if (auto status = read_pixels(job.image, codec_, frame_); !status) return status.error();
-  Pixels pixels{frame_.width, frame_.height, frame_.bgr, {}};
+  Pixels pixels{frame_.width, frame_.height, frame_.bgr, {}, {}};
   pixels.mask.assign(static_cast<std::size_t>(frame_.width) * static_cast<std::size_t>(frame_.height), 0);
+  pixels.coverage = pixels.mask;
   if (*outcome == Outcome::nothing) return pixels;
   for (int y = layer_.rect.y0; y < layer_.rect.y1; ++y)
     for (int x = layer_.rect.x0; x < layer_.rect.x1; ++x)
-      if (layer_.rgba[4 * layer_.at(x, y) + 3])
-        pixels.mask[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame_.width) +
-                    static_cast<std::size_t>(x)] = 255;
+      if (const std::uint8_t coverage = layer_.rgba[4 * layer_.at(x, y) + 3]) {
+        const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(frame_.width) +
+                              static_cast<std::size_t>(x);
+        pixels.mask[i] = 255;
+        pixels.coverage[i] = coverage;
+      }
   return pixels;
 }
 

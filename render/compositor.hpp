@@ -17,7 +17,8 @@ namespace parhelion {
 
 /// One real image and all that its answer depends on.
 struct RenderJob {
-  Image image;
+  Image image;  ///< one with metadata "stand-in" is hidden in by the model only, not by scan (it shows
+                ///< nothing but the model)
   CameraDescription camera;
   Transform<Map, CameraOptical> T_map_optical;  ///< at the image's stamp
   WorldSnapshot world;                          ///< at the image's stamp
@@ -55,6 +56,8 @@ class Compositor {
   struct Pixels {
     int width = 0, height = 0;
     std::vector<std::uint8_t> bgr, mask;
+    std::vector<std::uint8_t>
+        coverage;  ///< how much of each pixel is covered, 0..255 (soft edges and shadows between)
   };
   virtual Result<Pixels> compose_pixels(const RenderJob& job) = 0;
 };
@@ -65,8 +68,11 @@ class VirtualCamera {
  public:
   static Result<std::unique_ptr<VirtualCamera>> create(const SemanticModel& building);
   virtual ~VirtualCamera() = default;
-  /// JPEG, at `stamp`; metadata "stand-in" says what it was rendered from where `stand_in` is not empty, and
-  /// it is written on the picture.
+  /// JPEG, at `stamp`, of the building and of the bodies in `world.bodies` (leave out what the camera's own
+  /// robot is; a body within whose bounding sphere the camera sits is left out by itself). Where `stand_in`
+  /// is not empty the picture stands for a real camera's: injectable bodies are not drawn (the compositor
+  /// draws them later), the picture says what it is, and metadata "stand-in" holds the text. Without
+  /// calibration (fx <= 0) the image comes back without bytes.
   virtual Image render(const CameraDescription& camera, const Transform<Map, CameraOptical>& T_map_optical,
                        const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in) = 0;
 };

@@ -40,6 +40,20 @@ const std::vector<Tap>& taps() {
   return list;
 }
 
+const std::vector<Tap>& asked_taps() {
+  static const std::vector<Tap> list = [] {
+    std::vector<Tap> t;
+    for (const int step : Rule::kAskedSteps)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+          if (dx || dy)
+            t.push_back({dx * step, dy * step,
+                         static_cast<float>(Rule::kAsked * std::exp(-step / Rule::kAskedRange))});
+    return t;
+  }();
+  return list;
+}
+
 /// The part of the depth image that can fall on `window` of the image, from any range.
 PixelRect depth_part(const DepthView& view, const PixelRect& window,
                      const Transform<DepthOptical, CameraOptical>& T_depth_optical, double z_far) {
@@ -48,7 +62,7 @@ PixelRect depth_part(const DepthView& view, const PixelRect& window,
   const auto add = [&](int x, int y) {
     const Eigen::Vector3d ray = view.camera.direction(x, y);
     for (const double range : {0.25, z_far}) {
-      const auto pixel = view.depth_camera.project(T_depth_optical * Eigen::Vector3d(ray * range));
+      const auto pixel = view.depth_camera.lens().project(T_depth_optical * Eigen::Vector3d(ray * range));
       if (!pixel) return false;
       const auto u = static_cast<int>(std::clamp(pixel->x(), -9.0, 9000.0)),
                  v = static_cast<int>(std::clamp(pixel->y(), -9.0, 9000.0));
@@ -84,7 +98,7 @@ void DepthOcclusion::register_depth(const DepthView& view) {
   const std::size_t count =
       static_cast<std::size_t>(window_.width()) * static_cast<std::size_t>(window_.height());
   depth_.assign(count, static_cast<float>(Rule::kNothing));
-  confidence_.assign(count, static_cast<float>(Rule::kUnknown));
+  confidence_.assign(count, 0.F);
   const Transform<CameraOptical, DepthOptical> T_optical_depth =
       view.T_map_optical.inverse() * view.T_map_depth;
   const Eigen::Matrix3d R = T_optical_depth.rotation();
@@ -114,7 +128,7 @@ void DepthOcclusion::register_depth(const DepthView& view) {
       if (view.camera.direct()) {
         pixel = {c.fx * p.x() / p.z() + c.cx, c.fy * p.y() / p.z() + c.cy};
       } else {
-        const auto projected = view.camera.project(p);
+        const auto projected = view.camera.lens().project(p);
         if (!projected) continue;
         pixel = *projected;
       }
@@ -153,8 +167,10 @@ void DepthOcclusion::find_edges() {
   cv::dilate(known, farthest, square);
   for (std::size_t i = 0; i < depth_.size(); ++i) {
     if (confidence_[i] != static_cast<float>(Rule::kMeasured)) continue;
-    if (farthest_[i] - nearest_[i] > static_cast<float>(Rule::jump(static_cast<double>(depth_[i]))))
-      confidence_[i] = static_cast<float>(Rule::kEdge);
+    if (farthest_[i] - nearest_[i] <= static_cast<float>(Rule::jump(static_cast<double>(depth_[i]))))
+      continue;
+    const bool near_side = depth_[i] < 0.5F * (farthest_[i] + nearest_[i]);
+    confidence_[i] = static_cast<float>(near_side ? Rule::kNearEdge : Rule::kFarEdge);
   }
 }
 
@@ -171,36 +187,17 @@ void DepthOcclusion::add_model(const Layer& modelled) {
   }
 }
 
-void DepthOcclusion::fill_rows() {
-  const auto nothing = static_cast<float>(Rule::kNothing);
-  const int width = window_.width();
-  for (int y = 0; y < window_.height(); ++y) {
-    float* row = &depth_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
-    float* confidence = &confidence_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
-    for (int x = 0; x < width;) {
-      if (row[x] < nothing) {
-        ++x;
-        continue;
-      }
-      int end = x;
-      while (end < width && row[end] >= nothing) ++end;
-      const float left = x > 0 ? row[x - 1] : 0, right = end < width ? row[end] : 0;
-      if (const float farther = std::max(left, right); farther > 0) {
-        std::fill(row + x, row + end, farther);
-        std::fill(confidence + x, confidence + end, static_cast<float>(Rule::kFilled));
-      }
-      x = end;
-    }
-  }
-}
-
+/// Nearest and farthest known depth round each pixel, for early decisions.
 void DepthOcclusion::find_bounds() {
   const cv::Mat depth(window_.height(), window_.width(), CV_32F, depth_.data());
   cv::Mat nearest(depth.size(), CV_32F, nearest_.data()), farthest(depth.size(), CV_32F, farthest_.data());
   const int side = 2 * Rule::kRadius + 1;
   const cv::Mat square = cv::Mat::ones(side, side, CV_8U);
   cv::erode(depth, nearest, square);
-  cv::dilate(depth, farthest, square);
+  cv::Mat known;
+  depth.copyTo(known);
+  known.setTo(0, depth >= Rule::kNothing);
+  cv::dilate(known, farthest, square);
 }
 
 double DepthOcclusion::visible_share(const DepthView& view, int x, int y, float threshold) const {
@@ -211,29 +208,33 @@ double DepthOcclusion::visible_share(const DepthView& view, int x, int y, float 
   };
   const std::uint8_t* centre = pixel(x, y);
   float behind = 0, all = 0;
-  for (const Tap& tap : taps()) {
-    const int qx = x + tap.dx, qy = y + tap.dy;
-    if (qx < window_.x0 || qy < window_.y0 || qx >= window_.x1 || qy >= window_.y1) continue;
-    const std::uint8_t* q = pixel(qx, qy);
-    const int b = q[0] - centre[0], g = q[1] - centre[1], r = q[2] - centre[2];
-    const std::size_t step = std::min<std::size_t>(static_cast<std::size_t>(b * b + g * g + r * r) / 8, 4095);
-    const std::size_t i = at(qx, qy);
-    const float weight = tap.weight * confidence_[i] * (colour_weights()[step] + 1e-4F);
-    all += weight;
-    if (depth_[i] >= threshold) behind += weight;
-  }
+  const auto add = [&](const std::vector<Tap>& list) {
+    for (const Tap& tap : list) {
+      const int qx = x + tap.dx, qy = y + tap.dy;
+      if (qx < window_.x0 || qy < window_.y0 || qx >= window_.x1 || qy >= window_.y1) continue;
+      const std::size_t i = at(qx, qy);
+      if (confidence_[i] == 0) continue;
+      const std::uint8_t* q = pixel(qx, qy);
+      const int b = q[0] - centre[0], g = q[1] - centre[1], r = q[2] - centre[2];
+      const std::size_t step =
+          std::min<std::size_t>(static_cast<std::size_t>(b * b + g * g + r * r) / 8, 4095);
+      const float weight =
+          tap.weight * confidence_[i] * (colour_weights()[step] + static_cast<float>(Rule::kUnlike));
+      all += weight;
+      if (depth_[i] >= threshold) behind += weight;
+    }
+  };
+  add(taps());
+  if (confidence_[at(x, y)] < static_cast<float>(Rule::kMeasured)) add(asked_taps());
   return all > 0 ? static_cast<double>(behind / all) : 1;
 }
 
 void DepthOcclusion::apply(const DepthView& view, Layer& layer) {
   const CameraIntrinsics& c = view.camera.intrinsics();
-  window_ = PixelRect{layer.rect.x0 - Rule::kReach, layer.rect.y0 - Rule::kRadius,
-                      layer.rect.x1 + Rule::kReach, layer.rect.y1 + Rule::kRadius}
-                .intersected({0, 0, c.width, c.height});
+  window_ = layer.rect.grown(Rule::kReach).intersected({0, 0, c.width, c.height});
   register_depth(view);
   find_edges();
   add_model(view.modelled);
-  fill_rows();
   find_bounds();
   const PixelRect& rect = layer.rect;
   for (int y = rect.y0; y < rect.y1; ++y) {
@@ -255,8 +256,9 @@ void DepthOcclusion::apply(const DepthView& view, Layer& layer) {
       const double z = depth_id ? layer_depth(depth_id) : floor_depth(view, x, y);
       const auto threshold = static_cast<float>(z - Rule::tolerance(std::min(z, 20.0)));
       const std::size_t w = at(x, y);
-      if (nearest_[w] >= threshold) continue;
-      const double share = farthest_[w] < threshold ? 0 : visible_share(view, x, y, threshold);
+      const bool known = confidence_[w] > 0;
+      if (known && nearest_[w] >= threshold) continue;
+      const double share = known && farthest_[w] < threshold ? 0 : visible_share(view, x, y, threshold);
       const double coverage = smoothstep(Rule::kSoftLow, Rule::kSoftHigh, share);
       for (int k = 0; k < 4; ++k) rgba[k] = static_cast<std::uint8_t>(rgba[k] * coverage + 0.5);
       if (!rgba[3]) rgba[0] = rgba[1] = rgba[2] = 0, layer.depth_id[i] = 0;

@@ -224,6 +224,24 @@ Instance make_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_sha
   return instance;
 }
 
+namespace {
+
+/// True where a lower part of the same body stands over the shape's whole footprint: its shadow would be
+/// inside the other's.
+bool sheltered(const BodyDefinition& body, const Shape& shape, const Transform<Map, Body>& T_map_body) {
+  const Footprint f = footprint(shape, T_map_body * shape.T_body_shape);
+  return std::any_of(body.shapes.begin(), body.shapes.end(), [&](const Shape& other) {
+    if (&other == &shape) return false;
+    const Footprint o = footprint(other, T_map_body * other.T_body_shape);
+    if (o.bottom > f.bottom - 1e-6) return false;
+    const Eigen::Vector2d offset = (Eigen::Rotation2Dd(-o.yaw) * (f.centre - o.centre)).cwiseAbs();
+    const double reach = f.half.norm();
+    return offset.x() + reach < o.half.x() + 0.05 && offset.y() + reach < o.half.y() + 0.05;
+  });
+}
+
+}  // namespace
+
 void add_bodies(DrawList& list, const CameraProjection& projection,
                 const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
                 const std::function<bool(const BodyDefinition&)>& drawn, const double* floor_z) {
@@ -239,7 +257,7 @@ void add_bodies(DrawList& list, const CameraProjection& projection,
       if (!shape.size.allFinite() || !shape.T_body_shape.finite()) continue;
       const Transform<Map, ShapeFrame> T_map_shape = state->T_map_body * shape.T_body_shape;
       add_shape(list, projection, shape, T_optical_map * T_map_shape, entity);
-      if (!floor_z) continue;
+      if (!floor_z || sheltered(*body, shape, state->T_map_body)) continue;
       const std::size_t before = list.shadows.size();
       add_shadow(list.shadows, list.view_rects, projection, T_map_optical, shape, T_map_shape, *floor_z);
       for (std::size_t i = before; i < list.shadows.size(); ++i)

@@ -27,6 +27,8 @@ Result<std::unique_ptr<LayerRenderer>> LayerRenderer::create(EglContext& context
   context.make_current();
   std::unique_ptr<LayerRenderer> renderer(new LayerRenderer(context));
   const Gl& gl = renderer->gl_;
+  renderer->software_ = context.renderer().find("llvmpipe") != std::string::npos ||
+                        context.renderer().find("softpipe") != std::string::npos;
   GLint samples = 1, integer_samples = 1;
   gl.GetIntegerv(GL_MAX_SAMPLES, &samples);
   gl.GetIntegerv(GL_MAX_INTEGER_SAMPLES, &integer_samples);
@@ -245,7 +247,7 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
                               const Eigen::Matrix3d& R_optical_map, bool use_occluders,
                               const Scenery* scenery) {
   const double far = list.farthest + kFarMargin;
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, multisampled_.framebuffer);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, (multisampling_ ? multisampled_ : resolved_).framebuffer);
   gl_.Viewport(0, 0, view.width, view.height);
   set_scissor(rect);
   const GLenum both[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
@@ -281,31 +283,51 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
   for (std::size_t mesh = 0; mesh < kMeshes; ++mesh) draw_instances(mesh, list.shapes[mesh]);
 }
 
+void LayerRenderer::resolve(const PixelRect& r) {
+  gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, multisampled_.framebuffer);
+  gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.framebuffer);
+  const GLenum targets[2][2] = {{GL_COLOR_ATTACHMENT0, GL_NONE}, {GL_NONE, GL_COLOR_ATTACHMENT1}};
+  for (const GLenum attachment : {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1}) {
+    gl_.ReadBuffer(attachment);
+    gl_.DrawBuffers(2, targets[attachment - GL_COLOR_ATTACHMENT0]);
+    gl_.BlitFramebuffer(r.x0, r.y0, r.x1, r.y1, r.x0, r.y0, r.x1, r.y1, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  }
+}
+
+/// A software driver pays two and a half times for four samples a pixel: it gets them where little is drawn,
+/// and the edge filter where much is.
+bool LayerRenderer::affords_multisampling(const DrawList& list) const {
+  if (!software_) return true;
+  constexpr std::size_t kTriangles = 4000, kPixels = 150'000;
+  std::size_t triangles = 0, pixels = 0;
+  for (std::size_t mesh = 0; mesh < kMeshes; ++mesh)
+    triangles += list.shapes[mesh].size() * static_cast<std::size_t>(meshes_[mesh].count / 3);
+  for (const PixelRect& rect : list.view_rects)
+    if (!rect.empty())
+      pixels += static_cast<std::size_t>(rect.width()) * static_cast<std::size_t>(rect.height());
+  return triangles <= kTriangles && pixels <= kPixels;
+}
+
 void LayerRenderer::draw(const CameraProjection& projection, const DrawList& list,
                          const Eigen::Matrix3d& R_optical_map, bool use_occluders, const Scenery* scenery) {
   context_.make_current();
   const std::size_t views = projection.views().size();
   view_pixels_.resize(views);
+  multisampling_ = affords_multisampling(list);
+  scenery_drawn_ = scenery != nullptr;
   for (std::size_t v = 0; v < views; ++v) {
     const PinholeView& view = projection.views()[v];
     ViewPixels& pixels = view_pixels_[v];
     pixels.rect = list.view_rects[v];
     if (pixels.rect.empty()) continue;
-    if (!ensure(multisampled_, view.width, view.height, samples_, true, true) ||
-        !ensure(resolved_, view.width, view.height, 0, true, false)) {
+    if ((multisampling_ && !ensure(multisampled_, view.width, view.height, samples_, true, true)) ||
+        !ensure(resolved_, view.width, view.height, 0, true, true)) {
       pixels.rect = {};
       continue;
     }
     draw_view(view, pixels.rect, list, R_optical_map, use_occluders, scenery);
-    gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, multisampled_.framebuffer);
-    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.framebuffer);
     const PixelRect& r = pixels.rect;
-    const GLenum targets[2][2] = {{GL_COLOR_ATTACHMENT0, GL_NONE}, {GL_NONE, GL_COLOR_ATTACHMENT1}};
-    for (const GLenum attachment : {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1}) {
-      gl_.ReadBuffer(attachment);
-      gl_.DrawBuffers(2, targets[attachment - GL_COLOR_ATTACHMENT0]);
-      gl_.BlitFramebuffer(r.x0, r.y0, r.x1, r.y1, r.x0, r.y0, r.x1, r.y1, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-    }
+    if (multisampling_) resolve(r);
     // The last view stays with the driver until it is read; earlier ones make room for the next.
     if (v + 1 < views) read_view(resolved_.framebuffer, r, true, pixels.rgba, pixels.depth_id);
   }
@@ -347,10 +369,12 @@ void LayerRenderer::read(const CameraProjection& projection, const DrawList& lis
       layer.rect = {};
     else
       read_view(resolved_.framebuffer, last.rect, true, layer.rgba, layer.depth_id);
+    if (!multisampling_) smooth_edges(layer, scenery_drawn_);
     return;
   }
   if (!last.rect.empty()) read_view(resolved_.framebuffer, last.rect, true, last.rgba, last.depth_id);
   warp(projection, true, layer);
+  if (!multisampling_) smooth_edges(layer, scenery_drawn_);
 }
 
 void LayerRenderer::read_depth(const CameraProjection& projection, const DrawList& list, Depth what,

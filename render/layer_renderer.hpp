@@ -27,6 +27,12 @@ struct Layer {
 inline double layer_depth(std::uint32_t depth_id) { return (depth_id >> 10) * 0.00025; }
 inline std::uint32_t layer_entity(std::uint32_t depth_id) { return depth_id & 1023U; }
 
+/// Anti-aliasing of a layer that was drawn with one sample a pixel: where colour, coverage or entity change
+/// from pixel to pixel, a 3x3 binomial filter (of premultiplied colour). Edges stay within a quarter of a
+/// pixel of where they were.
+/// `everywhere`: also where no body is.
+void smooth_edges(Layer& layer, bool everywhere = false);
+
 /// The building as a stand-in camera sees it, drawn before the list; fills every pixel.
 struct Scenery {
   std::vector<Instance> boxes;  ///< Instance::metallic is opacity, roughness above 1.5 a floor
@@ -79,11 +85,14 @@ class LayerRenderer {
                  std::vector<std::uint32_t>& depth_id);
   void draw_scenery(const PinholeView& view, const Scenery& scenery, double far,
                     const Eigen::Matrix3d& R_optical_map);
+  void resolve(const PixelRect& rect);
+  bool affords_multisampling(const DrawList& list) const;
   void set_scissor(const PixelRect& rect);
 
   EglContext& context_;
   const Gl& gl_;
   int samples_ = 4;
+  bool software_ = true, multisampling_ = true, scenery_drawn_ = false;
   Program lit_, depth_, shadow_, backdrop_, scenery_;
   struct MeshRange {
     GLsizei count = 0;

@@ -50,9 +50,9 @@ uint depth_id(float z, float entity) {
 inline constexpr const char* kLitFunction = R"(
 uniform vec3 up;
 uniform vec3 to_light;
-vec3 srgb(vec3 linear) {
-  vec3 c = clamp(linear, 0.0, 1.0);
-  return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+vec3 srgb(vec3 linear) {  // to 0.3 % of the sRGB curve by roots: a software driver pays dearly for pow
+  vec3 r = sqrt(clamp(linear, 0.0, 1.0)), q = sqrt(r);
+  return max(0.662002687 * r + 0.684122060 * q - 0.323583601 * sqrt(q) - 0.0225411470 * linear, 0.0);
 }
 vec3 lit(vec3 albedo, float roughness, float metallic, vec3 n, vec3 v) {
   vec3 h = normalize(to_light + v);

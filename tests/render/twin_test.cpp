@@ -1,0 +1,205 @@
+// The drawn layer against the slow twin: silhouettes through every lens, model occluders, and the kitchen
+// with its real ones.
+#include "tests/render/twin.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "render/jpeg.hpp"
+#include "tests/render/kitchen.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+/// Deep enough that no shadow falls: only bodies are compared.
+constexpr double kNoFloor = -100;
+
+RenderJob shapes_job(const CameraDescription& camera, int robots = 1) {
+  World world;
+  const Eigen::Vector3f red(0.7F, 0.1F, 0.1F);
+  world.add("box", {shape(ShapeKind::box, {0.6, 0.4, 0.5}, {0, 0, 0.25}, red)},
+            Transform<Map, Body>::planar(3, 0.9, 0.5));
+  world.add("barrel", {shape(ShapeKind::cylinder, {0.3, 0.3, 0.9}, {0, 0, 0.45}, red)},
+            Transform<Map, Body>::planar(3.5, 0, 0));
+  world.add("person",
+            {shape(ShapeKind::capsule, {0.2, 0.2, 1.2}, {0, 0, 0.8}, red),
+             shape(ShapeKind::sphere, {0.14, 0.14, 0.14}, {0, 0, 1.7}, red)},
+            Transform<Map, Body>::planar(3, -1.0, 0));
+  for (int i = 0; i < robots; ++i)
+    world.add("robot " + std::to_string(i), robot_shapes(),
+              Transform<Map, Body>::planar(2.2 + 0.45 * i, -0.5 + 0.3 * (i % 4), i));
+  RenderJob job;
+  job.image = raw_image(PixelFormat::bgr, camera.intrinsics.width, camera.intrinsics.height);
+  job.camera = camera;
+  job.T_map_optical = look({0, 0, 1.1}, 0.03, 0.2);
+  job.world = world.snapshot;
+  job.floor_z = kNoFloor;
+  return job;
+}
+
+/// Share of wrong pixels that are further than half a pixel from the twin's silhouette: a pixel is judged
+/// only where all eight rays half a pixel round its centre agree.
+double wrong_beyond_half_a_pixel(const RenderJob& job, const std::vector<std::uint8_t>& coverage) {
+  const CameraIntrinsics& c = job.camera.intrinsics;
+  std::vector<int> hits(static_cast<std::size_t>(c.width * c.height), 0);
+  int rays = 0;
+  for (const double dx : {-0.5, 0.0, 0.5}) {
+    for (const double dy : {-0.5, 0.0, 0.5}) {
+      if ((dx == 0) != (dy == 0)) continue;
+      CameraIntrinsics moved = c;
+      moved.cx -= dx, moved.cy -= dy;
+      const Twin twin = cast(job, {}, moved, job.T_map_optical);
+      for (std::size_t i = 0; i < hits.size(); ++i) hits[i] += twin.visible[i];
+      ++rays;
+    }
+  }
+  std::size_t wrong = 0, drawn = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    drawn += hits[i] > 0;
+    if (hits[i] == 0 && coverage[i] >= 128) ++wrong;
+    if (hits[i] == rays && coverage[i] < 128) ++wrong;
+  }
+  return static_cast<double>(wrong) / static_cast<double>(drawn);
+}
+
+CameraDescription lens_camera(CameraIntrinsics::Lens lens, std::array<double, 5> distortion, double f = 262) {
+  CameraDescription camera = pinhole(320, 240, f);
+  camera.intrinsics.lens = lens;
+  camera.intrinsics.distortion = distortion;
+  return camera;
+}
+
+TEST(Twin, SilhouettesAgreeToHalfAPixelThroughEveryLens) {
+  auto compositor = Compositor::create({});
+  ASSERT_TRUE(compositor.ok());
+  using Lens = CameraIntrinsics::Lens;
+  const CameraDescription cameras[] = {
+      lens_camera(Lens::radial_tangential, {}),
+      lens_camera(Lens::radial_tangential, {-0.35, 0.14, 0.002, -0.001, -0.02}),
+      lens_camera(Lens::radial_tangential, {0.2, 0.05, -0.001, 0.001, 0}),
+      lens_camera(Lens::fisheye, {-0.02, 0.003, -0.001, 0.0002, 0}),
+      lens_camera(Lens::fisheye, {0.01, -0.004, 0, 0, 0}, 110),  // 170 degrees across: faces of a cube
+  };
+  for (const CameraDescription& camera : cameras) {
+    for (const int robots : {1, 9}) {  // few: multisampled; many: the edge filter
+      const RenderJob job = shapes_job(camera, robots);
+      const auto pixels = (*compositor)->compose_pixels(job);
+      ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+      const Twin twin = cast(job, {}, camera.intrinsics, job.T_map_optical);
+      const double iou = overlap(pixels->coverage, twin.visible);
+      const double wrong = wrong_beyond_half_a_pixel(job, pixels->coverage);
+      RecordProperty("iou", std::to_string(iou));
+      std::printf("lens %d f %.0f k1 %.2f, %d robots: IoU %.4f, beyond half a pixel %.5f\n",
+                  static_cast<int>(camera.intrinsics.lens), camera.intrinsics.fx,
+                  camera.intrinsics.distortion[0], robots, iou, wrong);
+      EXPECT_GT(iou, 0.97);
+      EXPECT_LT(wrong, 0.004);
+    }
+  }
+}
+
+TEST(Twin, ModelledWallsHideAsTheTwinSays) {
+  SemanticModel model;
+  model.entities = {wall("a", 2.9, 0.45, M_PI / 2, 0.5, 0.6), wall("b", 2.6, -0.7, 1.2, 0.6, 1.1),
+                    wall("behind", 5.5, 0, M_PI / 2, 8)};
+  auto compositor = Compositor::create(model);
+  ASSERT_TRUE(compositor.ok());
+  const RenderJob job =
+      shapes_job(lens_camera(CameraIntrinsics::Lens::radial_tangential, {-0.2, 0.05, 0, 0, 0}), 2);
+  const auto pixels = (*compositor)->compose_pixels(job);
+  ASSERT_TRUE(pixels.ok());
+  const Twin twin = cast(job, model, job.camera.intrinsics, job.T_map_optical);
+  EXPECT_GT(overlap(pixels->coverage, twin.visible), 0.96);
+}
+
+/// The robot drives from the open floor to behind chair and table.
+class KitchenDrive {
+ public:
+  explicit KitchenDrive(const Kitchen& kitchen)
+      : from_(kitchen.floor_point(0, 140, 300)), to_(kitchen.floor_point(0, 290, 245)) {}
+  WorldSnapshot at(double s) const {
+    const Eigen::Vector3d p = from_ + s * (to_ - from_), along = to_ - from_;
+    World world;
+    world.add("robot", robot_shapes({0.1F, 0.35F, 0.7F}),
+              Transform<Map, Body>::planar(p.x(), p.y(), std::atan2(along.y(), along.x())));
+    return world.snapshot;
+  }
+
+ private:
+  Eigen::Vector3d from_, to_;
+};
+
+TEST(Twin, RobotBehindTableAndSlatsOfTheKitchenIsHiddenAsTheTwinSaysWithoutFlicker) {
+  const Kitchen kitchen;
+  PARHELION_NEEDS_RECORDING(kitchen.folder);
+  auto compositor = Compositor::create({});
+  ASSERT_TRUE(compositor.ok());
+  const KitchenDrive drive(kitchen);
+  const int frames = std::getenv("PARHELION_LONG") ? 50 : 12;
+  JpegCodec codec;
+  std::vector<std::uint8_t> bgr;
+  std::vector<bool> before;
+  double worst = 1, sum = 0, worst_flicker = 0;
+  std::size_t drawn = 0, hidden = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    RenderJob job = kitchen.job(frame + 16, drive.at((frame + 16) / 40.0));
+    job.floor_z = kNoFloor;
+    ASSERT_TRUE(codec.decode(job.image.bytes, bgr).ok());
+    Twin twin = cast(job, {}, job.camera.intrinsics, job.T_map_optical);
+    const std::size_t unhidden =
+        static_cast<std::size_t>(std::count(twin.visible.begin(), twin.visible.end(), 1));
+    hide_by_depth(twin, job, bgr);
+    const auto pixels = (*compositor)->compose_pixels(job);
+    ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+    const double iou = overlap(pixels->coverage, twin.visible);
+    std::vector<bool> wrong(twin.visible.size());
+    std::size_t flips = 0, visible = 0;
+    for (std::size_t i = 0; i < wrong.size(); ++i) {
+      wrong[i] = (pixels->coverage[i] >= 128) != (twin.visible[i] != 0);
+      visible += twin.visible[i];
+      if (!before.empty() && wrong[i] != before[i]) ++flips;
+    }
+    ASSERT_GT(visible, 200U) << "frame " << frame;
+    drawn += visible, hidden += unhidden - visible;
+    const double flicker = static_cast<double>(flips) / static_cast<double>(unhidden);
+    worst = std::min(worst, iou), sum += iou, worst_flicker = std::max(worst_flicker, flicker);
+    before = wrong;
+  }
+  std::printf("kitchen, %d frames: mask IoU mean %.4f worst %.4f, flicker worst %.4f, %.0f %% hidden\n",
+              frames, sum / frames, worst, worst_flicker,
+              100.0 * static_cast<double>(hidden) / static_cast<double>(drawn + hidden));
+  EXPECT_GE(worst, 0.95);
+  EXPECT_LE(worst_flicker, 0.01);
+  EXPECT_GT(hidden, drawn / 3) << "the kitchen must really hide the robot";
+}
+
+TEST(Twin, KitchenPixelsThatNothingCoversAreTheCamerasOwn) {
+  const Kitchen kitchen;
+  PARHELION_NEEDS_RECORDING(kitchen.folder);
+  auto compositor = Compositor::create({});
+  ASSERT_TRUE(compositor.ok());
+  const KitchenDrive drive(kitchen);
+  JpegCodec codec;
+  std::vector<std::uint8_t> bgr;
+  for (int frame = 0; frame < 40; frame += 5) {
+    const RenderJob job = kitchen.job(frame, drive.at(frame / 40.0));
+    ASSERT_TRUE(codec.decode(job.image.bytes, bgr).ok());
+    const auto pixels = (*compositor)->compose_pixels(job);
+    ASSERT_TRUE(pixels.ok());
+    std::size_t covered = 0;
+    for (std::size_t i = 0; i < pixels->mask.size(); ++i) {
+      covered += pixels->mask[i] != 0;
+      if (pixels->mask[i]) continue;
+      for (std::size_t k = 0; k < 3; ++k)
+        ASSERT_EQ(pixels->bgr[3 * i + k], bgr[3 * i + k]) << frame << ": " << i;
+    }
+    EXPECT_GT(covered, 500U);
+    EXPECT_LT(covered, 80000U);
+  }
+}
+
+}  // namespace
+}  // namespace parhelion
