@@ -50,7 +50,7 @@ using CellMask = std::vector<std::uint8_t>;
 /// `left`.
 std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMask& left);
 
-/// Few upright, disjoint rectangles over the cells of `mask`, with few free cells in them.
+/// Few upright, disjoint rectangles over the cells of `mask`, with few other cells in them.
 std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask);
 
 /// The cells of `mask` that lie in some solid square of `side` cells (morphological opening).

@@ -6,7 +6,8 @@
 namespace parhelion {
 namespace {
 
-constexpr long box_price = 2;  ///< a box more is worth it where it saves more free cells than this
+constexpr long box_price =
+    2;  ///< a box more is worth it where it saves more cells than this that are not solid
 
 struct Rectangle {
   int x0 = 0, y0 = 0, x1 = -1, y1 = -1;  ///< cells, inclusive
@@ -40,13 +41,13 @@ class SummedArea {
   std::vector<long> sums_;
 };
 
-/// Cuts the plane in two, again and again, where that saves most free cells.
+/// Cuts the plane in two, again and again, where that saves most cells that are not solid.
 class BlockCover {
  public:
   BlockCover(const CellGrid& grid, const CellMask& mask)
       : grid_(grid),
         wanted_(grid, [&](std::size_t i) { return mask[i] != 0; }),
-        free_(grid, [&](std::size_t i) { return grid.cells[i] == Cell::free; }) {}
+        open_(grid, [&](std::size_t i) { return grid.cells[i] != Cell::occupied; }) {}
 
   std::vector<PlanBox> cover() {
     std::vector<PlanBox> boxes;
@@ -55,7 +56,7 @@ class BlockCover {
       const Rectangle r = open.back();
       open.pop_back();
       if (r.empty()) continue;
-      const long wasted = free_.sum(r);
+      const long wasted = open_.sum(r);
       const Cut cut = wasted > 0 ? best_cut(r) : Cut{};
       const bool pays = cut.price + box_price < wasted;
       const bool hollow = 2 * wasted > wanted_.sum(r);
@@ -98,14 +99,14 @@ class BlockCover {
     return r;
   }
 
-  /// Fewest free cells in the two halves; the wider gap between them where that is equal.
+  /// Fewest cells that are not solid in the two halves; the wider gap between them where that is equal.
   Cut best_cut(const Rectangle& r) const {
     Cut best;
     long best_gap = -1;
     const auto consider = [&](const Rectangle& a, const Rectangle& b) {
       const Rectangle first = tight(a), second = tight(b);
       if (first.empty() || second.empty()) return;
-      const long price = free_.sum(first) + free_.sum(second);
+      const long price = open_.sum(first) + open_.sum(second);
       const long gap = std::max(second.x0 - first.x1, second.y0 - first.y1);
       if (price > best.price || (price == best.price && gap <= best_gap)) return;
       best = {true, first, second, price};
@@ -126,7 +127,7 @@ class BlockCover {
 
   const CellGrid& grid_;
   SummedArea wanted_;
-  SummedArea free_;
+  SummedArea open_;  ///< cells that are not known to be solid
 };
 
 }  // namespace

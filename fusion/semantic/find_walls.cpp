@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 
@@ -12,8 +13,10 @@ namespace {
 constexpr int angles = 180;
 constexpr double strip = 1.0;      ///< cells on either side of a line in which a wall's cells are looked for
 constexpr double fit_strip = 1.5;  ///< the same for the fit
-constexpr double max_free_gap = 2.0;   ///< cells of free space that a wall may bridge: a door is much wider
-constexpr double max_gap = 6.0;        ///< cells, where none of them is known to be free
+constexpr double max_free_gap = 2.0;  ///< cells of free space that a wall may bridge: a door is much wider
+constexpr double max_gap = 6.0;       ///< cells, where none of them is known to be free
+constexpr int patch = 8;  ///< cells: side of the patches that are passed over where nothing is left
+static_assert(patch - strip > max_gap);
 constexpr int max_half_thickness = 6;  ///< cells
 constexpr double layer_width = 0.25;   ///< cells
 constexpr int max_layer = static_cast<int>(max_half_thickness / layer_width);
@@ -38,7 +41,8 @@ class Accumulator {
   explicit Accumulator(const CellGrid& grid)
       : rows_(2 * static_cast<int>(std::ceil(std::hypot(grid.width, grid.height))) + 3),
         votes_(static_cast<std::size_t>(angles) * static_cast<std::size_t>(rows_)),
-        dead_(votes_.size()) {
+        dead_(votes_.size()),
+        bounds_((votes_.size() + block - 1) / block, std::numeric_limits<int>::max()) {
     for (int a = 0; a < angles; ++a) {
       const double radians = a * std::numbers::pi / angles;
       normal_.at(static_cast<std::size_t>(a)) = {std::cos(radians), std::sin(radians)};
@@ -52,14 +56,21 @@ class Accumulator {
     }
   }
 
-  /// The line with the most votes that is not dead, while there are at least `least`.
+  /// The line with the most votes that is not dead, while there are at least `least`. Votes only fall once
+  /// walls are taken, so what a block of bins held when it was last counted bounds what it holds now.
   std::optional<Line> peak(int least) {
     std::size_t best = votes_.size();
     int most = least - 1;
-    for (std::size_t i = 0; i < votes_.size(); ++i) {
-      if (votes_[i] > most && dead_[i] == 0) {
-        most = votes_[i];
-        best = i;
+    for (std::size_t b = 0; b < bounds_.size(); ++b) {
+      if (bounds_[b] <= most) continue;
+      bounds_[b] = 0;
+      for (std::size_t i = b * block; i < std::min((b + 1) * block, votes_.size()); ++i) {
+        if (dead_[i] != 0) continue;
+        bounds_[b] = std::max(bounds_[b], votes_[i]);
+        if (votes_[i] > most) {
+          most = votes_[i];
+          best = i;
+        }
       }
     }
     if (best == votes_.size()) return std::nullopt;
@@ -76,9 +87,11 @@ class Accumulator {
   std::size_t bin(int a, int row) const {
     return static_cast<std::size_t>(a) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
   }
+  static constexpr std::size_t block = 64;
   int rows_;
   std::vector<int> votes_;
   std::vector<std::uint8_t> dead_;
+  std::vector<int> bounds_;  ///< per block of bins, at least its largest count
   std::array<Eigen::Vector2d, angles> normal_;
   std::size_t last_ = 0;
 };
@@ -86,9 +99,17 @@ class Accumulator {
 class WallFinder {
  public:
   WallFinder(const CellGrid& grid, double min_length, CellMask& left)
-      : grid_(grid), min_length_(min_length), left_(left), accumulator_(grid) {
+      : grid_(grid),
+        min_length_(min_length),
+        left_(left),
+        accumulator_(grid),
+        patches_across_(grid.width / patch + 1),
+        patches_up_(grid.height / patch + 1),
+        patches_(static_cast<std::size_t>(patches_across_) * static_cast<std::size_t>(patches_up_)) {
     for (std::size_t i = 0; i < left_.size(); ++i) {
-      if (left_[i] != 0) accumulator_.add(grid_.centre(i), 1);
+      if (left_[i] == 0) continue;
+      accumulator_.add(grid_.centre(i), 1);
+      ++patch_of(grid_.centre(i));
     }
   }
 
@@ -116,6 +137,22 @@ class WallFinder {
     return grid_.at(static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())));
   }
 
+  /// Some cell is left in the patch around p or in one beside it: within `patch` cells of p, at least.
+  bool is_near_left(const Eigen::Vector2d& p) const {
+    const int x = static_cast<int>(std::floor(p.x() / patch)),
+              y = static_cast<int>(std::floor(p.y() / patch));
+    for (int k = 0; k < 9; ++k) {
+      const int i = x + k % 3 - 1, j = y + k / 3 - 1;
+      if (i < 0 || j < 0 || i >= patches_across_ || j >= patches_up_) continue;
+      if (patches_[static_cast<std::size_t>(j * patches_across_ + i)] > 0) return true;
+    }
+    return false;
+  }
+  int& patch_of(const Eigen::Vector2d& p) {
+    return patches_[static_cast<std::size_t>(static_cast<int>(p.y() / patch) * patches_across_ +
+                                             static_cast<int>(p.x() / patch))];
+  }
+
   /// The best run on a line, walked in half cells.
   Run best_run(const Line& line) const {
     constexpr double step = 0.5;
@@ -126,6 +163,13 @@ class WallFinder {
     double gap = 0, free_in_gap = 0;
     bool open = false;
     for (double t = std::floor(t_middle - reach); t <= t_middle + reach; t += step) {
+      if (!is_near_left(line.at(t, 0))) {
+        // Nothing within the next `patch` cells, which is more than any gap that is bridged.
+        open = false;
+        gap = free_in_gap = 0;
+        t += patch - strip - step;
+        continue;
+      }
       const bool hit = is_left(line.at(t, 0)) || is_left(line.at(t, strip)) || is_left(line.at(t, -strip));
       if (hit) {
         if (!open) run = Run{t, t, 0};
@@ -276,6 +320,7 @@ class WallFinder {
         if (left_[i] == 0 || !box.covers(grid_.centre(i))) continue;
         left_[i] = 0;
         accumulator_.add(grid_.centre(i), -1);
+        --patch_of(grid_.centre(i));
         ++taken;
       }
     }
@@ -286,6 +331,8 @@ class WallFinder {
   double min_length_;
   CellMask& left_;
   Accumulator accumulator_;
+  int patches_across_, patches_up_;
+  std::vector<int> patches_;  ///< cells left in each patch
 };
 
 }  // namespace
