@@ -79,7 +79,9 @@ std::uint64_t hash_of_states() {
 TEST(Determinism, TwoRunsGiveTheSameStatesBitForBit) {
   const std::uint64_t first = hash_of_states();
   EXPECT_EQ(first, hash_of_states());
-  std::cout << "hash of the states: " << std::hex << first << std::dec << "\n";
+  // Seen in debug and release builds of Debian 12 (Bullet 3.24, glibc 2.36). Another version of either may
+  // have another; so has a CPU without FMA, for which glibc has other sines.
+  EXPECT_TRUE(first == 0xd0a0e08e20da551fULL || !__builtin_cpu_supports("fma")) << std::hex << first;
 }
 
 TEST(Determinism, AnotherSeedGivesAnotherWalk) {
