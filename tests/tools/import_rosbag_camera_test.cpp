@@ -1,0 +1,151 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/tools/written_bag.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::ImportedLog;
+using test::RosBytes;
+using test::TemporaryFolder;
+using test::WrittenBag;
+
+RosBytes transform(const std::string& parent, const std::string& child, std::initializer_list<double> pose) {
+  RosBytes bytes;
+  bytes.add(std::uint32_t{1}).header(100, 0, parent).text(child).doubles(pose);
+  return bytes;
+}
+
+RosBytes scan(float time_increment) {
+  RosBytes bytes;
+  bytes.header(100, 1000, "laser");
+  for (const float value : {-1.0F, 1.0F, 0.5F, time_increment, 0.1F, 0.2F, 30.0F}) bytes.add(value);
+  bytes.array<float>({1, 2, 3, 4, 5}).array<float>({10, 20, 30, 40, 50});
+  return bytes;
+}
+
+RosBytes camera_info(double fx, const std::string& model) {
+  RosBytes bytes;
+  bytes.header(100, 0, "camera_optical").add(std::uint32_t{4}).add(std::uint32_t{6}).text(model);
+  bytes.array<double>({0.1, -0.2, 0.003, 0.004, 0.05});
+  bytes.doubles({fx, 0, 3.25, 0, 501, 1.75, 0, 0, 1}).doubles({1, 0, 0, 0, 1, 0, 0, 0, 1});
+  bytes.doubles({490, 0, 3, 0, 0, 491, 2, 0, 0, 0, 1, 0});
+  for (int i = 0; i < 6; ++i) bytes.add(std::uint32_t{0});
+  bytes.add(std::uint8_t{0});
+  return bytes;
+}
+
+RosBytes image(const std::string& encoding, std::uint32_t step, const std::vector<std::uint8_t>& pixels) {
+  RosBytes bytes;
+  bytes.header(100, 2000, "camera_optical").add(std::uint32_t{4}).add(std::uint32_t{6}).text(encoding);
+  bytes.add(std::uint8_t{0}).add(step).array(pixels);
+  return bytes;
+}
+
+/// x forward of the body is z of the optical frame.
+constexpr std::initializer_list<double> camera_pose = {0.3, 0.1, 1.2, -0.5, 0.5, -0.5, 0.5};
+
+WrittenBag bag_with_camera() {
+  WrittenBag bag;
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100, transform("base_link", "camera_optical", camera_pose));
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100,
+          transform("/base_link", "laser", {0.2, 0, 0.4, 0, 0, 1, 0}));
+  bag.add("/camera/camera_info", "sensor_msgs/CameraInfo", 100, camera_info(500, "plumb_bob"));
+  // Rows of 6 pixels and 2 bytes of padding.
+  std::vector<std::uint8_t> pixels(4 * 20);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<std::uint8_t>(i);
+  bag.add("/camera/image_raw", "sensor_msgs/Image", 100, image("bgr8", 20, pixels));
+  return bag;
+}
+
+TEST(ImportRosbagCamera, CameraInfoAndStaticTransformBecomeTheDescription) {
+  TemporaryFolder folder;
+  bag_with_camera().write(folder / "camera.bag");
+  const auto report =
+      import_recording(test::import_options(folder / "camera.bag", folder / "camera.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const ImportedLog log(folder / "camera.lcm");
+  const RobotDescription robot = log.robot();
+  ASSERT_TRUE(robot.camera.has_value());
+  EXPECT_EQ(robot.camera->intrinsics.width, 6);
+  EXPECT_EQ(robot.camera->intrinsics.height, 4);
+  EXPECT_DOUBLE_EQ(robot.camera->intrinsics.fx, 500);
+  EXPECT_DOUBLE_EQ(robot.camera->intrinsics.fy, 501);
+  EXPECT_DOUBLE_EQ(robot.camera->intrinsics.cx, 3.25);
+  EXPECT_DOUBLE_EQ(robot.camera->intrinsics.cy, 1.75);
+  EXPECT_THAT(robot.camera->intrinsics.distortion, ::testing::ElementsAre(0.1, -0.2, 0.003, 0.004, 0.05));
+  EXPECT_TRUE(robot.camera->T_base_optical.translation().isApprox(Eigen::Vector3d(0.3, 0.1, 1.2), 1e-9));
+  EXPECT_TRUE(robot.camera->T_base_optical.rotation().col(2).isApprox(Eigen::Vector3d::UnitX(), 1e-9));
+  EXPECT_THAT(robot.camera->source, ::testing::HasSubstr("P [490 0 3 0 0 491 2 0 0 0 1 0]"));
+  EXPECT_THAT(robot.source, ::testing::HasSubstr("tf base_link -> laser"));
+  const Image image = log.all<Image>(channel::camera).at(0);
+  EXPECT_EQ(image.row_stride, 18);
+  EXPECT_EQ(image.bytes.at(18), 20) << "the padding between rows is gone";
+  EXPECT_EQ(image.stamp.ns, 100'000'002'000);
+}
+
+TEST(ImportRosbagCamera, CameraWithoutCalibrationIsSaidAndNotMadeUp) {
+  TemporaryFolder folder;
+  WrittenBag bag;
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100, transform("base_link", "camera_optical", camera_pose));
+  bag.add("/camera/camera_info", "sensor_msgs/CameraInfo", 100, camera_info(0, "plumb_bob"));
+  bag.add("/camera/image_raw", "sensor_msgs/Image", 100, image("bgr8", 18, std::vector<std::uint8_t>(72)));
+  bag.write(folder / "bare.bag");
+  const auto report = import_recording(test::import_options(folder / "bare.bag", folder / "bare.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->find(channel::camera)->kept, 1U);
+  EXPECT_FALSE(ImportedLog(folder / "bare.lcm").robot().camera.has_value());
+  EXPECT_THAT(report->notes, ::testing::Contains(::testing::HasSubstr("without calibration")));
+}
+
+TEST(ImportRosbagCamera, DepthInMetresBecomesMillimetresAndHolesStayHoles) {
+  TemporaryFolder folder;
+  WrittenBag bag = bag_with_camera();
+  std::vector<float> metres(24, 1.2345F);
+  metres[0] = std::numeric_limits<float>::quiet_NaN();
+  metres[1] = std::numeric_limits<float>::infinity();
+  std::vector<std::uint8_t> pixels(96);
+  std::memcpy(pixels.data(), metres.data(), pixels.size());
+  bag.add("/depth/image", "sensor_msgs/Image", 101, image("32FC1", 24, pixels));
+  bag.write(folder / "depth.bag");
+  const auto report = import_recording(test::import_options(folder / "depth.bag", folder / "depth.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  const Image depth = ImportedLog(folder / "depth.lcm").all<Image>(channel::depth).at(0);
+  const cv::Mat mm = cv::imdecode(depth.bytes, cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(mm.at<std::uint16_t>(0, 0), 0);
+  EXPECT_EQ(mm.at<std::uint16_t>(0, 1), 0);
+  EXPECT_NEAR(mm.at<std::uint16_t>(2, 3), 1234.5, 0.6);
+}
+
+TEST(ImportRosbagCamera, ScanIsPutInTheOrderOfItsTime) {
+  for (const float time_increment : {0.01F, -0.01F}) {
+    TemporaryFolder folder;
+    WrittenBag bag;
+    bag.add("/tf_static", "tf2_msgs/TFMessage", 100,
+            transform("base_link", "laser", {0.2, 0, 0.4, 0, 0, 0, 1}));
+    bag.add("/scan", "sensor_msgs/LaserScan", 100, scan(time_increment));
+    bag.write(folder / "scan.bag");
+    const auto report = import_recording(test::import_options(folder / "scan.bag", folder / "scan.lcm"), {});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    const ImportedLog log(folder / "scan.lcm");
+    const Scan imported = log.all<Scan>(channel::scan).at(0);
+    const LaserDescription laser = *log.robot().laser;
+    EXPECT_NEAR(laser.beam_interval, 0.01, 1e-8);
+    EXPECT_NEAR(laser.scan_period, 0.1, 1e-8);
+    EXPECT_FLOAT_EQ(laser.convention.range_min, 0.2F);
+    // Range 1 was measured at -1 rad, at the stamp; range 2 at -0.5 rad and time_increment after it.
+    for (std::size_t i = 0; i < 5; ++i) {
+      const float value = imported.ranges[i];
+      const double angle = imported.angle_first + static_cast<double>(i) * imported.angle_step;
+      EXPECT_NEAR(angle, -1 + 0.5 * (value - 1), 1e-6);
+      EXPECT_NEAR(laser.beam_time(i, 5).seconds(), static_cast<double>(time_increment) * (value - 1), 1e-7);
+      EXPECT_EQ(imported.intensities[i], 10 * value);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace parhelion
