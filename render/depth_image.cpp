@@ -69,8 +69,10 @@ void png_give(png_structp png, png_bytep bytes, png_size_t count) {
 
 void png_silent(png_structp, png_const_charp) {}
 
+[[noreturn]] void png_fail(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+
 bool png_decode(PngSource& source, int width, int height, std::uint16_t* pixels) {
-  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, png_silent);
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, png_fail, png_silent);
   png_infop header = png ? png_create_info_struct(png) : nullptr;
   if (!header || setjmp(png_jmpbuf(png))) {
     png_destroy_read_struct(&png, &header, nullptr);
@@ -97,7 +99,7 @@ bool png_decode(PngSource& source, int width, int height, std::uint16_t* pixels)
 }
 
 bool png_encode(const DepthPixels& pixels, std::vector<std::uint8_t>& bytes) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, png_silent);
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, png_fail, png_silent);
   png_infop header = png ? png_create_info_struct(png) : nullptr;
   if (!header || setjmp(png_jmpbuf(png))) {
     png_destroy_write_struct(&png, &header);

@@ -1,0 +1,195 @@
+// Whatever comes in, the original goes out with the reason, and nothing crashes (promises 2 and 7).
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "render/depth_image.hpp"
+#include "tests/render/scenes.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+class BadInput : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto made = Compositor::create({});
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    compositor_ = std::move(*made);
+  }
+  /// The original bytes, and a reason that holds `word`.
+  void expect_original(const RenderJob& job, const std::string& word) {
+    const RenderAnswer answer = compositor_->compose(job);
+    EXPECT_FALSE(answer.drawn);
+    EXPECT_EQ(answer.image.bytes, job.image.bytes);
+    EXPECT_NE(answer.reason.find(word), std::string::npos) << "reason: " << answer.reason;
+    EXPECT_FALSE(compositor_->compose_pixels(job).ok());
+  }
+  std::unique_ptr<Compositor> compositor_;
+};
+
+TEST_F(BadInput, CameraWithoutCalibration) {
+  RenderJob job = robot_job(jpeg_image());
+  job.camera.intrinsics.fx = 0;
+  expect_original(job, "not calibrated");
+  job.camera.intrinsics.fx = std::numeric_limits<double>::quiet_NaN();
+  expect_original(job, "not calibrated");
+  job = robot_job(jpeg_image());
+  job.camera.intrinsics.width = 0;
+  expect_original(job, "not calibrated");
+}
+
+TEST_F(BadInput, CorruptAndEmptyJpeg) {
+  RenderJob job = robot_job(jpeg_image());
+  job.image.bytes.resize(job.image.bytes.size() / 2);
+  expect_original(job, "JPEG");
+  job.image.bytes.clear();
+  expect_original(job, "JPEG");
+  job.image.bytes = noise(5000);
+  expect_original(job, "JPEG");
+}
+
+TEST_F(BadInput, FlippedBitsNeverCrash) {
+  const RenderJob good = robot_job(jpeg_image(160, 120));
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    RenderJob job = good;
+    for (int k = 0; k < 4; ++k)
+      job.image.bytes[random() % job.image.bytes.size()] ^= static_cast<std::uint8_t>(1U << random() % 8);
+    const RenderAnswer answer = compositor_->compose(job);
+    if (!answer.drawn) {
+      EXPECT_EQ(answer.image.bytes, job.image.bytes);
+    }
+  }
+}
+
+TEST_F(BadInput, SizeThatIsNotTheCalibrations) {
+  RenderJob job = robot_job(jpeg_image(640, 360));
+  expect_original(job, "aspect");
+  job = robot_job(jpeg_image(320, 240));  // the same aspect: the intrinsics are scaled
+  EXPECT_TRUE(compositor_->compose(job).drawn);
+}
+
+TEST_F(BadInput, RawImagesThatLieAboutTheirSize) {
+  for (const PixelFormat format : {PixelFormat::gray, PixelFormat::rgb, PixelFormat::bgr}) {
+    RenderJob job = robot_job(raw_image(format));
+    job.image.bytes.resize(job.image.bytes.size() - 1);
+    expect_original(job, "too few");
+    job = robot_job(raw_image(format));
+    job.image.row_stride = 10;
+    expect_original(job, "too few");
+    job.image.width = 1'000'000, job.image.height = 1'000'000;
+    expect_original(job, "8192");
+    job.image.height = -1;
+    expect_original(job, "8192");
+  }
+  RenderJob job = robot_job(raw_image(PixelFormat::gray));
+  job.image.format = static_cast<PixelFormat>(1234);
+  expect_original(job, "1234");
+}
+
+TEST_F(BadInput, PoseThatIsNotFinite) {
+  RenderJob job = robot_job(jpeg_image());
+  job.T_map_optical = Transform<Map, CameraOptical>(
+      {Eigen::Quaterniond::Identity(), Eigen::Vector3d(std::numeric_limits<double>::quiet_NaN(), 0, 0)});
+  expect_original(job, "finite");
+}
+
+TEST_F(BadInput, DepthThatCannotBeReadStillGivesTheImageAndSaysWhy) {
+  RenderJob job = robot_job(jpeg_image());
+  job.depth = Image{};
+  job.depth->format = PixelFormat::depth_mm;
+  job.depth->width = 640, job.depth->height = 480;
+  job.depth->bytes = noise(100);
+  job.depth->metadata = {{"encoding", {'p', 'n', 'g'}}};
+  job.depth_camera.intrinsics = job.camera.intrinsics;
+  const RenderAnswer answer = compositor_->compose(job);
+  EXPECT_TRUE(answer.drawn);
+  EXPECT_NE(answer.reason.find("PNG"), std::string::npos) << answer.reason;
+  ASSERT_TRUE(answer.depth);
+  EXPECT_EQ(answer.depth->bytes, job.depth->bytes);
+}
+
+TEST_F(BadInput, BodiesBehindThroughAndRoundTheCamera) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> near(-1.5, 1.5), angle(-3.14, 3.14), size(0.001, 3);
+  for (int i = 0; i < 150; ++i) {
+    World world;
+    for (int k = 0; k < 4; ++k)
+      world.add(
+          "thing", {shape(static_cast<ShapeKind>(random() % 4), {size(random), size(random), size(random)})},
+          Transform<Map, Body>(
+              {Eigen::Quaterniond(Eigen::AngleAxisd(angle(random), Eigen::Vector3d(1, 2, 3).normalized())),
+               {near(random), near(random), near(random)}}));
+    RenderJob job = robot_job(raw_image(PixelFormat::bgr, 96, 72));
+    job.camera = pinhole(96, 72, 60);
+    if (i % 3 == 1) job.camera.intrinsics.distortion = {-0.3, 0.1, 0, 0, 0};
+    if (i % 3 == 2)
+      job.camera.intrinsics.lens = CameraIntrinsics::Lens::fisheye,
+      job.camera.intrinsics.fx = job.camera.intrinsics.fy = 30;
+    job.T_map_optical = look({0, 0, 0.2}, angle(random), 0.3 * angle(random));
+    job.world = world.snapshot;
+    const auto pixels = compositor_->compose_pixels(job);
+    ASSERT_TRUE(pixels.ok()) << pixels.error().message;
+    for (std::size_t p = 0; p < job.image.bytes.size(); ++p) {
+      if (!pixels->mask[p / 3]) {
+        ASSERT_EQ(pixels->bgr[p], job.image.bytes[p]);
+      }
+    }
+  }
+}
+
+TEST_F(BadInput, CameraInsideABodySeesNothingOfIt) {
+  World world;
+  world.add("round us", {shape(ShapeKind::box, {2, 2, 2})}, Transform<Map, Body>::planar(0, 0, 0.3, 0.5));
+  RenderJob job = robot_job(jpeg_image());
+  job.world = world.snapshot;
+  job.floor_z = -100;
+  EXPECT_FALSE(compositor_->compose(job).drawn);
+}
+
+TEST(DepthImage, GoesRoundThroughEveryEncodingAndRefusesLies) {
+  for (const std::string encoding : {"raw", "png", "zlib"}) {
+    DepthPixels pixels{64, 48, std::vector<std::uint16_t>(64 * 48)};
+    std::mt19937 random(5);
+    for (auto& d : pixels.millimetres) d = static_cast<std::uint16_t>(random() % 9000);
+    Image like;
+    like.format = PixelFormat::depth_mm;
+    like.metadata = {{"encoding", {encoding.begin(), encoding.end()}}};
+    const auto image = encode_depth(pixels, like);
+    ASSERT_TRUE(image.ok());
+    const auto back = decode_depth(*image);
+    ASSERT_TRUE(back.ok()) << back.error().message;
+    EXPECT_EQ(back->millimetres, pixels.millimetres);
+    Image cut = *image;
+    cut.bytes.resize(cut.bytes.size() / 2);
+    EXPECT_FALSE(decode_depth(cut).ok());
+    Image lie = *image;
+    lie.width = 65, lie.row_stride = 0;
+    EXPECT_FALSE(decode_depth(lie).ok());
+    lie.width = 2'000'000'000;
+    EXPECT_FALSE(decode_depth(lie).ok());
+  }
+  Image unknown;
+  unknown.format = PixelFormat::depth_mm;
+  unknown.width = unknown.height = 4;
+  unknown.metadata = {{"encoding", {'l', 'z', '4'}}};
+  EXPECT_NE(decode_depth(unknown).error().message.find("lz4"), std::string::npos);
+}
+
+TEST(Jpeg, QualityAndSubsamplingAreThoseOfTheSource) {
+  for (const int quality : {30, 50, 75, 90, 95, 100})
+    for (const auto subsampling : {JpegFormat::Subsampling::yuv444, JpegFormat::Subsampling::yuv422,
+                                   JpegFormat::Subsampling::yuv420, JpegFormat::Subsampling::gray}) {
+      JpegCodec codec;
+      const Image image = jpeg_image(320, 240, quality, subsampling);
+      const auto format = codec.read_header(image.bytes);
+      ASSERT_TRUE(format.ok());
+      EXPECT_EQ(format->quality, quality);
+      EXPECT_EQ(format->subsampling, subsampling);
+    }
+}
+
+}  // namespace
+}  // namespace parhelion
