@@ -3,6 +3,9 @@
 #include <filesystem>
 
 #include "fusion/semantic/extrude.hpp"
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
 #include "server/replay.hpp"
 #include "tools/demo/pictures.hpp"
 #include "tools/demo/place_agents.hpp"
@@ -33,6 +36,22 @@ struct Files {
   std::string recording, localized, with_camera, map, model, scenario, map_picture, camera_picture;
 };
 
+/// x, y, yaw of each pose on POSE_COV.
+Result<std::vector<Eigen::Vector3d>> driven_path(const std::string& log) {
+  auto reader = LogReader::open(log);
+  if (!reader) return reader.error();
+  std::vector<Eigen::Vector3d> path;
+  while (true) {
+    const auto next = reader->next();
+    if (!next) return next.error();
+    if (!*next) return path;
+    PoseEstimate pose;
+    if ((*next)->channel != channel::pose_cov || !decode((*next)->channel, (*next)->payload, pose)) continue;
+    const Eigen::Vector3d p = pose.T_map_base.translation();
+    if (pose.state == SlamState::tracking) path.emplace_back(p.x(), p.y(), pose.T_map_base.yaw());
+  }
+}
+
 class Demo {
  public:
   explicit Demo(const DemoOptions& options) : options_(options), files_(options.folder) {}
@@ -55,11 +74,16 @@ class Demo {
     };
   }
 
+  SlamProgress slam_progress(const std::string& task) const {
+    return [this, task](const std::string&, double done, double total) {
+      if (options_.progress) options_.progress(task, done, total);
+    };
+  }
+
   const DemoOptions& options_;
   const Files files_;
   GridMap map_;
   SemanticModel model_;
-  Configuration configuration_;
   Witness witness_;
   DemoResult result_;
 };
@@ -84,13 +108,15 @@ Status Demo::build_map() {
   options.input = files_.recording;
   options.save_map = files_.map;
   options.overwrite = options_.overwrite;
-  const auto mapped = map_log(options, progress("slam"));
+  const auto mapped = map_log(options, slam_progress("slam"));
   if (!mapped) return mapped.error();
-  map_ = mapped->map;
-  say("mapped     " + mapped->summary);
-  const auto model = extrude(map_, {});
+  say("mapped     " + summary_line(*mapped));
+  auto map = load_ros_map(files_.map + ".yaml");
+  if (!map) return map.error();
+  map_ = std::move(*map);
+  auto model = extrude(map_, {});
   if (!model) return model.error();
-  model_ = *model;
+  model_ = std::move(*model);
   say("extruded   " + std::to_string(model_.entities.size()) + " elements of the building from the map");
   return write_text(files_.model, to_yaml(model_), options_.overwrite);
 }
@@ -102,9 +128,12 @@ Status Demo::localize() {
   options.map = files_.map + ".yaml";
   options.slam.start = Eigen::Vector3d::Zero();  // a map's origin is where its recording began
   options.overwrite = options_.overwrite;
-  const auto localized = localize_log(options, progress("localize"));
+  const auto localized = localize_log(options, slam_progress("localize"));
   if (!localized) return localized.error();
-  say("localized  " + localized->summary);
+  say("localized  " + summary_line(*localized));
+  auto path = driven_path(files_.localized);
+  if (!path) return path.error();
+  map_.path = std::move(*path);
   return {};
 }
 

@@ -1,0 +1,94 @@
+// parhelion demo: the main job on a real recording, no robot needed.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <optional>
+
+#include "tools/command.hpp"
+#include "tools/demo/demo.hpp"
+#include "tools/progress.hpp"
+#include "tools/stop_signal.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+struct Arguments {
+  DemoOptions options;
+  std::string report, url;
+  bool headless = false, silent = false;
+};
+
+Exit fail(const std::string& what) {
+  std::fprintf(stderr, "parhelion demo: %s\n", what.c_str());
+  return Exit::failed;
+}
+
+Exit run(Arguments& arguments) {
+  catch_stop_signals();
+  DemoOptions& options = arguments.options;
+  std::unique_ptr<Bus> bus;
+  if (!arguments.silent) {
+    auto opened = open_network_bus(arguments.url);
+    if (opened) {
+      bus = std::move(*opened);
+      options.bus = bus.get();
+    } else {
+      std::fprintf(stderr, "parhelion demo: not publishing on LCM: %s\n", opened.error().message.c_str());
+    }
+  }
+  std::optional<Progress> progress;
+  std::string task;
+  options.progress = [&](const std::string& now, double done, double total) {
+    if (now != task) {
+      if (progress) progress->finish();
+      progress.emplace(now, now == "replay" ? "MB" : "");
+      task = now;
+    }
+    progress->update(done, total);
+  };
+  options.say = [&](const std::string& line) {
+    if (progress) progress->finish();
+    progress.reset();
+    task.clear();
+    std::printf("%s\n", line.c_str());
+    std::fflush(stdout);
+  };
+  options.stop = stop_asked;
+  const auto result = run_demo(options);
+  if (progress) progress->finish();
+  if (!result) return fail(result.error().message);
+  std::printf("\n%s\nsession  %s\nmap      %s\n", summary(result->report).c_str(), result->session.c_str(),
+              result->map_picture.c_str());
+  if (!result->camera_picture.empty()) {
+    std::printf("camera   %s (a stand-in rendered from the model)\n", result->camera_picture.c_str());
+  }
+  if (!arguments.report.empty()) {
+    const Status written = write_text(arguments.report, to_json(result->report), options.overwrite);
+    if (!written) return fail(written.error().message);
+  }
+  return result->report.complete ? Exit::done : Exit::failed;
+}
+
+}  // namespace
+
+void add_demo(CLI::App& app, Exit& exit) {
+  CLI::App* command = app.add_subcommand(
+      "demo", "Map a recorded building, put three virtual robots into it, and drive the real robot through");
+  auto arguments = std::make_shared<Arguments>();
+  DemoOptions& options = arguments->options;
+  command->add_flag("--headless", arguments->headless,
+                    "No window; there is none yet, so this is the default");
+  command->add_flag("--fast", options.fast, "As fast as it can instead of at real speed");
+  command->add_option("-o,--output", options.session, "Session log; by default session.lcm in the folder");
+  command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
+  command->add_option("--folder", options.folder, "Where logs, map, model, scenario and pictures go");
+  command->add_option("--recording", options.recording,
+                      "An MRPT rawlog or another recording with scans and odometry");
+  command->add_option("--url", arguments->url, "LCM URL to publish on");
+  command->add_flag("--silent", arguments->silent, "Do not publish on LCM");
+  command->add_flag("--force", options.overwrite, "Overwrite what an earlier demo left");
+  command->footer("Example: parhelion demo --headless --fast -o session.lcm --report report.json");
+  command->callback([arguments, &exit] { exit = run(*arguments); });
+}
+
+}  // namespace parhelion

@@ -1,0 +1,30 @@
+#include "tools/demo/pictures.hpp"
+
+#include "fusion/semantic/plan_picture.hpp"
+
+namespace parhelion {
+
+Status draw_map_picture(const std::string& path, const GridMap& map, const SemanticModel& model,
+                        const Witness& witness) {
+  PlanPicture picture;
+  picture.title = "Parhelion: a real robot among virtual ones";
+  picture.map = &map;
+  picture.model = &model;
+  picture.paths.push_back({"real robot", {31, 111, 235}, witness.driven()});
+  const Colour colours[] = {{214, 40, 40}, {230, 140, 0}, {20, 140, 60}, {130, 60, 200}};
+  std::size_t next = 0;
+  for (const auto& [name, points] : witness.agent_paths()) {
+    picture.paths.push_back({name + " (virtual)", colours[next++ % std::size(colours)], points});
+  }
+  if (const auto& seen = witness.best_scan()) {
+    picture.subtitle = std::to_string(seen->virtual_returns.size()) + " virtual of " +
+                       std::to_string(seen->virtual_returns.size() + seen->real_returns.size()) +
+                       " returns in the scan that is drawn";
+    picture.world = &seen->world;
+    picture.scan =
+        PlanScan{seen->T_map_laser.translation().head<2>(), seen->real_returns, seen->virtual_returns};
+  }
+  return draw_plan(picture, path);
+}
+
+}  // namespace parhelion
