@@ -35,6 +35,18 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
   job.T_map_laser = pose->T_map_base * robot.laser->T_base_laser;
 }
 
+/// Agents whose place in the picture is not known well enough are not drawn (as in the scan).
+void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose,
+                         WorldSnapshot& world) {
+  auto definition = world.scene->bodies.begin();
+  std::erase_if(world.bodies, [&](const BodyState& body) {
+    while ((*definition)->id < body.id) ++definition;
+    if (!(*definition)->injectable) return false;
+    return !(predicted_error(pose, body.T_map_body.translation()) <=
+             configuration.scenario.injection.max_error);
+  });
+}
+
 }  // namespace
 
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
@@ -55,6 +67,7 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
   if (!state.simulation.at(state.robot_clock.to_server(job.image.stamp), job.world)) {
     return original("the world at the image's stamp is not known");
   }
+  leave_out_uncertain(configuration, *pose, job.world);
   job.camera = *configuration.robot.camera;
   job.T_map_optical = pose->T_map_base * job.camera.T_base_optical;
   job.floor_z = 0;

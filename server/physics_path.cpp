@@ -93,20 +93,16 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
   WorldMessage& message = state.world_message;
   message.stamp = {world.stamp.ns};
   message.step = world.step;
-  message.bodies.resize(world.bodies.size());
+  message.bodies.clear();
   auto definition = world.scene->bodies.begin();
-  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
-    const BodyState& body = world.bodies[i];
+  for (const BodyState& body : world.bodies) {
     while ((*definition)->id < body.id) ++definition;
+    if ((*definition)->owner == BodyOwner::building) continue;  // in the model, which MR_SESSION embeds
     const auto kind = state.kinds.find((*definition)->entity);
-    message.bodies[i] = {(*definition)->entity,
-                         (*definition)->part,
-                         kind != state.kinds.end() ? kind->second : AgentKind::robot,
-                         (*definition)->owner,
-                         body.epoch,
-                         body.T_map_body,
-                         body.velocity,
-                         body.rotation_rate};
+    message.bodies.push_back({(*definition)->entity, (*definition)->part,
+                              kind != state.kinds.end() ? kind->second : AgentKind::robot,
+                              (*definition)->owner, body.epoch, body.T_map_body, body.velocity,
+                              body.rotation_rate});
   }
   state.scene_published = world.scene->version;
   encode(message, outputs.add(configuration.channels.bus(channel::mr_world)));

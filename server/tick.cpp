@@ -16,7 +16,8 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
   PoseEstimate estimate;
   if (const Status read = decode(input.channel, input.payload, estimate); !read)
     return refuse(read.error(), state);
-  if (estimate.step_time.ns > 0) state.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
+  if (estimate.step_time.ns > 0)
+    state.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
   if (!estimate.causal)
     return refuse({input.channel + ": a pose that was computed with later data is never injected with"},
                   state);

@@ -48,31 +48,6 @@ std::vector<Eigen::Vector3d> surface_points(ShapeKind kind, const Eigen::Vector3
   return points;
 }
 
-/// Andrew's monotone chain.
-Outline convex_hull(Outline points) {
-  const auto before = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    return std::tie(a.x(), a.y()) < std::tie(b.x(), b.y());
-  };
-  std::sort(points.begin(), points.end(), before);
-  Outline hull;
-  const auto add_side = [&hull](auto begin, auto end) {
-    const std::size_t start = hull.size();
-    for (auto p = begin; p != end; ++p) {
-      while (hull.size() >= start + 2) {
-        const Eigen::Vector2d a = hull[hull.size() - 1] - hull[hull.size() - 2];
-        const Eigen::Vector2d b = *p - hull[hull.size() - 1];
-        if (a.x() * b.y() - a.y() * b.x() > 0) break;
-        hull.pop_back();
-      }
-      hull.push_back(*p);
-    }
-    if (!hull.empty()) hull.pop_back();
-  };
-  add_side(points.begin(), points.end());
-  add_side(points.rbegin(), points.rend());
-  return hull;
-}
-
 Outline seen_from_above(const std::vector<Eigen::Vector3d>& points, const Eigen::Isometry3d& T_map_shape) {
   Outline flat;
   for (const Eigen::Vector3d& p : points) flat.push_back((T_map_shape * p).head<2>());

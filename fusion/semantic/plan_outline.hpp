@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "protocols/convex_hull.hpp"
 #include "protocols/model.hpp"
 #include "protocols/scene.hpp"
 

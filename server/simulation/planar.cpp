@@ -7,8 +7,6 @@
 namespace parhelion {
 namespace {
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 Eigen::Vector2d nearest_on_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
                                    const Eigen::Vector2d& b) {
   const Eigen::Vector2d ab = b - a;
@@ -99,26 +97,6 @@ Footprint make_polygon(std::vector<Eigen::Vector2d> vertices) {
   Footprint footprint{std::move(vertices), 0, {}, 0};
   footprint.update_bound();
   return footprint;
-}
-
-std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points) {
-  std::sort(points.begin(), points.end(), [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  if (points.size() < 3) return points;
-  std::vector<Eigen::Vector2d> hull;
-  const auto add = [&hull](const Eigen::Vector2d& p, std::size_t keep) {
-    while (hull.size() > keep && cross(hull.back() - hull[hull.size() - 2], p - hull.back()) <= 1e-12) {
-      hull.pop_back();
-    }
-    hull.push_back(p);
-  };
-  for (const Eigen::Vector2d& p : points) add(p, 1);
-  const std::size_t lower = hull.size();
-  for (auto p = points.rbegin() + 1; p != points.rend(); ++p) add(*p, lower);
-  hull.pop_back();
-  return hull;
 }
 
 void place(const Footprint& local, const Pose2& pose, Footprint& placed) {

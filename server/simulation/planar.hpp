@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "protocols/convex_hull.hpp"
 #include "protocols/frames.hpp"
 
 namespace parhelion {
@@ -42,8 +43,6 @@ Footprint make_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, doubl
 /// Full lengths, centred on the origin.
 Footprint make_rectangle(double length, double width);
 Footprint make_polygon(std::vector<Eigen::Vector2d> vertices);
-/// Convex hull, counter-clockwise (Andrew's monotone chain).
-std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points);
 
 /// `local` moved to `pose`; `placed` keeps its memory.
 void place(const Footprint& local, const Pose2& pose, Footprint& placed);

@@ -93,6 +93,7 @@ Status Demo::import() {
   options.input = options_.recording.empty() ? sena : options_.recording;
   options.output = files_.recording;
   options.overwrite = options_.overwrite;
+  options.robot_name = "real_robot";
   if (!std::filesystem::exists(options.input)) {
     return Error{options.input.string() +
                  ": not there; it is in Debian's package mrpt-common (apt-get install mrpt-common)"};

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "protocols/bus/bus.hpp"
 #include "protocols/image.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/world.hpp"
