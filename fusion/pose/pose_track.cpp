@@ -147,9 +147,9 @@ bool PoseTrack::place(const EstimateSample& estimate) {
 }
 
 PoseCovariance PoseTrack::unsensed_growth(double dt) const {
-  // The twist may change as fast as the robot can brake.
+  // The twist may change as fast as the robot can brake: three sigma of its acceleration.
   const RobotLimits& limits = robot_.limits;
-  const double position = 0.5 * limits.deceleration * dt * dt;
+  const double position = 0.5 * limits.deceleration / 3 * dt * dt;
   const double yaw = limits.speed > 0 ? position * limits.yaw_rate / limits.speed : 0;
   PoseCovariance growth = PoseCovariance::Zero();
   growth.topLeftCorner<2, 2>().diagonal().setConstant(position * position);
