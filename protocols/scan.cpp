@@ -9,9 +9,12 @@ namespace {
 
 float sentinel(RangeConvention::Sentinel kind, float value, float infinity) {
   switch (kind) {
-    case RangeConvention::Sentinel::value: return value;
-    case RangeConvention::Sentinel::infinity: return infinity;
-    case RangeConvention::Sentinel::nan: return std::numeric_limits<float>::quiet_NaN();
+    case RangeConvention::Sentinel::value:
+      return value;
+    case RangeConvention::Sentinel::infinity:
+      return infinity;
+    case RangeConvention::Sentinel::nan:
+      return std::numeric_limits<float>::quiet_NaN();
   }
   return value;
 }
@@ -24,11 +27,13 @@ bool is_value(RangeConvention::Sentinel kind, float value, float range) {
 
 BeamKind RangeConvention::classify(float range) const {
   // Sentinels first: a sensor that writes 0 for "no return" has a no-return value below its minimum range.
-  if (is_value(no_return, no_return_value, range)) return BeamKind::no_return;
+  // Where both are written alike, too close is assumed: such a beam passes through, and nothing real can be
+  // hidden.
   if (is_value(too_close, too_close_value, range)) return BeamKind::too_close;
+  if (is_value(no_return, no_return_value, range)) return BeamKind::no_return;
   if (std::isnan(range)) {
-    if (no_return == Sentinel::nan) return BeamKind::no_return;
-    return too_close == Sentinel::nan ? BeamKind::too_close : BeamKind::invalid;
+    if (too_close == Sentinel::nan) return BeamKind::too_close;
+    return no_return == Sentinel::nan ? BeamKind::no_return : BeamKind::invalid;
   }
   if (range < 0 && std::isfinite(range)) return BeamKind::invalid;
   if (range >= range_max) return BeamKind::no_return;
@@ -45,20 +50,23 @@ float RangeConvention::too_close_sentinel() const {
 
 Duration LaserDescription::beam_time(std::size_t i, std::size_t n) const {
   const auto since_start = [this](std::size_t beam) {
-    const auto interlaced = static_cast<std::size_t>(passes);
+    const auto interlaced = static_cast<std::size_t>(std::max(passes, 1));
     return static_cast<double>(beam % interlaced) * pass_period +
            static_cast<double>(beam / interlaced) * beam_interval;
   };
   const double at_beam = since_start(i);
   // The last beam in time, not in index: of an interlaced scan it belongs to the last pass.
   double end = 0;
-  for (std::size_t back = 1; back <= static_cast<std::size_t>(passes) && back <= n; ++back) {
+  for (std::size_t back = 1; back <= static_cast<std::size_t>(std::max(passes, 1)) && back <= n; ++back) {
     end = std::max(end, since_start(n - back));
   }
   switch (stamp_beam) {
-    case StampBeam::first: return seconds(at_beam);
-    case StampBeam::middle: return seconds(at_beam - end / 2);
-    case StampBeam::last: return seconds(at_beam - end);
+    case StampBeam::first:
+      return seconds(at_beam);
+    case StampBeam::middle:
+      return seconds(at_beam - end / 2);
+    case StampBeam::last:
+      return seconds(at_beam - end);
   }
   return seconds(at_beam);
 }

@@ -225,7 +225,9 @@ void answer_scan(const Configuration& configuration, const Message& input, State
   encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
   observer.ended(Stage::encode);
   note_change(configuration, input, verdict, state, outputs);
-  if (verdict.why == Degraded::no) note_unexplained(configuration, moment, state);
+  // Without a model everything real is unexplained, and there is nothing to tell people from walls.
+  if (verdict.why == Degraded::no && !configuration.model.entities.empty())
+    note_unexplained(configuration, moment, state);
 }
 
 void substitute_raw_scan(const Configuration& configuration, const Message& input, Outputs& outputs) {

@@ -74,12 +74,6 @@ class Demo {
     };
   }
 
-  SlamProgress slam_progress(const std::string& task) const {
-    return [this, task](const std::string&, double done, double total) {
-      if (options_.progress) options_.progress(task, done, total);
-    };
-  }
-
   const DemoOptions& options_;
   const Files files_;
   GridMap map_;
@@ -109,12 +103,10 @@ Status Demo::build_map() {
   options.input = files_.recording;
   options.save_map = files_.map;
   options.overwrite = options_.overwrite;
-  const auto mapped = map_log(options, slam_progress("slam"));
+  const auto mapped = map_log(options, progress("slam"));
   if (!mapped) return mapped.error();
-  say("mapped     " + summary_line(*mapped));
-  auto map = load_ros_map(files_.map + ".yaml");
-  if (!map) return map.error();
-  map_ = std::move(*map);
+  say("mapped     " + mapped->summary);
+  map_ = mapped->map;
   auto model = extrude(map_, {});
   if (!model) return model.error();
   model_ = std::move(*model);
@@ -129,9 +121,9 @@ Status Demo::localize() {
   options.map = files_.map + ".yaml";
   options.slam.start = Eigen::Vector3d::Zero();  // a map's origin is where its recording began
   options.overwrite = options_.overwrite;
-  const auto localized = localize_log(options, slam_progress("localize"));
+  const auto localized = localize_log(options, progress("localize"));
   if (!localized) return localized.error();
-  say("localized  " + summary_line(*localized));
+  say("localized  " + localized->summary);
   auto path = driven_path(files_.localized);
   if (!path) return path.error();
   map_.path = std::move(*path);
