@@ -72,6 +72,23 @@ TEST(ImportRgbd, ColourIsTheFileByteForByte) {
   EXPECT_EQ(colour[2].height, 480);
 }
 
+/// z over x and y by least squares.
+class Plane {
+ public:
+  void add(const Eigen::Vector3d& p) {
+    const Eigen::Vector3d at(p.x(), p.y(), 1);
+    products_ += at * at.transpose();
+    right_side_ += at * p.z();
+  }
+  double slope_degrees() const {
+    return Eigen::Vector3d(products_.ldlt().solve(right_side_)).head<2>().norm() * 180 / M_PI;
+  }
+
+ private:
+  Eigen::Matrix3d products_ = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right_side_ = Eigen::Vector3d::Zero();
+};
+
 TEST(ImportRgbd, FloorIsFlatAtZeroAndTheTableAbove) {
   PARHELION_NEEDS_RECORDING(kitchen());
   const ImportedLog& log = kitchen_log();
@@ -80,8 +97,7 @@ TEST(ImportRgbd, FloorIsFlatAtZeroAndTheTableAbove) {
   const DepthCameraDescription camera = *log.robot().depth;
   std::vector<double> floor, below;
   std::size_t points = 0, table = 0;
-  Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+  Plane floor_plane, table_plane;
   for (std::size_t i = 0; i < poses.size(); i += 10) {
     const cv::Mat mm = depth_of(depth[i]);
     const auto T_map_optical = poses[i].T_map_base * camera.T_base_optical;
@@ -92,22 +108,25 @@ TEST(ImportRgbd, FloorIsFlatAtZeroAndTheTableAbove) {
         const Eigen::Vector3d p = T_map_optical * point(camera.intrinsics, column, row, z);
         ++points;
         if (p.z() < -0.1) below.push_back(p.z());
-        if (std::abs(p.z() - 0.72) < 0.04) ++table;
+        if (std::abs(p.z() - 0.72) < 0.05) {
+          ++table;
+          table_plane.add(p);
+        }
         if (std::abs(p.z()) > 0.06) continue;
         floor.push_back(p.z());
-        const Eigen::Vector3d row_of(p.x(), p.y(), 1);
-        normal_matrix += row_of * row_of.transpose();
-        right_side += row_of * p.z();
+        floor_plane.add(p);
       }
     }
   }
-  const Eigen::Vector3d plane = normal_matrix.ldlt().solve(right_side);
-  const double slope = plane.head<2>().norm() * 180 / M_PI;
-  std::printf("floor: %zu points, median %.4f m, slope %.2f degrees; below it %.3f %%; table top %.1f %%\n",
-              floor.size(), median(floor), slope, 100.0 * below.size() / points, 100.0 * table / points);
+  const double slope = floor_plane.slope_degrees(), table_slope = table_plane.slope_degrees();
+  std::printf(
+      "floor: %zu points, median %.4f m, slope %.2f degrees; below it %.3f %%; table top %.1f %%, slope "
+      "%.2f\n",
+      floor.size(), median(floor), slope, 100.0 * below.size() / points, 100.0 * table / points, table_slope);
   EXPECT_GT(floor.size(), 1000U);
   EXPECT_LT(std::abs(median(floor)), 0.015);
   EXPECT_LT(slope, 0.5);
+  EXPECT_LT(table_slope, 0.6) << "the floor alone decided what is level; the table agrees";
   EXPECT_LT(below.size(), points / 100);
   EXPECT_GT(table, points / 20) << "the table stands 0.72 m high";
 }
