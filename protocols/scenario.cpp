@@ -83,9 +83,12 @@ void check_meetings(const Scenario& scenario, const Node& node, const std::vecto
       const std::string what = output && other_is_input
                                    ? "the output " + canonical + " and the input " + other->second
                                    : canonical + " and " + other->second;
-      problems.add(
-          std::max(line_of(canonical), line_of(other->second)),
-          "'channels': " + what + " would both be '" + name + "' on the bus: give one of them another name");
+      problems.add(std::max(line_of(canonical), line_of(other->second)),
+                   std::string("'channels': ")
+                       .append(what)
+                       .append(" would both be '")
+                       .append(name)
+                       .append("' on the bus: give one of them another name"));
     }
   }
 }

@@ -25,7 +25,8 @@ struct CellGrid {
   /// In cells, from the origin.
   Eigen::Vector2d centre(std::size_t i) const {
     const auto w = static_cast<std::size_t>(width);
-    return {static_cast<double>(i % w) + 0.5, static_cast<double>(i / w) + 0.5};
+    const std::size_t x = i % w, y = i / w;
+    return {static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5};
   }
 };
 

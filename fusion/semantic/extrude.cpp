@@ -195,7 +195,8 @@ ExtrusionFigures measure_extrusion(const GridMap& map, const SemanticModel& mode
           covered[grid.index(static_cast<int>(x), static_cast<int>(y))] = 1;
         const bool is_free = grid.at(static_cast<int>(x), static_cast<int>(y)) == Cell::free;
         for (int k = 0; k < parts * parts; ++k) {
-          if (!box.covers({x + (k % parts + 0.5) / parts, y + (k / parts + 0.5) / parts})) continue;
+          const int i = k % parts, j = k / parts;
+          if (!box.covers({x + (i + 0.5) / parts, y + (j + 0.5) / parts})) continue;
           ++points;
           open += is_free ? 1 : 0;
         }

@@ -76,7 +76,8 @@ class Accumulator {
     if (best == votes_.size()) return std::nullopt;
     last_ = best;
     const auto a = best / static_cast<std::size_t>(rows_);
-    const double r = static_cast<double>(best % static_cast<std::size_t>(rows_)) - rows_ / 2;
+    const int middle = rows_ / 2;
+    const double r = static_cast<double>(best % static_cast<std::size_t>(rows_)) - middle;
     return Line{r * normal_.at(a), static_cast<double>(a) * std::numbers::pi / angles + std::numbers::pi / 2};
   }
 
@@ -144,13 +145,16 @@ class WallFinder {
     for (int k = 0; k < 9; ++k) {
       const int i = x + k % 3 - 1, j = y + k / 3 - 1;
       if (i < 0 || j < 0 || i >= patches_across_ || j >= patches_up_) continue;
-      if (patches_[static_cast<std::size_t>(j * patches_across_ + i)] > 0) return true;
+      if (patches_[patch_index(i, j)] > 0) return true;
     }
     return false;
   }
+  std::size_t patch_index(int i, int j) const {
+    return static_cast<std::size_t>(j) * static_cast<std::size_t>(patches_across_) +
+           static_cast<std::size_t>(i);
+  }
   int& patch_of(const Eigen::Vector2d& p) {
-    return patches_[static_cast<std::size_t>(static_cast<int>(p.y() / patch) * patches_across_ +
-                                             static_cast<int>(p.x() / patch))];
+    return patches_[patch_index(static_cast<int>(p.x() / patch), static_cast<int>(p.y() / patch))];
   }
 
   /// The best run on a line, walked in half cells.
@@ -250,7 +254,7 @@ class WallFinder {
     for (const std::size_t i : cells) {
       const auto layer =
           std::lround((grid_.centre(i) - line.point).dot(line.across()) / layer_width) + max_layer;
-      if (layer >= 0 && layer <= 2 * max_layer) gain.at(static_cast<std::size_t>(layer)) += 2;
+      if (layer >= 0 && layer < static_cast<long>(gain.size())) gain.at(static_cast<std::size_t>(layer)) += 2;
     }
     for (int layer = 0; layer <= 2 * max_layer; ++layer) {
       for (double t = run.begin; t <= run.end; t += 1) {
@@ -263,7 +267,8 @@ class WallFinder {
       int best = 0;
       double sum = 0, most = 0;
       for (int k = 1; k <= max_layer; ++k) {
-        sum += gain.at(static_cast<std::size_t>(max_layer + direction * k));
+        const int layer = max_layer + direction * k;
+        sum += gain.at(static_cast<std::size_t>(layer));
         if (sum > most) {
           most = sum;
           best = k;

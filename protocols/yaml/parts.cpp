@@ -184,7 +184,7 @@ std::string format_isometry(const Eigen::Isometry3d& isometry) {
 }
 
 Eigen::Isometry3d read_camera_isometry(const Node& map, Problems& problems) {
-  const Eigen::Isometry3d isometry = read_isometry(map, problems);
+  Eigen::Isometry3d isometry = read_isometry(map, problems);
   const Node* axes = map.find("axes");
   if (axes == nullptr || axes->text == "optical") return isometry;
   return from_matrix(isometry.translation(), isometry.linear() * link_to_optical());
