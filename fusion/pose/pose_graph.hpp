@@ -16,8 +16,10 @@ struct PoseGraphEdge {
   bool loop = false;  ///< may be wrong: weighed down where the others disagree
 };
 
-/// Least squares (MRPT's sparse Levenberg-Marquardt); pose 0 stays. Loop edges are weighed by Cauchy's
-/// function, in a few rounds, so that a wrong one does not bend the rest.
+/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 stays.
+/// Loop edges are weighed by Geman and McClure's function, in a few rounds, so that a wrong one does not bend
+/// the rest. (MRPT 2.5.8's optimize_graph_spa_levmarq takes or refuses its steps by the error without
+/// weights, so a wrong loop stays in force.)
 std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
                              int rounds);
 
