@@ -70,8 +70,9 @@ std::vector<SeenBody> seen_bodies(const WorldSnapshot* world) {
 
 Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
   Eigen::AlignedBox2d view;
-  if (picture.map != nullptr) extend_by_map(*picture.map, view);
-  if (picture.model != nullptr) {
+  const bool whole = picture.focus <= 0;
+  if (whole && picture.map != nullptr) extend_by_map(*picture.map, view);
+  if (whole && picture.model != nullptr) {
     for (const ModelEntity& entity : picture.model->entities) {
       if (!is_upright_part(entity)) continue;
       for (const Eigen::Vector2d& p : outline_of(entity)) view.extend(p);
@@ -92,7 +93,7 @@ Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
     }
   }
   if (view.isEmpty()) return view;
-  const double margin = std::max(0.5, 0.03 * view.sizes().maxCoeff());
+  const double margin = whole ? std::max(0.5, 0.03 * view.sizes().maxCoeff()) : picture.focus;
   return {view.min().array() - margin, view.max().array() + margin};
 }
 

@@ -42,6 +42,7 @@ struct PlanPicture {
   std::vector<PlanPath> paths;
   const WorldSnapshot* world = nullptr;  ///< bodies of agents and of the real robot; of the building none
   std::optional<PlanScan> scan;
+  double focus = 0;  ///< m: shows only this far around paths, bodies and the scan's place; 0: everything
   int width = 1600;  ///< pixels; the height follows from what is drawn
 };
 

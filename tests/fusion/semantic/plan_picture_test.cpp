@@ -112,6 +112,23 @@ TEST(PlanPicture, DrawsASiteAndTheSameBytesAgain) {
   EXPECT_NE(bytes_of(without), bytes) << "the agents were not drawn";
 }
 
+TEST(PlanPicture, FocusLeavesFarThingsOut) {
+  const Site site = make_site();
+  PlanPicture picture = site.picture;
+  const std::string near = out_path("near.png"), nearer = out_path("nearer.png");
+  picture.map = &site.map;
+  picture.focus = 2;
+  ASSERT_TRUE(draw_plan(picture, near));
+  GridMap far = site.map;  // one more occupied cell, far from the robot
+  *test::cell_at(far, {14.9, 7.9}) = 1;
+  picture.map = &far;
+  ASSERT_TRUE(draw_plan(picture, nearer));
+  EXPECT_EQ(bytes_of(near), bytes_of(nearer));
+  picture.paths.clear();
+  picture.scan.reset();
+  EXPECT_THAT(draw_plan(picture, near).error().message, ::testing::HasSubstr("nothing to draw"));
+}
+
 TEST(PlanPicture, EachPartMayBeAbsent) {
   const Site site = make_site();
   PlanPicture picture;
