@@ -1,6 +1,19 @@
 #include "fusion/pose/scan_odometry.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace parhelion {
+namespace {
+
+/// Jittered stamps make a twist over a short span far too large, and over a long one late: the smaller of
+/// both is believed, for too little deskewing does less harm than too much.
+double cautious(double brief, double lasting) {
+  if (brief * lasting <= 0) return 0;
+  return std::copysign(std::min(std::abs(brief), std::abs(lasting)), brief);
+}
+
+}  // namespace
 
 std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp) {
   if (!latest_) return std::nullopt;
@@ -9,7 +22,12 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp) {
   std::optional<Pose2> T_odom_base;
   if (there) {
     T_odom_base = there->T_odom_base;
-    result.twist = there->twist;
+    constexpr Duration lasting = milliseconds(300);
+    if (const auto then = track_.at(stamp - lasting)) {
+      const Twist2 mean = twist_between(then->T_odom_base, there->T_odom_base, lasting.seconds());
+      result.twist = {cautious(there->twist.vx, mean.vx), cautious(there->twist.vy, mean.vy),
+                      cautious(there->twist.wz, mean.wz)};
+    }
   }
   if (latest_->stamp == stamp) T_odom_base = planar(latest_->T_odom_base);
   if (!T_odom_base) {

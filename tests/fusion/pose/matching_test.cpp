@@ -5,6 +5,7 @@
 #include "fusion/pose/odometry_track.hpp"
 #include "fusion/pose/pose_graph.hpp"
 #include "fusion/pose/scan_match.hpp"
+#include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/scan_points.hpp"
 #include "tests/fusion/pose/room.hpp"
 
@@ -178,6 +179,31 @@ TEST(PoseGraph, SpreadsTheErrorOfALoopAndIgnoresAWrongOne) {
   EXPECT_GT(worst_before, 0.3);
   EXPECT_LT(worst, 0.25 * worst_before);
   EXPECT_EQ(found[0].x, 0);
+}
+
+TEST(ScanOdometry, JitteredStampsDoNotMakeItFast) {
+  ScanOdometry odometry;
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> jitter(-0.045, 0.045);
+  for (int i = 0; i < 60; ++i) {
+    const double t = 0.1 * i;
+    odometry.add(
+        {SensorTime{} + seconds(1 + t + jitter(random)), transform<Odom, Base>(moved({0.5, 0, 0.8}, t))});
+    const auto step = odometry.step_to(SensorTime{} + seconds(1 + t));
+    ASSERT_TRUE(step);
+    EXPECT_LT(step->twist.wz, 0.8 * 1.35);
+    EXPECT_GE(step->twist.wz, 0);
+  }
+}
+
+TEST(ScanOdometry, PairsASampleWithTheScanOfItsStampEvenBackwards) {
+  ScanOdometry odometry;
+  odometry.add({SensorTime{} + seconds(10), transform<Odom, Base>(Pose2{1, 0, 0})});
+  odometry.step_to(SensorTime{} + seconds(10));
+  odometry.add({SensorTime{} + seconds(9.5), transform<Odom, Base>(Pose2{1.2, 0, 0})});
+  const auto step = odometry.step_to(SensorTime{} + seconds(9.5));
+  ASSERT_TRUE(step);
+  EXPECT_NEAR(step->step.x, 0.2, 1e-12);
 }
 
 TEST(OdometryTrack, ExtrapolatesTheTwistAndNotForLong) {
