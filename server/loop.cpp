@@ -101,7 +101,9 @@ Result<Report> Session::operator()() {
   renderer_.wait();
   take_answers();
   (void)outbox_.sync();
-  return report();
+  Report whole = report();
+  whole.hash = outbox_.hashes();
+  return whole;
 }
 
 void Session::handle(Arrived arrived) {
@@ -213,28 +215,8 @@ void Session::housekeeping() {
 }
 
 void Session::publish_status(ArrivalTime now) {
-  ServerStatus status;
-  status.stamp = {now.ns};
-  const Tally& tally = state_->tally;
-  status.values = {{"scans_in", static_cast<double>(tally.scans_in)},
-                   {"scans_out", static_cast<double>(tally.scans_out)},
-                   {"scan_us_p50", stages_.scan_us.at(0.5)},
-                   {"scan_us_p99", stages_.scan_us.at(0.99)},
-                   {"scan_in_to_out_us_p99", in_to_out_us_.at(0.99)},
-                   {"frames_in", static_cast<double>(tally.frames_in)},
-                   {"frames_out", static_cast<double>(tally.frames_out)},
-                   {"frames_dropped", static_cast<double>(frames_dropped_)},
-                   {"frame_us_p50", frame_us_.at(0.5)},
-                   {"frame_us_p99", frame_us_.at(0.99)},
-                   {"inputs_dropped", static_cast<double>(inbox_.dropped())},
-                   {"inputs_refused", static_cast<double>(tally.refused_inputs)},
-                   {"guard_fired", static_cast<double>(guard_.fired())},
-                   {"session_complete", outbox_.complete() ? 1.0 : 0.0}};
-  if (!tally.last_refusal.empty()) status.notes.emplace_back("last_refusal", tally.last_refusal);
-  if (!outbox_.complete()) status.notes.emplace_back("session_log", outbox_.log_error());
-  if (const std::string fault = renderer_.fault(); !fault.empty()) status.notes.emplace_back("render", fault);
   std::vector<std::uint8_t> payload;
-  encode(status, payload);
+  encode(to_status(report(), now), payload);
   outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
 }
 
@@ -251,7 +233,8 @@ Report Session::report() {
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
   report.complete = outbox_.complete();
   report.incomplete_because = outbox_.log_error();
-  report.hash = outbox_.hashes();
+  report.guard_fired = guard_.fired();
+  if (const std::string fault = renderer_.fault(); !fault.empty()) report.notes["render"] = fault;
   return report;
 }
 

@@ -122,6 +122,8 @@ class Run {
   void pace(ArrivalTime arrival);
   void answer_frames();
   void write_frame();
+  void take_stock();
+  void publish_status();
   void finish(const LogReader& reader);
 
   const ReplayOptions& options_;
@@ -133,7 +135,7 @@ class Run {
   Outputs outputs_, frame_outputs_;
   StageClock stages_;
   Report report_;
-  ArrivalTime first_, last_, seen_, leap_;
+  ArrivalTime first_, last_, seen_, leap_, last_status_;
   int leaps_ = 0;
   WallTime begun_ = steady_now();
   bool frame_under_way_ = false;
@@ -213,6 +215,7 @@ Status Run::handle(Message message) {
   }
   outbox_.send(&message, outputs_.entries(), message.arrival);
   answer_frames();
+  publish_status();
   if (options_.watch) options_.watch(configuration_, message, *state_);
   return {};
 }
@@ -245,13 +248,10 @@ void Run::write_frame() {
   if (options_.watch_camera) options_.watch_camera(done->answer.image);
 }
 
-void Run::finish(const LogReader& reader) {
-  write_frame();
-  (void)outbox_.sync();
+void Run::take_stock() {
   report_.source = options_.log;
   report_.notes.insert(options_.notes.begin(), options_.notes.end());
   if (state_) report_.tally = state_->tally;
-  report_.log_damage_bytes = reader.skipped_bytes();
   report_.scan_us = stages_.scan_us;
   report_.physics_step_us = stages_.physics_step_us;
   report_.physics_wait_us = stages_.physics_wait_us;
@@ -259,8 +259,25 @@ void Run::finish(const LogReader& reader) {
   report_.wall_seconds = (steady_now() - begun_).seconds();
   report_.complete = outbox_.complete();
   report_.incomplete_because = outbox_.log_error();
-  report_.hash = outbox_.hashes();
   if (!renderer_.fault().empty()) report_.notes["render"] = renderer_.fault();
+}
+
+/// Once a second of the log, for whoever listens; never in the session log, since the figures are measured.
+void Run::publish_status() {
+  if (options_.bus == nullptr || last_ - last_status_ < seconds(1.0)) return;
+  last_status_ = last_;
+  take_stock();
+  std::vector<std::uint8_t> payload;
+  encode(to_status(report_, last_), payload);
+  outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
+}
+
+void Run::finish(const LogReader& reader) {
+  write_frame();
+  (void)outbox_.sync();
+  take_stock();
+  report_.log_damage_bytes = reader.skipped_bytes();
+  report_.hash = outbox_.hashes();
 }
 
 Result<Report> Run::operator()() {

@@ -40,6 +40,32 @@ void StageClock::ended(Stage stage) {
   last_ = now;
 }
 
+ServerStatus to_status(const Report& report, ArrivalTime now) {
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  const Tally& tally = report.tally;
+  ServerStatus status;
+  status.stamp = {now.ns};
+  status.values = {{"scans_in", number(tally.scans_in)},
+                   {"scans_out", number(tally.scans_out)},
+                   {"scans_degraded", number(degraded_total(tally))},
+                   {"scan_us_p50", report.scan_us.at(0.5)},
+                   {"scan_us_p99", report.scan_us.at(0.99)},
+                   {"physics_wait_us_p99", report.physics_wait_us.at(0.99)},
+                   {"frames_in", number(tally.frames_in)},
+                   {"frames_out", number(tally.frames_out)},
+                   {"frames_dropped", number(report.frames_dropped)},
+                   {"frame_us_p50", report.frame_us.at(0.5)},
+                   {"frame_us_p99", report.frame_us.at(0.99)},
+                   {"inputs_dropped", number(report.inputs_dropped)},
+                   {"inputs_refused", number(tally.refused_inputs)},
+                   {"guard_fired", number(report.guard_fired)},
+                   {"session_complete", report.complete ? 1.0 : 0.0}};
+  for (const auto& [key, text] : report.notes) status.notes.emplace_back(key, text);
+  if (!tally.last_refusal.empty()) status.notes.emplace_back("last_refusal", tally.last_refusal);
+  if (!report.complete) status.notes.emplace_back("session_log", report.incomplete_because);
+  return status;
+}
+
 std::string to_json(const Report& report) {
   using Json = nlohmann::ordered_json;
   const Tally& tally = report.tally;

@@ -34,6 +34,7 @@ struct Report {
   std::uint64_t frames_dropped = 0;
   std::uint64_t inputs_dropped = 0;  ///< by full queues
   std::uint64_t log_damage_bytes = 0;
+  std::uint64_t guard_fired = 0;
   std::uint64_t arrivals_corrected = 0;  ///< log events whose timestamp did not increase
   Percentiles scan_us, frame_us, physics_step_us, physics_wait_us;
   double log_seconds = 0, wall_seconds = 0;
@@ -43,6 +44,8 @@ struct Report {
   std::map<std::string, std::string> notes;  ///< such as that the camera was a stand-in
 };
 
+/// MR_STATUS at `now`: the same figures.
+ServerStatus to_status(const Report& report, ArrivalTime now);
 std::string to_json(const Report& report);
 /// A few lines for a person.
 std::string summary(const Report& report);

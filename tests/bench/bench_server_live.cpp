@@ -1,0 +1,127 @@
+// The whole server live on this machine: plays a localized log with 30 Hz video onto LCM as a robot would,
+// with `parhelion serve`, `parhelion slam` and a subscriber beside it, and prints what the server's report
+// says.
+//   bench_server_live PARHELION LOG MODEL SCENARIO MAP [SECONDS]
+// LOG: as demo leaves it (with-camera.lcm); MAP: the ROS map YAML that SLAM localizes in.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "server/wall_clock.hpp"
+
+namespace {
+
+using namespace parhelion;
+
+pid_t start(std::vector<std::string> arguments) {
+  const pid_t pid = fork();
+  if (pid != 0) return pid;
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+/// The recording's scans, odometry and images, stamps relative to the first.
+struct Played {
+  std::vector<Message> inputs;
+  std::vector<Message> images;
+  std::string robot_yaml;
+};
+
+Played read(const std::string& path) {
+  Played played;
+  auto reader = LogReader::open(path);
+  while (reader.ok()) {
+    auto next = reader->next();
+    if (!next.ok() || !*next) break;
+    Message& message = **next;
+    RobotMessage robot;
+    if (message.channel == channel::robot && decode(message.channel, message.payload, robot).ok()) {
+      played.robot_yaml = robot.yaml;
+    }
+    if (message.channel == channel::scan || message.channel == channel::odometry)
+      played.inputs.push_back(message);
+    if (message.channel == channel::camera) played.images.push_back(message);
+  }
+  return played;
+}
+
+/// Publishes with the stamps of now: `to_now` is added to what the recording says.
+template <class T>
+void publish(Bus& bus, const Message& message, Duration to_now) {
+  T item;
+  if (!decode(message.channel, message.payload, item).ok()) return;
+  item.stamp = item.stamp + to_now;
+  std::vector<std::uint8_t> payload;
+  encode(item, payload);
+  (void)bus.publish(message.channel, payload);
+}
+
+void wait_until(WallTime due) {
+  const Duration left = due - wall_now();
+  if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 6)
+    return std::fprintf(stderr, "usage: %s PARHELION LOG MODEL SCENARIO MAP [SECONDS]\n", argv[0]), 2;
+  const std::string program = argv[1], url = "udpm://239.255.76.67:7699?ttl=0&recv_buf_size=4194304";
+  const double duration = argc > 6 ? std::stod(argv[6]) : 50;
+  const Played played = read(argv[2]);
+  if (played.inputs.empty() || played.images.empty()) return std::fprintf(stderr, "nothing to play\n"), 1;
+  std::ofstream("/tmp/bench-live-robot.yaml") << played.robot_yaml;
+
+  const pid_t server = start({program, "serve", argv[4], "--robot", "/tmp/bench-live-robot.yaml", "-o",
+                              "/tmp/bench-live-session.lcm", "--force", "--report",
+                              "/tmp/bench-live-report.json", "--url", url, "--no-restart"});
+  const pid_t slam = start({program, "slam", "--map", argv[5], "--start", "0,0,0", "--robot",
+                            "/tmp/bench-live-robot.yaml", "--url", url});
+  auto subscriber = open_network_bus(url), robot = open_network_bus(url);
+  if (!subscriber.ok() || !robot.ok() || !(*subscriber)->subscribe("MR_.*", 1000).ok()) return 1;
+  std::this_thread::sleep_for(std::chrono::seconds(2));  // both processes come up; nothing is measured before
+
+  const Duration to_now{wall_now().ns - played.inputs.front().arrival.ns};
+  const WallTime begun = wall_now();
+  std::size_t next_input = 0, frame = 0, heard = 0;
+  while ((wall_now() - begun).seconds() < duration && next_input < played.inputs.size()) {
+    const Message& input = played.inputs[next_input];
+    const WallTime input_due{input.arrival.ns + to_now.ns};
+    const WallTime frame_due = begun + seconds(static_cast<double>(frame) / 30);
+    wait_until(std::min(input_due, frame_due));
+    if (input_due <= frame_due) {
+      ++next_input;
+      input.channel == channel::scan ? publish<Scan>(**robot, input, to_now)
+                                     : publish<Odometry>(**robot, input, to_now);
+    } else {
+      const Message& image = played.images[(frame++ / 3) % played.images.size()];
+      publish<Image>(**robot, image, Duration{frame_due.ns - image.arrival.ns});
+    }
+    Message message;
+    while (*(*subscriber)->receive(message, milliseconds(0))) ++heard;
+  }
+  for (const pid_t pid : {slam, server}) {
+    kill(pid, SIGINT);
+    int status = 0;
+    waitpid(pid, &status, 0);
+  }
+  std::printf("messages heard by the subscriber: %zu; frames sent: %zu\n", heard, frame);
+  std::ifstream report("/tmp/bench-live-report.json");
+  std::cout << std::string(std::istreambuf_iterator<char>(report), {});
+  return 0;
+}
