@@ -9,6 +9,7 @@ Status draw_map_picture(const std::string& path, const GridMap& map, const Seman
   PlanPicture picture;
   picture.title = "Parhelion: a real robot among virtual ones";
   picture.map = &map;
+  picture.focus = 6;
   picture.model = &model;
   picture.paths.push_back({"real robot", {31, 111, 235}, witness.driven()});
   const Colour colours[] = {{214, 40, 40}, {230, 140, 0}, {20, 140, 60}, {130, 60, 200}};
