@@ -60,7 +60,7 @@ class EglCompositor : public Compositor {
   /// What became of a job: nothing to draw, or `frame_` and `layer_` are composited.
   enum class Outcome { nothing, drawn };
   Result<Outcome> draw(const RenderJob& job, RenderTimings& timings);
-  Result<DepthPixels> usable_depth(const RenderJob& job) const;
+  void read_depth_image(const RenderJob& job);
   const CameraProjection& projection(const CameraIntrinsics& intrinsics);
   void list_bodies(const RenderJob& job, const CameraProjection& camera,
                    const Transform<Map, CameraOptical>& T_map_optical, bool shadows);
@@ -78,6 +78,9 @@ class EglCompositor : public Compositor {
   Layer layer_, modelled_;
   BgrFrame frame_;
   DepthOcclusion depth_occlusion_;
+  Result<DepthPixels> depth_ = Error{"no depth image"};
+  CameraIntrinsics depth_intrinsics_;
+  bool depth_is_read_ = false;  ///< of the present job: by draw(), which needs it first
 };
 
 bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -89,7 +92,10 @@ const CameraProjection& EglCompositor::projection(const CameraIntrinsics& intrin
   const auto found = std::find_if(projections_.begin(), projections_.end(), [&](const CameraProjection& p) {
     return same(p.intrinsics(), intrinsics);
   });
-  if (found != projections_.end()) return *found;
+  if (found != projections_.end()) {
+    projections_.splice(projections_.begin(), projections_, found);  // so that the next miss does not drop it
+    return *found;
+  }
   if (projections_.size() >= 4) projections_.pop_back();
   projections_.emplace_front(intrinsics);
   return projections_.front();
@@ -111,18 +117,24 @@ void EglCompositor::list_occluders(const RenderJob& job, const CameraProjection&
     add_occluder(bodies_, camera, T_optical_map * strip.T_map_box, strip.half);
 }
 
-Result<DepthPixels> EglCompositor::usable_depth(const RenderJob& job) const {
-  if (!job.depth) return Error{""};
-  auto pixels = decode_depth(*job.depth);
-  if (!pixels) return pixels;
-  const auto intrinsics = intrinsics_for_size(job.depth_camera.intrinsics, pixels->width, pixels->height);
-  if (!intrinsics) return Error{"depth camera: " + intrinsics.error().message};
-  if (!job.T_map_depth.finite()) return Error{"the pose of the depth camera is not finite"};
-  return pixels;
+/// Leaves the depth image's pixels in `depth_`, or why there are none.
+void EglCompositor::read_depth_image(const RenderJob& job) {
+  depth_ = Error{"no depth image"};
+  if (!job.depth) return;
+  depth_ = decode_depth(*job.depth);
+  if (!depth_) return;
+  const auto intrinsics = intrinsics_for_size(job.depth_camera.intrinsics, depth_->width, depth_->height);
+  if (!intrinsics)
+    depth_ = Error{"depth camera: " + intrinsics.error().message};
+  else if (!job.T_map_depth.finite())
+    depth_ = Error{"the pose of the depth camera is not finite"};
+  else
+    depth_intrinsics_ = *intrinsics;
 }
 
 Result<EglCompositor::Outcome> EglCompositor::draw(const RenderJob& job, RenderTimings& timings) {
   Stopwatch watch;
+  depth_is_read_ = false;
   if (!has_injectable(job.world)) return Outcome::nothing;
   if (!job.T_map_optical.finite()) return Error{"the camera's pose is not finite"};
   const auto size = image_size(job.image, codec_);
@@ -133,20 +145,19 @@ Result<EglCompositor::Outcome> EglCompositor::draw(const RenderJob& job, RenderT
   list_bodies(job, camera, job.T_map_optical, true);
   if (bodies_.empty()) return Outcome::nothing;
   list_occluders(job, camera, job.T_map_optical);
-  const auto depth = usable_depth(job);
+  read_depth_image(job);
+  depth_is_read_ = true;
   const Eigen::Matrix3d R_optical_map = job.T_map_optical.rotation().transpose();
-  renderer_->draw(camera, bodies_, R_optical_map, !depth.ok());
+  renderer_->draw(camera, bodies_, R_optical_map, !depth_.ok());
   timings.draw = watch.lap();
   // Decoded while the driver draws.
   if (auto status = read_pixels(job.image, codec_, frame_); !status) return status.error();
   timings.decode = watch.lap();
-  renderer_->read(camera, bodies_, layer_);
+  if (auto status = renderer_->read(camera, bodies_, layer_); !status) return status.error();
   timings.draw = timings.draw + watch.lap();
-  if (depth.ok() && !layer_.rect.empty()) {
+  if (depth_.ok() && !layer_.rect.empty()) {
     renderer_->read_depth(camera, bodies_, LayerRenderer::Depth::occluders, modelled_);
-    const auto depth_intrinsics =
-        intrinsics_for_size(job.depth_camera.intrinsics, depth->width, depth->height);
-    depth_occlusion_.apply({*depth, projection(*depth_intrinsics), job.depth_camera, job.T_map_depth, camera,
+    depth_occlusion_.apply({*depth_, projection(depth_intrinsics_), job.depth_camera, job.T_map_depth, camera,
                             job.T_map_optical, job.floor_z, frame_.bgr, modelled_},
                            layer_);
   }
@@ -218,10 +229,10 @@ Result<Compositor::Pixels> EglCompositor::compose_pixels(const RenderJob& job) {
 Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
   if (!job.depth) return std::optional<Image>{};
   if (!has_injectable(job.world)) return std::optional<Image>{*job.depth};
-  auto pixels = usable_depth(job);
-  if (!pixels) return pixels.error();
-  const auto intrinsics = intrinsics_for_size(job.depth_camera.intrinsics, pixels->width, pixels->height);
-  const CameraProjection& camera = projection(*intrinsics);
+  if (!depth_is_read_) read_depth_image(job);
+  if (!depth_) return depth_.error();
+  Result<DepthPixels>& pixels = depth_;
+  const CameraProjection& camera = projection(depth_intrinsics_);
   const Transform<Map, CameraOptical> T_map_optical(job.T_map_depth.isometry());
   list_bodies(job, camera, T_map_optical, false);
   if (bodies_.empty()) return std::optional<Image>{*job.depth};

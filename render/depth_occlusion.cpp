@@ -79,6 +79,10 @@ PixelRect depth_part(const DepthView& view, const PixelRect& window,
   return bounded ? part.intersected(whole) : whole;
 }
 
+/// Floor and ceiling of pixel coordinates (above -4096): libm's are calls on a portable baseline.
+int floor_pixel(double x) { return static_cast<int>(x + 4096) - 4096; }
+int ceil_pixel(double x) { return 4096 - static_cast<int>(4096 - x); }
+
 double smoothstep(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * (3 - 2 * t);
@@ -109,24 +113,28 @@ void DepthOcclusion::register_depth(const DepthView& view) {
   const double z_max = view.description.range_max > 0 ? view.description.range_max : 65.534;
   const PixelRect part = depth_part(view, window_, T_optical_depth.inverse(), z_max);
   const double scale = 0.5 * std::max(c.fx / d.fx, c.fy / d.fy);
+  const Eigen::Vector3d column = R.col(0) / d.fx;
   for (int v = part.y0; v < part.y1; ++v) {
+    const Eigen::Vector3d row = R * Eigen::Vector3d(-d.cx / d.fx, (v - d.cy) / d.fy, 1);
     for (int u = part.x0; u < part.x1; ++u) {
       const double z =
           0.001 *
           view.depth.millimetres[static_cast<std::size_t>(v) * static_cast<std::size_t>(view.depth.width) +
                                  static_cast<std::size_t>(u)];
       if (z < z_min || z > z_max) continue;
-      Eigen::Vector3d ray((u - d.cx) / d.fx, (v - d.cy) / d.fy, 1);
-      if (!view.depth_camera.direct()) {
-        ray = view.depth_camera.direction(u, v);
+      Eigen::Vector3d p;
+      if (view.depth_camera.direct()) {
+        p = z * (row + u * column) + t;
+      } else {
+        const Eigen::Vector3d ray = view.depth_camera.direction(u, v);
         if (ray.z() < 0.05) continue;
-        ray /= ray.z();
+        p = R * (z / ray.z() * ray) + t;
       }
-      const Eigen::Vector3d p = R * (z * ray) + t;
       if (p.z() < kNearPlane) continue;
       Eigen::Vector2d pixel;
       if (view.camera.direct()) {
-        pixel = {c.fx * p.x() / p.z() + c.cx, c.fy * p.y() / p.z() + c.cy};
+        const double inverse = 1 / p.z();
+        pixel = {c.fx * p.x() * inverse + c.cx, c.fy * p.y() * inverse + c.cy};
       } else {
         const auto projected = view.camera.lens().project(p);
         if (!projected) continue;
@@ -136,10 +144,10 @@ void DepthOcclusion::register_depth(const DepthView& view) {
       if (!(pixel.x() > window_.x0 - 5 && pixel.x() < window_.x1 + 5 && pixel.y() > window_.y0 - 5 &&
             pixel.y() < window_.y1 + 5))
         continue;
-      const int x0 = std::max(window_.x0, static_cast<int>(std::ceil(pixel.x() - half)));
-      const int x1 = std::min(window_.x1 - 1, static_cast<int>(std::floor(pixel.x() + half)));
-      const int y0 = std::max(window_.y0, static_cast<int>(std::ceil(pixel.y() - half)));
-      const int y1 = std::min(window_.y1 - 1, static_cast<int>(std::floor(pixel.y() + half)));
+      const int x0 = std::max(window_.x0, ceil_pixel(pixel.x() - half));
+      const int x1 = std::min(window_.x1 - 1, floor_pixel(pixel.x() + half));
+      const int y0 = std::max(window_.y0, ceil_pixel(pixel.y() - half));
+      const int y1 = std::min(window_.y1 - 1, floor_pixel(pixel.y() + half));
       for (int y = y0; y <= y1; ++y) {
         for (int x = x0; x <= x1; ++x) {
           float& nearest = depth_[at(x, y)];
@@ -201,31 +209,32 @@ void DepthOcclusion::find_bounds() {
 }
 
 double DepthOcclusion::visible_share(const DepthView& view, int x, int y, float threshold) const {
-  const int width = view.camera.intrinsics().width;
-  const auto pixel = [&](int px, int py) {
-    return &view.bgr[3 * (static_cast<std::size_t>(py) * static_cast<std::size_t>(width) +
-                          static_cast<std::size_t>(px))];
-  };
-  const std::uint8_t* centre = pixel(x, y);
+  const auto width = static_cast<std::ptrdiff_t>(view.camera.intrinsics().width);
+  const auto stride = static_cast<std::ptrdiff_t>(window_.width());
+  const std::uint8_t* centre = &view.bgr[3 * static_cast<std::size_t>(y * width + x)];
+  const std::size_t here = at(x, y);
+  const auto& colours = colour_weights();
   float behind = 0, all = 0;
-  const auto add = [&](const std::vector<Tap>& list) {
+  const auto add = [&](const std::vector<Tap>& list, int reach) {
+    const bool inside = x - reach >= window_.x0 && y - reach >= window_.y0 && x + reach < window_.x1 &&
+                        y + reach < window_.y1;
     for (const Tap& tap : list) {
       const int qx = x + tap.dx, qy = y + tap.dy;
-      if (qx < window_.x0 || qy < window_.y0 || qx >= window_.x1 || qy >= window_.y1) continue;
-      const std::size_t i = at(qx, qy);
-      if (confidence_[i] == 0) continue;
-      const std::uint8_t* q = pixel(qx, qy);
+      if (!inside && (qx < window_.x0 || qy < window_.y0 || qx >= window_.x1 || qy >= window_.y1)) continue;
+      const std::size_t i = here + static_cast<std::size_t>(tap.dy * stride + tap.dx);
+      const float confidence = confidence_[i];
+      if (confidence == 0) continue;
+      const std::uint8_t* q = centre + 3 * (tap.dy * width + tap.dx);
       const int b = q[0] - centre[0], g = q[1] - centre[1], r = q[2] - centre[2];
-      const std::size_t step =
-          std::min<std::size_t>(static_cast<std::size_t>(b * b + g * g + r * r) / 8, 4095);
-      const float weight =
-          tap.weight * confidence_[i] * (colour_weights()[step] + static_cast<float>(Rule::kUnlike));
+      const auto step = static_cast<unsigned>(b * b + g * g + r * r) / 8;
+      const float likeness = step < colours.size() ? colours[step] : 0;
+      const float weight = tap.weight * confidence * (likeness + static_cast<float>(Rule::kUnlike));
       all += weight;
-      if (depth_[i] >= threshold) behind += weight;
+      behind += depth_[i] >= threshold ? weight : 0;
     }
   };
-  add(taps());
-  if (confidence_[at(x, y)] < static_cast<float>(Rule::kMeasured)) add(asked_taps());
+  add(taps(), Rule::kRadius);
+  if (confidence_[here] < static_cast<float>(Rule::kMeasured)) add(asked_taps(), Rule::kReach);
   return all > 0 ? static_cast<double>(behind / all) : 1;
 }
 

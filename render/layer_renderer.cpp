@@ -313,6 +313,7 @@ void LayerRenderer::draw(const CameraProjection& projection, const DrawList& lis
   context_.make_current();
   const std::size_t views = projection.views().size();
   view_pixels_.resize(views);
+  refused_ = {};
   multisampling_ = affords_multisampling(list);
   scenery_drawn_ = scenery != nullptr;
   for (std::size_t v = 0; v < views; ++v) {
@@ -320,11 +321,10 @@ void LayerRenderer::draw(const CameraProjection& projection, const DrawList& lis
     ViewPixels& pixels = view_pixels_[v];
     pixels.rect = list.view_rects[v];
     if (pixels.rect.empty()) continue;
-    if ((multisampling_ && !ensure(multisampled_, view.width, view.height, samples_, true, true)) ||
-        !ensure(resolved_, view.width, view.height, 0, true, true)) {
-      pixels.rect = {};
-      continue;
-    }
+    refused_ = ensure(resolved_, view.width, view.height, 0, true, true);
+    if (refused_.ok() && multisampling_)
+      refused_ = ensure(multisampled_, view.width, view.height, samples_, true, true);
+    if (!refused_) return;
     draw_view(view, pixels.rect, list, R_optical_map, use_occluders, scenery);
     const PixelRect& r = pixels.rect;
     if (multisampling_) resolve(r);
@@ -357,24 +357,27 @@ void LayerRenderer::read_view(GLuint framebuffer, const PixelRect& r, bool colou
   for (std::size_t i = 0; i < count; ++i) depth_id[i] = wide_[4 * i];
 }
 
-void LayerRenderer::read(const CameraProjection& projection, const DrawList& list, Layer& layer) {
-  context_.make_current();
+Status LayerRenderer::read(const CameraProjection& projection, const DrawList& list, Layer& layer) {
   layer.rect = {};
+  if (!refused_) return refused_;
+  context_.make_current();
   for (std::size_t v = 0; v < list.view_rects.size(); ++v)
     layer.rect = layer.rect.united(projection.image_rect(v, list.view_rects[v]));
-  if (layer.rect.empty()) return;
+  if (layer.rect.empty()) return {};
   ViewPixels& last = view_pixels_.back();
-  if (projection.direct()) {
-    if (last.rect.empty())
-      layer.rect = {};
-    else
-      read_view(resolved_.framebuffer, last.rect, true, layer.rgba, layer.depth_id);
-    if (!multisampling_) smooth_edges(layer, scenery_drawn_);
-    return;
-  }
   if (!last.rect.empty()) read_view(resolved_.framebuffer, last.rect, true, last.rgba, last.depth_id);
-  warp(projection, true, layer);
+  if (const GLenum error = gl_.GetError(); error != GL_NO_ERROR) {
+    layer.rect = {};
+    return Error{"rendering: the driver reports error " + std::to_string(error)};
+  }
+  if (projection.direct()) {
+    std::swap(layer.rgba, last.rgba);
+    std::swap(layer.depth_id, last.depth_id);
+  } else {
+    warp(projection, true, layer);
+  }
   if (!multisampling_) smooth_edges(layer, scenery_drawn_);
+  return {};
 }
 
 void LayerRenderer::read_depth(const CameraProjection& projection, const DrawList& list, Depth what,

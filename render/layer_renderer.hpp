@@ -52,7 +52,8 @@ class LayerRenderer {
   void draw(const CameraProjection& projection, const DrawList& list, const Eigen::Matrix3d& R_optical_map,
             bool use_occluders, const Scenery* scenery = nullptr);
   /// Waits for the drawing and warps it to the image.
-  void read(const CameraProjection& projection, const DrawList& list, Layer& layer);
+  /// Error: what the driver refused.
+  Status read(const CameraProjection& projection, const DrawList& list, Layer& layer);
 
   /// Depth and identity only, one sample a pixel: of the shapes, or of the occluders.
   enum class Depth { shapes, occluders };
@@ -92,6 +93,7 @@ class LayerRenderer {
   EglContext& context_;
   const Gl& gl_;
   int samples_ = 4;
+  Status refused_;  ///< since draw()
   bool software_ = true, multisampling_ = true, scenery_drawn_ = false;
   Program lit_, depth_, shadow_, backdrop_, scenery_;
   struct MeshRange {

@@ -208,7 +208,7 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   for (std::size_t v = 0; v < camera.views().size(); ++v)
     list_.view_rects[v] = camera.view_rect(v, {0, 0, intrinsics->width, intrinsics->height});
   renderer_->draw(camera, list_, T_map_optical.rotation().transpose(), false, &scenery_);
-  renderer_->read(camera, list_, layer_);
+  if (!renderer_->read(camera, list_, layer_)) return image;
 
   bgr_.assign(3 * static_cast<std::size_t>(intrinsics->width) * static_cast<std::size_t>(intrinsics->height),
               0);
