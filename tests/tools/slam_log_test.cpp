@@ -221,10 +221,18 @@ TEST(SlamLog, MapsTheRecordingThatDebianShips) {
       const auto truth = ImportedLog(folder / "mapped.lcm").all<PoseEstimate>("POSE_COV");
       const auto words = ImportedLog(folder / "located.lcm").all<PoseEstimate>("POSE_COV");
       ASSERT_EQ(truth.size(), words.size());
+      // One scan of this recording (82, its odometry 0.3 m off) is nearly ambiguous along the way in 5 cm
+      // cells: there a ROS map may be wrong by more than a .simplemap, but never by what counts as a
+      // relocalization.
+      const double most = std::string(kind) == "yaml" ? 0.2 : 0.1;
+      double squares = 0;
       for (std::size_t i = 0; i < words.size(); ++i) {
         if (words[i].state != SlamState::tracking) continue;
-        EXPECT_LT((words[i].T_map_base.translation() - truth[i].T_map_base.translation()).norm(), 0.1) << i;
+        const double off = (words[i].T_map_base.translation() - truth[i].T_map_base.translation()).norm();
+        EXPECT_LT(off, most) << i;
+        squares += off * off;
       }
+      EXPECT_LT(std::sqrt(squares / static_cast<double>(located->tracking)), 0.035);
     }
   }
 }
