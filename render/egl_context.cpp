@@ -80,7 +80,8 @@ void leave_a_core_to_the_tick() {
 
 }  // namespace
 
-/// One EGL display a process: terminating it would take the contexts of others with it.
+/// One EGL display a process, kept to its end: terminating it would take the contexts of others with it, and
+/// unload a driver that is asked for again at once.
 struct EglContext::Display {
   void* library = nullptr;
   EglFunctions egl{};
@@ -90,9 +91,6 @@ struct EglContext::Display {
   Display() = default;
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
-  ~Display() {
-    if (display != EGL_NO_DISPLAY) egl.terminate(display);
-  }
 
   static Result<std::shared_ptr<Display>> open(const std::string& library_name);
   bool initialize(EGLDisplay candidate);
@@ -115,10 +113,10 @@ bool EglContext::Display::initialize(EGLDisplay candidate) {
 
 Result<std::shared_ptr<EglContext::Display>> EglContext::Display::open(const std::string& library_name) {
   static std::mutex mutex;
-  static std::weak_ptr<Display> shared;
+  static auto& shared = *new std::shared_ptr<Display>;
   static std::string shared_name;
   const std::scoped_lock lock(mutex);
-  if (auto existing = shared.lock(); existing && shared_name == library_name) return existing;
+  if (shared && shared_name == library_name) return shared;
   auto opened = std::make_shared<Display>();
   // Never unloaded: drivers leave thread-local destructors behind.
   opened->library = dlopen(library_name.c_str(), RTLD_NOW | RTLD_GLOBAL);

@@ -151,7 +151,7 @@ vec3 floor_colour(vec2 p, float distance) {
   vec2 tile = floor(p);
   float checker = mod(tile.x + tile.y, 2.0);
   float fade = exp(-distance / 12.0);
-  vec3 base = mix(vec3(0.285, 0.275, 0.262), vec3(0.325, 0.315, 0.30), mix(0.5, checker, fade));
+  vec3 base = mix(vec3(0.300, 0.268, 0.230), vec3(0.345, 0.312, 0.272), mix(0.5, checker, fade));
   return mix(base, base * 0.62, max(line.x, line.y) * fade);
 }
 vec3 hazed(vec3 colour, float distance) { return mix(haze, colour, exp(-distance / 45.0)); }
@@ -198,7 +198,7 @@ void main() {
   float skirting = upward < 0.5 && height < 0.09 ? 0.72 : 1.0;
   // Opposite walls of a corridor differ a little, as if lit from one end: edges between walls stay visible.
   float side = 0.90 + 0.10 * dot(R_map_view * n, vec3(0.6, 0.8, 0.0));
-  vec3 shaded = lit(albedo, 0.85, 0.0, n, normalize(-p_optical)) * (corner * skirting * side);
+  vec3 shaded = lit(albedo, 0.85, 0.0, n, normalize(-p_optical)) * (1.15 * corner * skirting * side);
   colour = vec4(srgb(hazed(shaded, distance)), metal_id.x);
 }
 )";
