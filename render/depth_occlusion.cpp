@@ -16,7 +16,7 @@ const std::array<float, 4096>& colour_weights() {
     std::array<float, 4096> t{};
     for (std::size_t i = 0; i < t.size(); ++i)
       t[i] = static_cast<float>(
-          std::exp(-(8.0 * static_cast<double>(i)) / (2 * Rule::kColourSigma * Rule::kColourSigma)));
+          std::exp(-(8.0 * static_cast<double>(i) + 3.5) / (2 * Rule::kColourSigma * Rule::kColourSigma)));
     return t;
   }();
   return table;

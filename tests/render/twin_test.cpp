@@ -145,7 +145,7 @@ TEST(Twin, RobotBehindTableAndSlatsOfTheKitchenIsHiddenAsTheTwinSaysWithoutFlick
   double worst = 1, sum = 0, worst_flicker = 0;
   std::size_t drawn = 0, hidden = 0;
   for (int frame = 0; frame < frames; ++frame) {
-    RenderJob job = kitchen.job(frame + 16, drive.at((frame + 16) / 40.0));
+    RenderJob job = kitchen.job(frame + 16, drive.at(std::min(1.0, (frame + 16) / 40.0)));
     job.floor_z = kNoFloor;
     ASSERT_TRUE(codec.decode(job.image.bytes, bgr).ok());
     Twin twin = cast(job, {}, job.camera.intrinsics, job.T_map_optical);
