@@ -5,8 +5,9 @@
 namespace parhelion {
 namespace {
 
-constexpr Duration depth_partner =
-    milliseconds(50);  // a depth image further off in time shows another moment
+constexpr Duration depth_partner = milliseconds(50);  // further off in time it shows another moment
+constexpr Duration same_moment = milliseconds(5);     // nearer than any two exposures of one camera
+constexpr Duration longest_wait = milliseconds(50);   // for the depth image of the same moment
 
 void pass_original(const Configuration& configuration, Image image, const std::string& reason, State& state,
                    Outputs& outputs) {
@@ -47,20 +48,14 @@ void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant
   });
 }
 
-}  // namespace
-
-void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+void finish_image(const Configuration& configuration, State& state, Outputs& outputs) {
+  WaitingImage waiting = std::move(*state.waiting_image);
+  state.waiting_image.reset();
   RenderJob job;
-  if (const Status read = decode(input.channel, input.payload, job.image); !read)
-    return refuse(read.error(), state);
-  ++state.tally.frames_in;
-  const std::uint64_t sequence = ++state.frame_sequence;
+  job.image = std::move(waiting.image);
   const auto original = [&](const std::string& reason) {
     pass_original(configuration, std::move(job.image), reason, state, outputs);
   };
-  if (!configuration.robot.camera) return original("the robot description has no camera calibration");
-  if (!state.robot_clock.add(input.arrival, job.image.stamp))
-    return original("the stamp is off the robot's clock");
   NoPose why{};
   const auto pose = state.track.at(job.image.stamp, &why);
   if (!pose) return original(std::string("no pose: ") + to_string(why));
@@ -72,7 +67,44 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
   job.T_map_optical = pose->T_map_base * job.camera.T_base_optical;
   job.floor_z = 0;
   add_occluders(configuration, state, job);
-  outputs.add_frame({std::move(job), sequence});
+  outputs.add_frame({std::move(job), waiting.sequence});
+}
+
+/// The depth image of the image's own moment, or a later one, is there.
+bool depth_is_there(const State& state) {
+  return state.depth && state.depth->stamp - state.waiting_image->image.stamp >= -same_moment;
+}
+
+}  // namespace
+
+void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+  Image image;
+  if (const Status read = decode(input.channel, input.payload, image); !read)
+    return refuse(read.error(), state);
+  ++state.tally.frames_in;
+  const std::uint64_t sequence = ++state.frame_sequence;
+  if (state.waiting_image) finish_image(configuration, state, outputs);
+  if (!configuration.robot.camera) {
+    return pass_original(configuration, std::move(image), "the robot description has no camera calibration",
+                         state, outputs);
+  }
+  if (!state.robot_clock.add(input.arrival, image.stamp)) {
+    return pass_original(configuration, std::move(image), "the stamp is off the robot's clock", state,
+                         outputs);
+  }
+  state.waiting_image = WaitingImage{std::move(image), sequence, simulation_time(input.arrival)};
+  if (!configuration.robot.depth || depth_is_there(state)) finish_image(configuration, state, outputs);
+}
+
+void flush_images(const Configuration& configuration, State& state, Outputs& outputs) {
+  if (state.waiting_image) finish_image(configuration, state, outputs);
+}
+
+void watch_waiting_image(const Configuration& configuration, SimulationTime now, State& state,
+                         Outputs& outputs) {
+  if (state.waiting_image && now - state.waiting_image->arrival >= longest_wait) {
+    finish_image(configuration, state, outputs);
+  }
 }
 
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
@@ -84,11 +116,12 @@ void add_frame_outputs(const Configuration& configuration, const FrameAnswer& do
   if (done.answer.drawn) ++state.tally.frames_composited;
 }
 
-void take_depth(const Configuration&, const Message& input, State& state) {
+void take_depth(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
   Image depth;
   if (const Status read = decode(input.channel, input.payload, depth); !read)
     return refuse(read.error(), state);
   state.depth = std::move(depth);
+  if (state.waiting_image && depth_is_there(state)) finish_image(configuration, state, outputs);
 }
 
 }  // namespace parhelion

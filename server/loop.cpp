@@ -98,6 +98,10 @@ Result<Report> Session::operator()() {
     take_answers();
     housekeeping();
   }
+  outputs_.clear();
+  flush_images(configuration_, *state_, outputs_);
+  outbox_.send(nullptr, outputs_.entries(), last_);
+  send_frames();
   renderer_.wait();
   take_answers();
   (void)outbox_.sync();

@@ -135,6 +135,7 @@ void advance(const Configuration& configuration, ArrivalTime until, State& state
     for (const LaserRequest& request : state.laser_requests)
       answer_laser(configuration, request, state, outputs);
     watch_silence(configuration, next, state, outputs);
+    watch_waiting_image(configuration, next, state, outputs);
     if (world_due(configuration, state)) publish_world(configuration, state, outputs);
     observer.ended(Stage::agents);
   }

@@ -273,6 +273,12 @@ void Run::publish_status() {
 }
 
 void Run::finish(const LogReader& reader) {
+  if (state_) {
+    outputs_.clear();
+    flush_images(configuration_, *state_, outputs_);
+    outbox_.send(nullptr, outputs_.entries(), last_);
+    answer_frames();
+  }
   write_frame();
   (void)outbox_.sync();
   take_stock();

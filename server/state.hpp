@@ -74,6 +74,13 @@ struct AgentLaser {
   Scan scan;
 };
 
+/// A camera image that waits for the depth image of its moment.
+struct WaitingImage {
+  Image image;
+  std::uint64_t sequence = 0;
+  SimulationTime arrival;
+};
+
 struct State {
   State(Simulation simulation_, const Configuration& configuration);
 
@@ -101,8 +108,8 @@ struct State {
   WorldMessage world_message;
 
   std::uint64_t frame_sequence = 0;
-  std::optional<Image> depth;
-  SensorTime depth_stamp;
+  std::optional<WaitingImage> waiting_image;
+  std::optional<Image> depth;  ///< the newest
 
   Tally tally;
 };

@@ -55,7 +55,7 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
     case InputKind::camera:
       return answer_image(configuration, input, state, outputs);
     case InputKind::depth:
-      return take_depth(configuration, input, state);
+      return take_depth(configuration, input, state, outputs);
     case InputKind::teleop:
       return answer_teleop(configuration, input, state, outputs);
     case InputKind::agent_command:

@@ -28,7 +28,12 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
 /// What the render thread's answer leads to: MR_CAMERA, and MR_DEPTH where there is one.
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state);
-void take_depth(const Configuration& configuration, const Message& input, State& state);
+void take_depth(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
+/// At the end of a session: what still waits is answered.
+void flush_images(const Configuration& configuration, State& state, Outputs& outputs);
+/// An image waits at most 50 ms for the depth image of its moment; drivers send colour first.
+void watch_waiting_image(const Configuration& configuration, SimulationTime now, State& state,
+                         Outputs& outputs);
 /// command_path.cpp: the instructor's and the trainee's commands.
 void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs);

@@ -243,6 +243,43 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
   EXPECT_EQ(given.back().twist.wz, 0);
 }
 
+TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
+  Configuration configuration = test::configuration({agent("box_1", AgentKind::box, 3, 2)});
+  CameraIntrinsics lens;
+  lens.width = 4;
+  lens.height = 2;
+  lens.fx = lens.fy = 4;
+  configuration.robot.camera = CameraDescription{lens, {}, 0, ""};
+  configuration.robot.depth = DepthCameraDescription{lens, {}, 0.1, 8, ""};
+  start(std::move(configuration));
+  feed(test::drive(2));
+  const auto image = [](PixelFormat format, std::int64_t utime, int bytes_per_pixel) {
+    Image made;
+    made.stamp = SensorTime::from_utime(utime);
+    made.width = 4;
+    made.height = 2;
+    made.row_stride = 4 * bytes_per_pixel;
+    made.format = format;
+    made.bytes.assign(static_cast<std::size_t>(8 * bytes_per_pixel), 7);
+    if (format == PixelFormat::depth_mm) made.metadata.push_back({"encoding", {'r', 'a', 'w'}});
+    return made;
+  };
+  const std::int64_t t = test::start_us + 1'990'000;
+  feed(test::message(channel::depth, t - 30'000, image(PixelFormat::depth_mm, t - 33'000, 2)));
+  feed(test::message(channel::camera, t + 2000, image(PixelFormat::bgr, t, 3)));
+  EXPECT_TRUE(outputs_.frames().empty()) << "the depth image at hand shows an earlier moment";
+  feed(test::message(channel::depth, t + 3000, image(PixelFormat::depth_mm, t, 2)));
+  ASSERT_EQ(outputs_.frames().size(), 1U);
+  ASSERT_TRUE(outputs_.frames()[0].job.depth.has_value());
+  EXPECT_EQ(outputs_.frames()[0].job.depth->stamp, outputs_.frames()[0].job.image.stamp);
+
+  feed(test::message(channel::camera, t + 35'000, image(PixelFormat::bgr, t + 33'000, 3)));
+  EXPECT_TRUE(outputs_.frames().empty());
+  outputs_.clear();
+  advance(configuration_, ArrivalTime::from_utime(t + 95'000), *state_, outputs_, observer_);
+  EXPECT_EQ(outputs_.frames().size(), 1U) << "no depth image came: not for long";
+}
+
 TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicks) {
   const auto run = [](bool with_timer) {
     const Configuration configuration =
