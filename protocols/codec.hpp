@@ -1,5 +1,5 @@
-// LCM bytes to structs and back. Every decoder validates: fingerprint, length, counts, finite numbers, ranges, stamps.
-// Its Error names the channel, what was found and what was expected.
+// LCM bytes to structs and back. Every decoder validates: fingerprint, length, counts, finite numbers,
+// ranges, stamps. Its Error names the channel, what was found and what was expected.
 #pragma once
 
 #include <cstdint>
@@ -21,13 +21,13 @@ namespace parhelion {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// After an Error the contents of the output are unspecified; its capacity is reused, so that decoding a scan or an image
-/// allocates nothing once it is large enough. Refused in every type: a foreign fingerprint, missing or surplus bytes,
-/// counts that lie, numbers that are not finite (but where said), quaternions whose length is not 1, enumerators that do
-/// not exist, stamps outside 1970..2200.
+/// After an Error the contents of the output are unspecified; its capacity is reused, so that decoding a scan
+/// or an image allocates nothing once it is large enough. Refused in every type: a foreign fingerprint,
+/// missing or surplus bytes, counts that lie, numbers that are not finite (but where said), quaternions whose
+/// length is not 1, enumerators that do not exist, stamps outside 1970..2200.
 
-/// NaN, infinities and negative ranges are what a sensor may write and pass; no beam or more than 100,000, a step of zero,
-/// a non-finite angle, or intensities that are neither none nor one a beam do not.
+/// NaN, infinities and negative ranges are what a sensor may write and pass; no beam or more than 100,000, a
+/// step of zero, a non-finite angle, or intensities that are neither none nor one a beam do not.
 Status decode(std::string_view channel, Bytes bytes, Scan& scan);
 /// Sides 1..16384; raw formats: size = row_stride * height; depth: metadata "encoding" is raw, png or zlib.
 Status decode(std::string_view channel, Bytes bytes, Image& image);
@@ -82,10 +82,12 @@ void encode(const ServerStatus& status, std::vector<std::uint8_t>& bytes);
 void encode(const RobotMessage& message, std::vector<std::uint8_t>& bytes);
 void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes);
 
-/// Name of the wire type by the fingerprint: "planar_lidar_t"; the fingerprint in hex where unknown, "none" below 8 bytes.
+/// Name of the wire type by the fingerprint: "planar_lidar_t"; the fingerprint in hex where unknown, "none"
+/// below 8 bytes.
 std::string type_name(Bytes bytes);
 
-/// One line of text for `topic echo`: decodes by fingerprint; unknown types are said with fingerprint and size.
+/// One line of text for `topic echo`: decodes by fingerprint; unknown types are said with fingerprint and
+/// size.
 std::string describe(std::string_view channel, Bytes bytes);
 
 }  // namespace parhelion

@@ -15,22 +15,22 @@ enum class AgentKind : std::uint8_t { box, barrel, person, robot };
 
 enum class BehaviourKind : std::uint8_t {
   stay,
-  patrol,   ///< along `waypoints`, back to the first after the last
-  wander,   ///< about without hitting things
-  teleop,   ///< driven by MR_AGENT_<name>_TELEOP
+  patrol,  ///< along `waypoints`, back to the first after the last
+  wander,  ///< about without hitting things
+  teleop,  ///< driven by MR_AGENT_<name>_TELEOP
 };
 
 struct Behaviour {
   BehaviourKind kind = BehaviourKind::stay;
-  double speed = 0.5;                       ///< m/s
-  std::vector<Eigen::Vector2d> waypoints;   ///< m, map frame
+  double speed = 0.5;                      ///< m/s
+  std::vector<Eigen::Vector2d> waypoints;  ///< m, map frame
 };
 
 /// A virtual thing at its start.
 struct AgentDefinition {
   std::string name;  ///< unique, letters, digits, '_' and '-': part of channel names
   AgentKind kind = AgentKind::box;
-  Transform<Map, Base> T_map_base;  ///< planar: on the floor
+  Transform<Map, Base> T_map_base;      ///< planar: on the floor
   Eigen::Vector3d size{0.4, 0.4, 0.6};  ///< m, boxes and barrels: x, y, z
   Behaviour behaviour;
   std::string laser;  ///< preset of its own simulated laser, empty: none
@@ -38,10 +38,10 @@ struct AgentDefinition {
 
 struct AgentCommand {
   enum class Action : std::uint8_t { spawn, move, remove, behave, remove_all, freeze, unfreeze };
-  SensorTime stamp;             ///< when it was asked for, the sender's clock
-  std::uint64_t request = 0;    ///< chosen by the sender; the answering event carries it
+  SensorTime stamp;           ///< when it was asked for, the sender's clock
+  std::uint64_t request = 0;  ///< chosen by the sender; the answering event carries it
   Action action = Action::spawn;
-  AgentDefinition agent;        ///< name always; the rest as the action needs
+  AgentDefinition agent;  ///< name always; the rest as the action needs
 };
 
 const char* to_string(AgentKind kind);

@@ -10,8 +10,8 @@
 namespace parhelion {
 
 enum class EventKind : std::uint8_t {
-  command_accepted,   ///< answer to an AgentCommand: after it was written to the log
-  command_refused,    ///< `text` says why and, for a place that is taken, where there is room
+  command_accepted,  ///< answer to an AgentCommand: after it was written to the log
+  command_refused,   ///< `text` says why and, for a place that is taken, where there is room
   agent_spawned,
   agent_moved,
   agent_removed,
@@ -20,7 +20,7 @@ enum class EventKind : std::uint8_t {
   pose_lost,
   pose_recovered,
   relocalized,
-  command_reduced,    ///< virtual contact held TELEOP back (start of it)
+  command_reduced,  ///< virtual contact held TELEOP back (start of it)
   command_restored,
   injection_degraded,
   injection_restored,
@@ -29,14 +29,14 @@ enum class EventKind : std::uint8_t {
 enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virtual };
 
 struct Event {
-  SimulationTime stamp;     ///< when it happened
+  SimulationTime stamp;  ///< when it happened
   EventKind kind = EventKind::agent_spawned;
-  std::string subject;      ///< entity that it is about
-  std::string object;       ///< the other one, or empty
+  std::string subject;  ///< entity that it is about
+  std::string object;   ///< the other one, or empty
   PairKind pair = PairKind::none;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame, where it has a place
-  double impulse = 0;       ///< N s, of a contact
-  bool unsensed = false;    ///< while injection was degraded: never scored
+  double impulse = 0;                                  ///< N s, of a contact
+  bool unsensed = false;                               ///< while injection was degraded: never scored
   std::uint64_t request = 0;
   std::string text;
 };

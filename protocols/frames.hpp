@@ -1,5 +1,6 @@
-// Rigid transforms whose frames are part of the type: T_map_base * T_base_laser compiles, the other order does not.
-// Frames follow REP-105, axes REP-103 (x forward, y left, z up; *_optical: z forward, x right, y down). Metres, radians.
+// Rigid transforms whose frames are part of the type: T_map_base * T_base_laser compiles, the other order
+// does not. Frames follow REP-105, axes REP-103 (x forward, y left, z up; *_optical: z forward, x right, y
+// down). Metres, radians.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -44,10 +44,10 @@ struct CameraIntrinsics {
     radial_tangential,  ///< Brown-Conrady, k1 k2 p1 p2 k3 (OpenCV's order)
     fisheye,            ///< Kannala-Brandt, k1 k2 k3 k4 (OpenCV's fisheye)
   };
-  int width = 0, height = 0;                 ///< pixels
-  double fx = 0, fy = 0, cx = 0, cy = 0;     ///< pixels
+  int width = 0, height = 0;              ///< pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   Lens lens = Lens::radial_tangential;
-  std::array<double, 5> distortion{};        ///< in the lens model's order; zeros: none
+  std::array<double, 5> distortion{};  ///< in the lens model's order; zeros: none
 };
 
 struct CameraDescription {

@@ -25,13 +25,14 @@ struct ModelEntity {
 };
 
 struct SemanticModel {
-  std::string map_id;  ///< id of the map that its coordinates belong to; a mismatch with POSE_COV means no injection
+  std::string
+      map_id;  ///< id of the map that its coordinates belong to; a mismatch with POSE_COV means no injection
   std::string source;  ///< what it was made from
   std::vector<ModelEntity> entities;
 };
 
-/// Reads YAML (schema model.schema.json); `origin` names the file in errors. Overlapping walls of one label are an error
-/// that names both (overlap by more than half of the smaller one's volume).
+/// Reads YAML (schema model.schema.json); `origin` names the file in errors. Overlapping walls of one label
+/// are an error that names both (overlap by more than half of the smaller one's volume).
 Result<SemanticModel> parse_model(const std::string& yaml, const std::string& origin);
 Result<SemanticModel> load_model(const std::string& path);
 std::string to_yaml(const SemanticModel& model);

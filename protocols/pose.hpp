@@ -16,7 +16,7 @@ using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 enum class SlamState : std::int8_t {
   initializing = 0,  ///< no pose yet: T_map_base is not meaningful
   tracking = 1,
-  lost = 2,          ///< T_map_base is not to be used
+  lost = 2,  ///< T_map_base is not to be used
 };
 
 /// One word of SLAM (POSE_COV).
@@ -26,8 +26,8 @@ struct PoseEstimate {
   PoseCovariance covariance = PoseCovariance::Zero();
   std::string map_id;
   SlamState state = SlamState::initializing;
-  Duration step_time;   ///< what SLAM needed to compute it
-  bool causal = true;   ///< false: computed with later data (final trajectory), never used for injection
+  Duration step_time;  ///< what SLAM needed to compute it
+  bool causal = true;  ///< false: computed with later data (final trajectory), never used for injection
 };
 
 /// Wheel odometry (ODOMETRY), planar.
@@ -40,9 +40,9 @@ struct Odometry {
 struct PoseStamped {
   SensorTime stamp;
   Transform<Map, Base> T_map_base;
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< m/s, in the frame that the robot description names
-  Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();     ///< rad/s, body frame
-  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();      ///< m/s^2, body frame
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, in the frame that the robot description names
+  Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, body frame
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();   ///< m/s^2, body frame
 };
 
 /// What a trainee asks for (TELEOP), or what goes to a robot (MR_CMD): in the body frame.

@@ -13,10 +13,10 @@
 namespace parhelion {
 
 struct RobotLimits {
-  double speed = 1.0;         ///< m/s
-  double yaw_rate = 1.5;      ///< rad/s
-  double deceleration = 1.0;  ///< m/s^2, what a stop is planned with
-  double reaction_time = 0.2; ///< s, from command to motion
+  double speed = 1.0;          ///< m/s
+  double yaw_rate = 1.5;       ///< rad/s
+  double deceleration = 1.0;   ///< m/s^2, what a stop is planned with
+  double reaction_time = 0.2;  ///< s, from command to motion
 };
 
 struct RobotDescription {

@@ -29,7 +29,8 @@ struct RangeConvention {
   float range_min = 0;  ///< m; a finite range below it is too close
   float range_max = 0;  ///< m; a finite range at or above it is no return
   Sentinel no_return = Sentinel::infinity;
-  float no_return_value = 0;  ///< m, where no_return is Sentinel::value (81.83 for an LMS-200 in CARMEN logs, 0 for others)
+  float no_return_value =
+      0;  ///< m, where no_return is Sentinel::value (81.83 for an LMS-200 in CARMEN logs, 0 for others)
   Sentinel too_close = Sentinel::value;
   float too_close_value = 0;  ///< m, where too_close is Sentinel::value
 
@@ -46,7 +47,8 @@ struct LaserDescription {
   Transform<Base, Laser> T_base_laser;
   RangeConvention convention;
   StampBeam stamp_beam = StampBeam::first;
-  /// Beam i is measured in pass i % passes, as beam i / passes of it: an LMS-200 at 0.5 degrees makes two interlaced passes.
+  /// Beam i is measured in pass i % passes, as beam i / passes of it: an LMS-200 at 0.5 degrees makes two
+  /// interlaced passes.
   int passes = 1;
   double pass_period = 0;    ///< s between the starts of two passes
   double beam_interval = 0;  ///< s between two beams of one pass

@@ -16,10 +16,10 @@ struct InjectionLimits {
 };
 
 struct ContactLimits {
-  double slow_distance = 1.0;    ///< m, virtual contact begins to reduce TELEOP
-  double stop_distance = 0.15;   ///< m, it is zero towards the body
-  double crawl_speed = 0.2;      ///< m/s, after pose loss and a released dead-man
-  double silence = 0.5;          ///< s without TELEOP: stop
+  double slow_distance = 1.0;   ///< m, virtual contact begins to reduce TELEOP
+  double stop_distance = 0.15;  ///< m, it is zero towards the body
+  double crawl_speed = 0.2;     ///< m/s, after pose loss and a released dead-man
+  double silence = 0.5;         ///< s without TELEOP: stop
 };
 
 struct Scenario {
@@ -35,8 +35,8 @@ struct Scenario {
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 
-/// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean 'agents'?".
-/// Paths are left as they are written.
+/// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean
+/// 'agents'?". Paths are left as they are written.
 Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin);
 /// The same from a file; paths of model and robot are resolved against the file's folder.
 Result<Scenario> load_scenario(const std::string& path);

@@ -15,7 +15,7 @@ struct Material {
   Eigen::Vector3f albedo{0.5F, 0.5F, 0.5F};  ///< linear RGB, 0..1
   float roughness = 0.6F;                    ///< 0 mirror .. 1 matt
   float metallic = 0;
-  float laser_reflectivity = 0.5F;           ///< 0..1, for scans that carry intensities
+  float laser_reflectivity = 0.5F;  ///< 0..1, for scans that carry intensities
 };
 
 enum class ShapeKind : std::uint8_t {
@@ -42,7 +42,8 @@ struct BodyDefinition {
   std::string entity;  ///< name of the agent, robot or building element that it belongs to
   std::string part;    ///< "chassis", "left_leg", ...
   BodyOwner owner = BodyOwner::agent;
-  bool injectable = false;  ///< may appear in real scans and images: agents and drawn virtual walls only (promise 1)
+  bool injectable =
+      false;  ///< may appear in real scans and images: agents and drawn virtual walls only (promise 1)
   std::vector<Shape> shapes;
 };
 

@@ -6,8 +6,8 @@
 
 namespace parhelion {
 
-/// Path of a shipped file such as "fusion/scan/presets/lms-200.yaml": under $PARHELION_SHARE where set, else beside the
-/// running program (../share/parhelion), else in the source tree that it was built from.
+/// Path of a shipped file such as "fusion/scan/presets/lms-200.yaml": under $PARHELION_SHARE where set, else
+/// beside the running program (../share/parhelion), else in the source tree that it was built from.
 std::filesystem::path share_path(std::string_view relative);
 
 }  // namespace parhelion

@@ -23,18 +23,18 @@ struct SessionHeader {
 
 /// MR_SCAN_INFO: which agent each beam of the MR_SCAN with the same utime hit.
 struct ScanInfo {
-  SensorTime stamp;                        ///< of the scan that it describes
-  bool live = false;                       ///< false: degraded, MR_SCAN equals SCAN
-  std::string reason;                      ///< why degraded, else empty
-  double predicted_error = 0;              ///< m, 1 sigma of a return at the nearest agent; infinity: no pose
-  std::vector<std::string> agents;         ///< names that beam_agent points into
-  std::vector<std::int16_t> beam_agent;    ///< per beam: index into agents, -1: none
+  SensorTime stamp;                      ///< of the scan that it describes
+  bool live = false;                     ///< false: degraded, MR_SCAN equals SCAN
+  std::string reason;                    ///< why degraded, else empty
+  double predicted_error = 0;            ///< m, 1 sigma of a return at the nearest agent; infinity: no pose
+  std::vector<std::string> agents;       ///< names that beam_agent points into
+  std::vector<std::int16_t> beam_agent;  ///< per beam: index into agents, -1: none
 };
 
 /// LOOP: decisions that only wall time could make; replay obeys them.
 struct LoopDecision {
   enum class Kind : std::int8_t { guard_fired = 0, steps_skipped = 1, frame_dropped = 2 };
-  SensorTime stamp;        ///< of the input that it is about, or the server's time
+  SensorTime stamp;  ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
   std::int64_t count = 0;  ///< steps skipped; else the sequence number of the scan or frame, from 1
 };

@@ -1,4 +1,5 @@
-// Instants in int64 nanoseconds, tagged with the clock that read them, so that two clocks never mix unnoticed.
+// Instants in int64 nanoseconds, tagged with the clock that read them, so that two clocks never mix
+// unnoticed.
 #pragma once
 
 #include <compare>
@@ -21,9 +22,7 @@ constexpr Duration nanoseconds(std::int64_t n) { return {n}; }
 constexpr Duration microseconds(std::int64_t n) { return {n * 1'000}; }
 constexpr Duration milliseconds(std::int64_t n) { return {n * 1'000'000}; }
 /// Rounded to the nearest nanosecond.
-constexpr Duration seconds(double s) {
-  return {static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5))};
-}
+constexpr Duration seconds(double s) { return {static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5))}; }
 
 struct SensorClock {};      ///< what the sensor said: `utime` on the wire
 struct ArrivalClock {};     ///< the server's stamp of an input; strictly increasing; a log event's timestamp

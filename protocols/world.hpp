@@ -14,15 +14,16 @@ namespace parhelion {
 
 struct BodyState {
   BodyId id = 0;
-  std::uint32_t epoch = 0;  ///< counts spawns and teleports: states of different epochs are never interpolated
+  std::uint32_t epoch =
+      0;  ///< counts spawns and teleports: states of different epochs are never interpolated
   Transform<Map, Body> T_map_body;
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          ///< m/s, map frame, of the body's origin
-  Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();     ///< rad/s, map frame
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of the body's origin
+  Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
 };
 
 struct WorldSnapshot {
-  SimulationTime stamp;     ///< the instant at which the poses hold
-  std::uint64_t step = 0;   ///< number of the physics step that made it (the earlier one where interpolated)
+  SimulationTime stamp;    ///< the instant at which the poses hold
+  std::uint64_t step = 0;  ///< number of the physics step that made it (the earlier one where interpolated)
   std::shared_ptr<const Scene> scene;
   std::vector<BodyState> bodies;  ///< ascending id, one for each body of `scene` that exists at the stamp
 };

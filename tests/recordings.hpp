@@ -19,7 +19,7 @@ inline std::filesystem::path sena_rawlog() {
 
 }  // namespace parhelion::test
 
-#define PARHELION_NEEDS_RECORDING(path)                                              \
-  if (!std::filesystem::exists(path)) {                                              \
-    GTEST_SKIP() << "needs the recording " << (path) << ", which is not here";       \
+#define PARHELION_NEEDS_RECORDING(path)                                        \
+  if (!std::filesystem::exists(path)) {                                        \
+    GTEST_SKIP() << "needs the recording " << (path) << ", which is not here"; \
   }

@@ -1,9 +1,8 @@
 // A subcommand of `parhelion`: one file each, listed in main.cpp.
 #pragma once
 
-#include <functional>
-
 #include <CLI/CLI.hpp>
+#include <functional>
 
 namespace parhelion {
 

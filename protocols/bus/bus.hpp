@@ -1,4 +1,5 @@
-// Transport: one small interface with a network, a memory and a log-file version. Payloads are bytes; codec.hpp reads them.
+// Transport: one small interface with a network, a memory and a log-file version. Payloads are bytes;
+// codec.hpp reads them.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,8 @@ namespace parhelion {
 /// A message as it came or goes.
 struct Message {
   std::string channel;
-  ArrivalTime arrival;  ///< log: the event's timestamp; network: microseconds of receipt, not yet strictly increasing
+  ArrivalTime
+      arrival;  ///< log: the event's timestamp; network: microseconds of receipt, not yet strictly increasing
   std::vector<std::uint8_t> payload;
 };
 
@@ -26,16 +28,17 @@ class Bus {
   virtual ~Bus() = default;
   /// Sends; never blocks on a slow receiver.
   virtual Status publish(std::string_view channel, std::span<const std::uint8_t> payload) = 0;
-  /// Waits at most `timeout` for one message on the subscribed channels; false: none came. Messages that were dropped
-  /// because a queue was full are counted in dropped().
+  /// Waits at most `timeout` for one message on the subscribed channels; false: none came. Messages that were
+  /// dropped because a queue was full are counted in dropped().
   virtual Result<bool> receive(Message& message, Duration timeout) = 0;
-  /// `pattern`: a channel, or a regular expression as LCM has it. `capacity`: how many messages wait; the oldest goes first.
+  /// `pattern`: a channel, or a regular expression as LCM has it. `capacity`: how many messages wait; the
+  /// oldest goes first.
   virtual Status subscribe(const std::string& pattern, int capacity) = 0;
   virtual std::uint64_t dropped() const = 0;
 };
 
-/// LCM over the network; empty url: LCM_DEFAULT_URL, else udpm with ttl=0 and a receive buffer of 4 MiB. An error names
-/// the missing multicast route and the command that adds it.
+/// LCM over the network; empty url: LCM_DEFAULT_URL, else udpm with ttl=0 and a receive buffer of 4 MiB. An
+/// error names the missing multicast route and the command that adds it.
 Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url);
 
 /// Endpoints in one process that hear each other; for tests. Thread-safe.

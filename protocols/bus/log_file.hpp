@@ -1,4 +1,5 @@
-// LCM event logs: reading with checks that liblcm does not make, and writing that survives a kill (promise 6).
+// LCM event logs: reading with checks that liblcm does not make, and writing that survives a kill (promise
+// 6).
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@
 
 namespace parhelion {
 
-/// Reads events in file order. Event: big-endian 0xEDA1DA01, int64 number, int64 utime, int32 channel length, int32 data
-/// length, channel, data.
+/// Reads events in file order. Event: big-endian 0xEDA1DA01, int64 number, int64 utime, int32 channel length,
+/// int32 data length, channel, data.
 class LogReader {
  public:
   static Result<LogReader> open(const std::string& path);
@@ -22,8 +23,8 @@ class LogReader {
   LogReader& operator=(LogReader&&) noexcept;
   ~LogReader();
 
-  /// The next event; nullopt at a clean end. A damaged place is an Error that names file and byte offset; reading on
-  /// afterwards resumes at the next sync word, and the skipped bytes are counted.
+  /// The next event; nullopt at a clean end. A damaged place is an Error that names file and byte offset;
+  /// reading on afterwards resumes at the next sync word, and the skipped bytes are counted.
   Result<std::optional<Message>> next();
   std::uint64_t offset() const;         ///< bytes read so far
   std::uint64_t size() const;           ///< bytes of the file when opened
@@ -35,7 +36,8 @@ class LogReader {
   std::unique_ptr<State> state_;
 };
 
-/// Appends events; each write reaches the kernel before it returns, so a killed process loses nothing written.
+/// Appends events; each write reaches the kernel before it returns, so a killed process loses nothing
+/// written.
 class LogWriter {
  public:
   /// Fails where the file exists, unless `overwrite`.

@@ -1,5 +1,5 @@
-// Scan in to scan out inside the server: 361 beams, 80 m, 100 boxes and 50 robots that drive, in a hall of 60 m.
-// Prints percentiles of the scan path and of the wait for physics, as `replay` measures them.
+// Scan in to scan out inside the server: 361 beams, 80 m, 100 boxes and 50 robots that drive, in a hall of 60
+// m. Prints percentiles of the scan path and of the wait for physics, as `replay` measures them.
 #include <cstdio>
 #include <numbers>
 #include <random>
@@ -24,8 +24,8 @@ Configuration hall() {
       if (!robot && boxes >= 100) continue;
       agent.kind = robot ? AgentKind::robot : AgentKind::box;
       agent.name = (robot ? "robot_" : "box_") + std::to_string(robot ? robots++ : boxes++);
-      agent.T_map_base =
-          Transform<Map, Base>::planar((column - 6) * 4 + jitter(random), (row - 6) * 4 + jitter(random), jitter(random));
+      agent.T_map_base = Transform<Map, Base>::planar((column - 6) * 4 + jitter(random),
+                                                      (row - 6) * 4 + jitter(random), jitter(random));
       agent.behaviour.kind = robot ? BehaviourKind::wander : BehaviourKind::stay;
       scenario.agents.push_back(agent);
     }
@@ -38,7 +38,8 @@ Configuration hall() {
     wall.name = "wall " + std::to_string(side);
     wall.label = EntityLabel::wall;
     const double yaw = side * std::numbers::pi / 2;
-    wall.T_map_body = Transform<Map, Body>::planar(30 * std::cos(yaw), 30 * std::sin(yaw), yaw + std::numbers::pi / 2, 1.25);
+    wall.T_map_body = Transform<Map, Body>::planar(30 * std::cos(yaw), 30 * std::sin(yaw),
+                                                   yaw + std::numbers::pi / 2, 1.25);
     wall.size = {59.8, 0.1, 2.5};
     model.entities.push_back(wall);
   }
@@ -89,7 +90,8 @@ int main() {
     pose.map_id = "hall";
     const Message inputs[] = {
         message("ODOMETRY", utime + 100, Odometry{stamp, Transform<Odom, Base>::planar(0, 0, yaw)}),
-        message("ODOMETRY", utime + 26'500, Odometry{stamp + milliseconds(26), Transform<Odom, Base>::planar(0, 0, yaw)}),
+        message("ODOMETRY", utime + 26'500,
+                Odometry{stamp + milliseconds(26), Transform<Odom, Base>::planar(0, 0, yaw)}),
         message("POSE_COV", utime + 26'550, pose), message("SCAN", utime + 26'600, scan)};
     for (const Message& input : inputs) {
       outputs.clear();
@@ -102,8 +104,8 @@ int main() {
               static_cast<unsigned long long>(tally.scans_in),
               100.0 * static_cast<double>(tally.beams_replaced) / static_cast<double>(tally.beams_total));
   const auto line = [](const char* what, const Percentiles& p) {
-    std::printf("%-28s p50 %8.0f us  p90 %8.0f us  p99 %8.0f us  max %8.0f us\n", what, p.at(0.5), p.at(0.9), p.at(0.99),
-                p.max());
+    std::printf("%-28s p50 %8.0f us  p90 %8.0f us  p99 %8.0f us  max %8.0f us\n", what, p.at(0.5), p.at(0.9),
+                p.at(0.99), p.max());
   };
   line("scan in to scan out", stages.scan_us);
   line("wait for physics", stages.physics_wait_us);

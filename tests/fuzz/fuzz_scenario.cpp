@@ -27,6 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const std::string text(reinterpret_cast<const char*>(bytes), size);
   read_write_read(text, [](const std::string& yaml) { return parhelion::parse_scenario(yaml, "fuzz"); });
   read_write_read(text, [](const std::string& yaml) { return parhelion::parse_model(yaml, "fuzz"); });
-  read_write_read(text, [](const std::string& yaml) { return parhelion::parse_robot_description(yaml, "fuzz"); });
+  read_write_read(text,
+                  [](const std::string& yaml) { return parhelion::parse_robot_description(yaml, "fuzz"); });
   return 0;
 }
