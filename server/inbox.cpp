@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "server/wall_clock.hpp"
-
 namespace parhelion {
 namespace {
 
@@ -72,10 +70,11 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
   return arrived;
 }
 
+ArrivalTime Inbox::now() const { return ArrivalTime{wall_start_.ns} + (steady_now() - steady_start_); }
+
 ArrivalTime Inbox::stamp() {
-  // Microseconds, as a log keeps them; the wall clock may be set back, arrival never goes back.
-  const ArrivalTime now = ArrivalTime::from_utime(wall_now().utime());
-  last_ = std::max(now, last_ + microseconds(1));
+  // Microseconds, as a log keeps them.
+  last_ = std::max(ArrivalTime::from_utime(now().utime()), last_ + microseconds(1));
   return last_;
 }
 

@@ -11,6 +11,7 @@
 #include "protocols/bus/bus.hpp"
 #include "server/configuration.hpp"
 #include "server/guard.hpp"
+#include "server/wall_clock.hpp"
 
 namespace parhelion {
 
@@ -30,6 +31,8 @@ class Inbox {
 
   /// The next input, stamped; nullopt: none came until `deadline` (steady clock).
   std::optional<Arrived> take(WallTime deadline);
+  /// Wall time at the start plus what a clock that never jumps has counted since.
+  ArrivalTime now() const;
   /// A stamp for a decision of the loop, or for a timer tick: later than all before it.
   ArrivalTime stamp();
   std::uint64_t dropped() const;
@@ -48,6 +51,7 @@ class Inbox {
   std::deque<Arrived> queue_;
   std::uint64_t dropped_ = 0;
   std::string fault_;
+  const WallTime wall_start_ = wall_now(), steady_start_ = steady_now();
   ArrivalTime last_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

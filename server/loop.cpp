@@ -86,7 +86,7 @@ Result<Report> Session::operator()() {
   if (const Status begun = start(); !begun) return begun.error();
   if (options_.say) options_.say("serving; stop with ^C");
   while (!options_.stop || !options_.stop()) {
-    const Duration until_step{state_->simulation.next_step().ns - wall_now().ns};
+    const Duration until_step{state_->simulation.next_step().ns - inbox_.now().ns};
     auto arrived = inbox_.take(steady_now() + std::min(until_step, idle));
     if (arrived) {
       handle(std::move(*arrived));
@@ -147,13 +147,16 @@ void Session::handle_scan(const Arrived& arrived) {
   outputs_.clear();
   stages_.begin();
   tick(configuration_, arrived.message, *state_, outputs_, stages_);
-  bool guarded = false;
+  bool answered = false, guarded = false;
   for (const Outputs::Entry& entry : outputs_.entries()) {
     if (entry.channel != mr_scan_) continue;
+    answered = true;
     guarded = !guard_.claim(arrived.ticket);
     if (!guarded) outbox_.publish_now(mr_scan_, entry.payload);
     in_to_out_us_.add((steady_now() - arrived.received).microseconds());
   }
+  if (!answered)
+    (void)guard_.claim(arrived.ticket);  // what cannot be read is no scan, and is not sent on as one
   if (guarded) {
     substitute_raw_scan(configuration_, arrived.message, outputs_);
     ++state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];

@@ -11,6 +11,15 @@ void Outbox::write(std::span<const Message> messages) {
 
 void Outbox::send(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp,
                   std::string_view published) {
+  record(input, outputs, stamp);
+  if (bus_ == nullptr) return;
+  for (const Outputs::Entry& output : outputs) {
+    // A receiver that is not there is no reason to stop; the bus counts what it could not send.
+    if (output.channel != published) (void)bus_->publish(output.channel, output.payload);
+  }
+}
+
+void Outbox::record(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp) {
   const std::lock_guard lock(mutex_);
   batch_.resize(outputs.size() + (input != nullptr ? 1 : 0));
   std::size_t used = 0;
@@ -23,15 +32,10 @@ void Outbox::send(const Message* input, std::span<const Outputs::Entry> outputs,
     hashes_[output.channel].add(output.payload);
   }
   write(batch_);
-  if (bus_ == nullptr) return;
-  for (const Outputs::Entry& output : outputs) {
-    // A receiver that is not there is no reason to stop; the bus counts what it could not send.
-    if (output.channel != published) (void)bus_->publish(output.channel, output.payload);
-  }
 }
 
 void Outbox::publish_now(std::string_view channel, std::span<const std::uint8_t> payload) {
-  const std::lock_guard lock(mutex_);
+  // Without the lock: the guard must get through while a slow disk holds up a write.
   if (bus_ != nullptr) (void)bus_->publish(channel, payload);
 }
 

@@ -42,6 +42,7 @@ class Outbox {
   std::map<std::string, std::string> hashes() const;
 
  private:
+  void record(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp);
   void write(std::span<const Message> messages);
 
   mutable std::mutex mutex_;

@@ -2,6 +2,7 @@
 // on silence.
 #include <Eigen/Eigenvalues>
 #include <cmath>
+#include <exception>
 
 #include "server/bodies_in_sweep.hpp"
 #include "server/tick.hpp"
@@ -108,6 +109,24 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
   encode(message, outputs.add(configuration.channels.bus(channel::mr_world)));
 }
 
+void step_once(const Configuration& configuration, State& state, Outputs& outputs, StageObserver& observer) {
+  const SimulationTime next = state.simulation.next_step();
+  state.real = real_robot_at(next, state);
+  note_pose(configuration, next, state, outputs);
+  state.laser_requests.clear();
+  state.simulation.step(state.real, state.laser_requests);
+  state.relocalized = false;
+  ++state.step;
+  observer.ended(Stage::physics_step);
+  publish_simulation_events(configuration, state, outputs);
+  for (const LaserRequest& request : state.laser_requests)
+    answer_laser(configuration, request, state, outputs);
+  watch_silence(configuration, next, state, outputs);
+  watch_waiting_image(configuration, next, state, outputs);
+  if (world_due(configuration, state)) publish_world(configuration, state, outputs);
+  observer.ended(Stage::agents);
+}
+
 }  // namespace
 
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs) {
@@ -121,24 +140,12 @@ void publish_simulation_events(const Configuration& configuration, State& state,
 }
 
 void advance(const Configuration& configuration, ArrivalTime until, State& state, Outputs& outputs,
-             StageObserver& observer) {
-  while (state.simulation.next_step() <= simulation_time(until)) {
-    const SimulationTime next = state.simulation.next_step();
-    state.real = real_robot_at(next, state);
-    note_pose(configuration, next, state, outputs);
-    state.laser_requests.clear();
-    state.simulation.step(state.real, state.laser_requests);
-    state.relocalized = false;
-    ++state.step;
-    observer.ended(Stage::physics_step);
-    publish_simulation_events(configuration, state, outputs);
-    for (const LaserRequest& request : state.laser_requests)
-      answer_laser(configuration, request, state, outputs);
-    watch_silence(configuration, next, state, outputs);
-    watch_waiting_image(configuration, next, state, outputs);
-    if (world_due(configuration, state)) publish_world(configuration, state, outputs);
-    observer.ended(Stage::agents);
-  }
+             StageObserver& observer) try {
+  while (state.simulation.next_step() <= simulation_time(until))
+    step_once(configuration, state, outputs, observer);
+} catch (const std::exception& fault) {
+  // The world stands still and scans go out as they came, with the reason; the server goes on.
+  refuse({std::string("physics: ") + fault.what()}, state);
 }
 
 }  // namespace parhelion

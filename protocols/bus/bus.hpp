@@ -26,7 +26,7 @@ struct Message {
 class Bus {
  public:
   virtual ~Bus() = default;
-  /// Sends; never blocks on a slow receiver.
+  /// Sends; never blocks on a slow receiver. Any thread may send.
   virtual Status publish(std::string_view channel, std::span<const std::uint8_t> payload) = 0;
   /// Waits at most `timeout` for one message on the subscribed channels; false: none came. Messages that were
   /// dropped because a queue was full are counted in dropped().
