@@ -1,6 +1,7 @@
 #include "server/replay.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <thread>
 
@@ -88,7 +89,7 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
     const auto loaded = load_robot_description(robot_file);
     if (!loaded) return loaded.error();
     robot = *loaded;
-  } else if (preview.robot_yaml) {
+  } else if (preview.robot_yaml && !recorded) {  // a session's own may have come from a file
     const auto loaded = parse_robot_description(*preview.robot_yaml, options.log + " (ROBOT)");
     if (!loaded) return loaded.error();
     robot = *loaded;
@@ -313,6 +314,9 @@ Result<Report> Run::operator()() {
 }  // namespace
 
 Result<Report> replay(const ReplayOptions& options) {
+  std::error_code ignored;
+  if (!options.session.empty() && std::filesystem::equivalent(options.log, options.session, ignored))
+    return Error{options.session + ": is the log that is replayed; choose another name for the session"};
   const auto preview = look_ahead(options.log);
   if (!preview) return preview.error();
   const auto configuration = choose_configuration(options, *preview);

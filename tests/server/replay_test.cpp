@@ -100,6 +100,29 @@ TEST_F(ReplayTest, ReplayNeverOverwritesASessionUnasked) {
   EXPECT_NE(second.error().message.find("a.lcm"), std::string::npos);
 }
 
+TEST_F(ReplayTest, ReplayNeverWritesOverTheLogThatItReads) {
+  const std::string before = bytes_of(folder_ / "drive.lcm");
+  ReplayOptions onto_itself = options("./drive.lcm");
+  onto_itself.overwrite = true;
+  const auto report = replay(onto_itself);
+  ASSERT_FALSE(report.ok());
+  EXPECT_NE(report.error().message.find("drive.lcm"), std::string::npos);
+  EXPECT_EQ(bytes_of(folder_ / "drive.lcm"), before);
+}
+
+TEST_F(ReplayTest, ReplayOfASessionTakesTheRobotThatItRanWith) {
+  RobotDescription other = test::robot();
+  other.laser->T_base_laser = Transform<Base, Laser>::planar(0.4, 0, 0, 0.3);
+  std::ofstream(folder_ / "robot.yaml") << to_yaml(other);
+  ReplayOptions with_file = options("a.lcm");
+  with_file.robot = folder_ / "robot.yaml";
+  const Report first = run(with_file);
+  EXPECT_NE(first.hash.at(channel::mr_scan), run(options("c.lcm")).hash.at(channel::mr_scan));
+  ReplayOptions again;
+  again.log = folder_ / "a.lcm";
+  EXPECT_EQ(run(again).hash, first.hash);
+}
+
 TEST_F(ReplayTest, ReplayReadsATruncatedLogAsFarAsItGoes) {
   const std::string whole = bytes_of(folder_ / "drive.lcm");
   for (const std::size_t cut : {std::size_t{1}, std::size_t{30}, whole.size() / 2, whole.size() - 1}) {
