@@ -47,12 +47,14 @@ void send_command(const Configuration& configuration, SimulationTime now, State&
 void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs) {
   AgentCommand command;
-  if (const Status read = decode(input.channel, input.payload, command); !read)
-    return refuse(read.error(), state);
-  const Status done = state.simulation.command(command, state.real);
+  const Status read = decode(input.channel, input.payload, command);
+  if (!read) refuse(read.error(), state);
+  if (!read && command.request == 0) return;  // nobody to answer
+  const Status done = read.ok() ? state.simulation.command(command, state.real) : read;
   if (done.ok() && command.action == AgentCommand::Action::spawn)
     state.kinds[command.agent.name] = command.agent.kind;
   publish_simulation_events(configuration, state, outputs);
+  if (!read) command.agent = {};  // what could not be read is not repeated
   Event answer;
   answer.stamp = simulation_time(input.arrival);
   answer.kind = done.ok() ? EventKind::command_accepted : EventKind::command_refused;

@@ -169,12 +169,20 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
   command.request = 43;  // the same name again
   feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'100, command));
+  command.request = 44;  // cannot be read
+  command.agent.name = "box/2";
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'200, command));
   std::map<std::uint64_t, EventKind> answers;
+  std::map<std::uint64_t, std::string> reasons;
   for (const Event& event : decoded<Event>(channel::mr_events)) {
-    if (event.request != 0) answers[event.request] = event.kind;
+    if (event.request == 0) continue;
+    answers[event.request] = event.kind;
+    reasons[event.request] = event.text;
   }
   EXPECT_EQ(answers[42], EventKind::command_accepted);
   EXPECT_EQ(answers[43], EventKind::command_refused);
+  EXPECT_EQ(answers[44], EventKind::command_refused);
+  EXPECT_NE(reasons[44].find("name"), std::string::npos) << reasons[44];
 }
 
 TEST_F(TickTest, TickRefusesAnAgentOnTheRealRobotAndSaysWhereThereIsRoom) {
