@@ -46,8 +46,15 @@ bool Outbox::write_input(const Message& input) {
 }
 
 Status Outbox::sync() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!log_ || !log_error_.empty()) return {};
+  }
+  Status synced = log_->sync();
+  if (synced) return synced;
   const std::lock_guard lock(mutex_);
-  return log_ && log_error_.empty() ? log_->sync() : Status{};
+  if (log_error_.empty()) log_error_ = synced.error().message;
+  return synced;
 }
 
 bool Outbox::complete() const {

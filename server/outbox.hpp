@@ -29,10 +29,12 @@ class Outbox {
   /// `published`: a channel that has gone out by publish_now already.
   void send(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp,
             std::string_view published = {});
-  /// Onto the bus only, at once; the log follows with send(). For what must not wait: MR_SCAN.
+  /// Onto the bus only, at once; the log follows with send(). For what must not wait: MR_SCAN. Takes no lock:
+  /// the guard speaks while a slow disk holds up a write.
   void publish_now(std::string_view channel, std::span<const std::uint8_t> payload);
   /// An input that will be acknowledged, before anything is done about it. False: it could not be written.
   bool write_input(const Message& input);
+  /// To the disk. Sending goes on meanwhile; where it fails, the session is incomplete. One thread at a time.
   Status sync();
 
   /// False since a write failed.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <csignal>
 #include <thread>
 
@@ -42,6 +43,36 @@ TEST(Outbox, OutboxHasWrittenBeforeItPublishes) {
   EXPECT_EQ(log[0].channel, "SCAN");
   EXPECT_EQ(log[1].channel, "MR_SCAN");
   EXPECT_EQ(log[2].channel, "MR_EVENTS");
+}
+
+/// A bus on which `slow` takes until it is released.
+class SlowBus : public Bus {
+ public:
+  Status publish(std::string_view channel, std::span<const std::uint8_t>) override {
+    if (channel == "SLOW") {
+      entered = true;
+      while (!released) std::this_thread::yield();
+    }
+    return {};
+  }
+  Status subscribe(const std::string&, int) override { return {}; }
+  Result<bool> receive(Message&, Duration) override { return false; }
+  std::uint64_t dropped() const override { return 0; }
+  std::atomic<bool> entered = false, released = false;
+};
+
+TEST(Outbox, OutboxLetsTheGuardSpeakWhileASendIsHeldUp) {
+  SlowBus bus;
+  Outbox outbox(&bus, std::nullopt);
+  std::thread loop([&outbox] {
+    const Outputs::Entry slow = entry("SLOW", 1);
+    outbox.send(nullptr, {&slow, 1}, ArrivalTime::from_utime(1));
+  });
+  while (!bus.entered) std::this_thread::yield();
+  const std::uint8_t raw[] = {1};
+  outbox.publish_now("MR_SCAN", raw);  // returns, or this test never ends
+  bus.released = true;
+  loop.join();
 }
 
 TEST(Outbox, OutboxGoesOnPublishingWhereTheDiskIsFull) {
