@@ -1,5 +1,10 @@
 #include "server/loop.hpp"
 
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
 #include "protocols/bus/log_file.hpp"
 #include "server/guard.hpp"
 #include "server/inbox.hpp"
@@ -11,6 +16,7 @@ namespace {
 
 constexpr int render_nice = 10;                 // rendering never takes a core from the tick
 constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
+constexpr Duration status_period = seconds(1.0);
 constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
 constexpr Duration idle = milliseconds(100);
 
@@ -46,11 +52,12 @@ class Session {
   void handle_scan(const Arrived& arrived);
   bool refuse_unwritable(const Message& message);
   void step_on_time();
-  void skip_late_steps(ArrivalTime now);
+  bool skip_late_steps(ArrivalTime now);
   void send_frames();
   void take_answers();
   void decide(LoopDecision::Kind kind, std::uint64_t count);
   void housekeeping();
+  void sync_each_second(const std::stop_token& stop);
   void publish_status(ArrivalTime now);
   Report report();
 
@@ -68,6 +75,7 @@ class Session {
   WallTime last_housekeeping_ = steady_now();
   Percentiles frame_us_, in_to_out_us_;
   std::uint64_t frames_dropped_ = 0;
+  std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
 
 Status Session::start() {
@@ -104,6 +112,8 @@ Result<Report> Session::operator()() {
   send_frames();
   renderer_.wait();
   take_answers();
+  syncer_.request_stop();
+  syncer_.join();
   (void)outbox_.sync();
   Report whole = report();
   whole.hash = outbox_.hashes();
@@ -112,8 +122,9 @@ Result<Report> Session::operator()() {
 
 void Session::handle(Arrived arrived) {
   const Message& message = arrived.message;
+  // What is skipped is decided before the input, so it has an earlier stamp.
+  if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
   last_ = message.arrival;
-  skip_late_steps(message.arrival);
   if (configuration_.channels.kind(message.channel) == InputKind::scan) return handle_scan(arrived);
   const bool command = configuration_.channels.kind(message.channel) == InputKind::agent_command;
   if (command && refuse_unwritable(message)) return;
@@ -158,8 +169,7 @@ void Session::handle_scan(const Arrived& arrived) {
   if (!answered)
     (void)guard_.claim(arrived.ticket);  // what cannot be read is no scan, and is not sent on as one
   if (guarded) {
-    substitute_raw_scan(configuration_, arrived.message, outputs_);
-    ++state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];
+    substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
   }
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_);
   if (guarded) decide(LoopDecision::Kind::guard_fired, state_->scan.sequence);
@@ -167,9 +177,9 @@ void Session::handle_scan(const Arrived& arrived) {
 }
 
 void Session::step_on_time() {
-  const ArrivalTime now = inbox_.stamp();
+  ArrivalTime now = inbox_.stamp();
+  if (skip_late_steps(now)) now = inbox_.stamp();
   last_ = now;
-  skip_late_steps(now);
   outputs_.clear();
   stages_.begin();
   advance(configuration_, now, *state_, outputs_, stages_);
@@ -178,19 +188,23 @@ void Session::step_on_time() {
 }
 
 /// A machine that cannot keep up skips physics rather than falling behind without end. Replay must skip the
-/// same.
-void Session::skip_late_steps(ArrivalTime now) {
+/// same. False: it keeps up.
+bool Session::skip_late_steps(ArrivalTime now) {
   const Duration late{now.ns - state_->simulation.next_step().ns};
-  if (late < behind) return;
+  if (late < behind) return false;
   const double period = 1.0 / configuration_.scenario.physics_rate;
   const auto steps = static_cast<std::uint64_t>(late.seconds() / period);
   Message decision{channel::loop, now, loop_message(LoopDecision::Kind::steps_skipped, now, steps)};
   outputs_.clear();
   tick(configuration_, decision, *state_, outputs_, stages_);
+  last_ = now;
   outbox_.send(&decision, outputs_.entries(), now);
+  send_frames();  // an image that waited for its depth may have waited long enough
+  return true;
 }
 
 void Session::decide(LoopDecision::Kind kind, std::uint64_t count) {
+  last_ = inbox_.stamp();
   const Message decision{channel::loop, last_, loop_message(kind, last_, count)};
   outbox_.send(&decision, {}, last_);
 }
@@ -215,10 +229,18 @@ void Session::take_answers() {
 }
 
 void Session::housekeeping() {
-  if (steady_now() - last_housekeeping_ < sync_period) return;
+  if (steady_now() - last_housekeeping_ < status_period) return;
   last_housekeeping_ = steady_now();
-  (void)outbox_.sync();
   publish_status(last_);
+}
+
+/// On a thread of its own: a slow disk holds up no scan.
+void Session::sync_each_second(const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any woken;
+  std::unique_lock lock(mutex);
+  const auto stopped = [&stop] { return stop.stop_requested(); };
+  while (!woken.wait_for(lock, stop, std::chrono::nanoseconds(sync_period.ns), stopped)) (void)outbox_.sync();
 }
 
 void Session::publish_status(ArrivalTime now) {

@@ -185,6 +185,7 @@ void Run::skip_to(ArrivalTime arrival) {
   outputs_.clear();
   tick(configuration_, message, *state_, outputs_, stages_);
   outbox_.send(&message, outputs_.entries(), arrival);
+  answer_frames();
 }
 
 /// Outputs in a session log are not consumed, but they show that time passed.
@@ -212,7 +213,7 @@ Status Run::handle(Message message) {
   tick(configuration_, message, *state_, outputs_, stages_);
   if (configuration_.channels.kind(message.channel) == InputKind::scan &&
       preview_.guarded_scans.contains(state_->scan.sequence)) {
-    substitute_raw_scan(configuration_, message, outputs_);
+    substitute_raw_scan(configuration_, message, *state_, outputs_);
   }
   outbox_.send(&message, outputs_.entries(), message.arrival);
   answer_frames();

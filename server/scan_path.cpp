@@ -230,7 +230,10 @@ void answer_scan(const Configuration& configuration, const Message& input, State
     note_unexplained(configuration, moment, state);
 }
 
-void substitute_raw_scan(const Configuration& configuration, const Message& input, Outputs& outputs) {
+void substitute_raw_scan(const Configuration& configuration, const Message& input, State& state,
+                         Outputs& outputs) {
+  // One that was degraded anyway is counted already.
+  if (state.scan.live) ++state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)];
   const std::string scan_name = configuration.channels.bus(channel::mr_scan);
   const std::string info_name = configuration.channels.bus(channel::mr_scan_info);
   for (Outputs::Entry& entry : outputs.entries()) {

@@ -46,7 +46,8 @@ void publish_event(const Configuration& configuration, const Event& event, State
 void publish_simulation_events(const Configuration& configuration, State& state, Outputs& outputs);
 
 /// What goes out in place of an answer that came too late: the raw scan, and why.
-void substitute_raw_scan(const Configuration& configuration, const Message& input, Outputs& outputs);
+void substitute_raw_scan(const Configuration& configuration, const Message& input, State& state,
+                         Outputs& outputs);
 
 /// Counts a message that was not understood.
 void refuse(const Error& error, State& state);
