@@ -22,6 +22,7 @@ struct Preview {
   std::optional<std::string> robot_yaml;
   ArrivalTime first_input;
   std::set<std::uint64_t> guarded_scans, dropped_frames;  // sequence numbers
+  std::string damage;                                     // the first, or empty
   std::uint64_t events = 0;
 };
 
@@ -39,7 +40,10 @@ Result<Preview> look_ahead(const std::string& path) {
   Preview preview;
   while (true) {
     auto next = reader->next();
-    if (!next) continue;  // damage is reported in the pass that replays
+    if (!next) {  // reported in the pass that replays
+      if (preview.damage.empty()) preview.damage = next.error().message;
+      continue;
+    }
     if (!*next) break;
     const Message& message = **next;
     ++preview.events;
@@ -55,7 +59,10 @@ Result<Preview> look_ahead(const std::string& path) {
       note_decision(message, preview);
     }
   }
-  if (preview.events == 0) return Error{path + ": no event in it; expected an LCM log with SCAN and ROBOT"};
+  if (preview.events == 0) {
+    return Error{path + ": no event in it; expected an LCM log with SCAN and ROBOT" +
+                 (preview.damage.empty() ? "" : " (" + preview.damage + ")")};
+  }
   return preview;
 }
 

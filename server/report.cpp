@@ -134,6 +134,11 @@ std::string summary(const Report& report) {
     text +=
         "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";
   }
+  if (report.log_damage_bytes > 0) {
+    const auto where = report.notes.find("log");
+    text += "damaged " + std::to_string(report.log_damage_bytes) + " bytes of the log were lost" +
+            (where == report.notes.end() ? "" : ", the last: " + where->second) + "\n";
+  }
   if (!report.complete) text += "INCOMPLETE: " + report.incomplete_because + "\n";
   return text;
 }

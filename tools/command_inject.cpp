@@ -107,7 +107,9 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
     std::printf("done%s%s\n", event.text.empty() ? "" : ": ", event.text.c_str());
     return Exit::done;
   }
-  return fail("no server answered in " + std::to_string(timeout) +
+  char waited[32];
+  std::snprintf(waited, sizeof waited, "%g", timeout);
+  return fail("no server answered in " + std::string(waited) +
               " s; is `parhelion serve` running on this LCM network?");
 }
 

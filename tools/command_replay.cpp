@@ -66,7 +66,7 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
   command->add_option("--seed", arguments->seed, "Overrides the scenario's seed");
   command->add_option("--rate", arguments->options.rate, "Times real time; 0: as fast as it can")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::Range(0.0, 1e6));
   command->add_option("--threads", arguments->options.threads, "1: draw between inputs; more: beside them")
       ->check(CLI::Range(1, 64));
   command->add_flag("--publish", arguments->publish, "Publish the outputs on LCM");
