@@ -167,14 +167,14 @@ void write_notice(cv::Mat& picture) {
   int baseline = 0;
   const cv::Size size = cv::getTextSize(notice, cv::FONT_HERSHEY_DUPLEX, scale, thickness, &baseline);
   const int pad = size.height / 2;
+  // At the top: what stands on the floor in front of the camera would hide it at the bottom.
   const cv::Rect band =
-      cv::Rect(0, picture.rows - size.height - baseline - pad, picture.cols, size.height + baseline + pad) &
-      cv::Rect(0, 0, picture.cols, picture.rows);
+      cv::Rect(0, 0, picture.cols, size.height + baseline + pad) & cv::Rect(0, 0, picture.cols, picture.rows);
   if (band.empty()) return;
   cv::Mat strip = picture(band);
   strip.convertTo(strip, -1, 0.45);
-  cv::putText(picture, notice, {pad, picture.rows - baseline - pad / 2}, cv::FONT_HERSHEY_DUPLEX, scale,
-              {235, 240, 245}, thickness, cv::LINE_AA);
+  cv::putText(picture, notice, {pad, size.height + pad / 2}, cv::FONT_HERSHEY_DUPLEX, scale, {235, 240, 245},
+              thickness, cv::LINE_AA);
 }
 
 Image EglVirtualCamera::render(const CameraDescription& description,

@@ -8,7 +8,9 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t cameras_kept = 8;  // images that may be under way to the render thread and back
-constexpr int visible_change = 24;       // of 255: well above what encoding an unchanged pixel again does
+constexpr double nearest_drawn = 1;      // m: a virtual return nearer than that hides the rest of the scan
+constexpr int slight_change = 5;
+constexpr int visible_change = 24;  // of 255: well above what encoding an unchanged pixel again does
 
 WitnessedScan place(const Configuration& configuration, const State& state, const PoseAtInstant& pose) {
   const ScanPath& path = state.scan;
@@ -25,6 +27,7 @@ WitnessedScan place(const Configuration& configuration, const State& state, cons
     const bool is_virtual = path.beam_body[i] >= 0;
     (is_virtual ? seen.virtual_returns : seen.real_returns).push_back(p_map);
     seen.replaced += is_virtual ? 1 : 0;
+    if (is_virtual) seen.nearest = std::min<double>(seen.nearest, path.out.ranges[i]);
   }
   return seen;
 }
@@ -47,8 +50,11 @@ void Witness::see(const Configuration& configuration, const Message& input, cons
     agent_paths_[last].push_back(body.T_map_body.translation().head<2>());
   }
   WitnessedScan seen = place(configuration, state, *pose);
-  if (seen.replaced > 0 && (!best_scan_ || seen.replaced > best_scan_->replaced))
-    best_scan_ = std::move(seen);
+  if (seen.replaced == 0) return;
+  const auto rank = [](const WitnessedScan& scan) {
+    return std::pair(scan.nearest >= nearest_drawn, scan.replaced);
+  };
+  if (!best_scan_ || rank(seen) > rank(*best_scan_)) best_scan_ = std::move(seen);
 }
 
 void Witness::remember(const Message& input) {
@@ -74,6 +80,11 @@ void Witness::see_answer(const Image& answer) {
   for (std::size_t row = 0; 3 * (row + 1) * width <= before_.size(); ++row) {
     if (is_changed(row * width) || is_changed((row + 1) * width - 1)) changed /= 2;
   }
+  // And one whose feet are below it. A grey side on a grey floor differs less than a blue one.
+  std::size_t at_bottom = 0;
+  for (std::size_t i = before_.size() - 3 * width; i < before_.size(); ++i)
+    at_bottom += std::abs(int{before_[i]} - int{after_[i]}) > slight_change ? 1 : 0;
+  if (at_bottom > width / 20) changed /= 16;
   if (changed <= best_pixels_) return;
   best_pixels_ = changed;
   best_image_ = answer;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@ struct WitnessedScan {
   Transform<Map, Base> T_map_base;
   WorldSnapshot world;
   std::size_t replaced = 0;
+  double nearest = std::numeric_limits<double>::infinity();  ///< m, of the virtual returns
 };
 
 class Witness {
