@@ -5,16 +5,13 @@
 #include <set>
 #include <thread>
 
+#include "protocols/arrival_order.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "server/render_thread.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
 namespace {
-
-// Longer without any event, a stamp is a damaged one until `confirmed` in a row agree.
-constexpr Duration longest_silence = seconds(300);
-constexpr int confirmed = 5;
 
 /// What has to be known of a log before its first input is handled.
 struct Preview {
@@ -126,7 +123,6 @@ class Run {
   Status handle(Message message);
   ArrivalTime place_in_time(const Message& message);
   void skip_to(ArrivalTime arrival);
-  void see(ArrivalTime stamp);
   void pace(ArrivalTime arrival);
   void answer_frames();
   void write_frame();
@@ -143,8 +139,8 @@ class Run {
   Outputs outputs_, frame_outputs_;
   StageClock stages_;
   Report report_;
-  ArrivalTime first_, last_, seen_, leap_, last_status_;
-  int leaps_ = 0;
+  ArrivalTime first_, last_, last_status_;
+  ArrivalOrder order_;
   WallTime begun_ = steady_now();
   bool frame_under_way_ = false;
 };
@@ -160,25 +156,14 @@ void Run::pace(ArrivalTime arrival) {
   if (ahead.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead.ns));
 }
 
-/// Arrival, strictly increasing, and without the leaps that a damaged stamp would make the physics follow.
 /// After a real leap (a recording that was paused for an hour) the steps in between are skipped, and the
 /// session log says so.
 ArrivalTime Run::place_in_time(const Message& message) {
-  const ArrivalTime next = last_ + microseconds(1);
-  if (message.arrival <= last_) return ++report_.arrivals_corrected, next;
   const bool says_so = configuration_.channels.kind(message.channel) == InputKind::loop;
-  if (says_so || message.arrival - std::max(last_, seen_) <= longest_silence) {
-    leaps_ = 0;
-    return message.arrival;
-  }
-  ++report_.arrivals_corrected;
-  leaps_ =
-      leaps_ > 0 && message.arrival - leap_ <= longest_silence && leap_ <= message.arrival ? leaps_ + 1 : 1;
-  leap_ = message.arrival;
-  if (leaps_ < confirmed) return next;
-  leaps_ = 0;
-  skip_to(message.arrival - microseconds(1));
-  return message.arrival;
+  const auto placed = order_.place(message.arrival, says_so);
+  if (placed.verdict != ArrivalOrder::Verdict::own_stamp) ++report_.arrivals_corrected;
+  if (placed.verdict == ArrivalOrder::Verdict::real_leap) skip_to(placed.arrival - microseconds(1));
+  return placed.arrival;
 }
 
 void Run::skip_to(ArrivalTime arrival) {
@@ -195,11 +180,6 @@ void Run::skip_to(ArrivalTime arrival) {
   answer_frames();
 }
 
-/// Outputs in a session log are not consumed, but they show that time passed.
-void Run::see(ArrivalTime stamp) {
-  if (stamp - seen_ <= longest_silence || seen_.ns == 0) seen_ = std::max(seen_, stamp);
-}
-
 Status Run::handle(Message message) {
   if (!state_) {
     // A session's physics began when its server did, a bare log's with its first input.
@@ -211,6 +191,7 @@ Status Run::handle(Message message) {
     encode(session_header(configuration_, {first_.ns}), header.payload);
     outbox_.send(nullptr, {&header, 1}, first_);
     last_ = first_ - microseconds(1);
+    order_.begin_after(last_);
   }
   message.arrival = place_in_time(message);
   last_ = message.arrival;
@@ -306,7 +287,8 @@ Result<Report> Run::operator()() {
     }
     if (!*next) break;
     if (!is_input(**next)) {
-      see((*next)->arrival);
+      // Outputs in a session log are not consumed, but they show that time passed.
+      order_.see((*next)->arrival);
       continue;
     }
     if (const Status handled = handle(std::move(**next)); !handled) return handled.error();

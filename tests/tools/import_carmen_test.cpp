@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/carmen_line.hpp"
 
@@ -148,6 +150,55 @@ TEST(ImportCarmen, BadLinesAreRefusedWithTheirNumberAndTheOthersKept) {
   log.expect_arrivals_increase();
   EXPECT_NEAR(log.robot().laser->T_base_laser.translation().x(), 0.3, 1e-6);
   EXPECT_THAT(log.robot().source, ::testing::HasSubstr("height is not in the source"));
+}
+
+/// Scans a tenth of a second apart from 100 s on; `stamp` may say otherwise.
+std::string scans(int count, const std::function<double(int)>& stamp) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    text += "FLASER 4 1.5 2.5 3.5 81.83 1.3 2.0 0.0 1.0 2.0 0.0 " + std::to_string(stamp(i)) + " host 0.3\n";
+  }
+  return text;
+}
+double tenths(int i) { return 100 + i / 10.0; }
+
+TEST(ImportCarmen, AWildForwardStampIsReportedAndNothingElseIsMoved) {
+  for (const int wild : {0, 7}) {
+    TemporaryFolder folder;
+    test::write_text(folder / "wild.log", scans(20, [&](int i) { return i == wild ? 1e9 : tenths(i); }));
+    const auto report = import_recording(test::import_options(folder / "wild.log", folder / "wild.lcm"), {});
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    const ImportedLog log(folder / "wild.lcm");
+    log.expect_arrivals_increase();
+    // Each line becomes odometry and a scan.
+    EXPECT_EQ(report->ahead, 2U);
+    EXPECT_EQ(report->ahead_first, "wild.log:" + std::to_string(wild + 1));
+    EXPECT_THAT(findings(*report), ::testing::Contains(::testing::HasSubstr("2 stamps far ahead")));
+    const auto scans_read = log.all<Scan>(channel::scan);
+    ASSERT_EQ(scans_read.size(), 20U);
+    EXPECT_EQ(scans_read[static_cast<std::size_t>(wild)].stamp.utime(), 1'000'000'000'000'000)
+        << "as the sensor said";
+    for (std::size_t i = 0, n = 0; i < log.events.size(); ++i) {
+      if (log.events[i].channel != channel::scan) continue;
+      const auto number = static_cast<int>(n++);
+      if (number == wild) continue;
+      EXPECT_NEAR((log.events[i].arrival - ArrivalTime{}).seconds(), tenths(number), 1e-4) << number;
+    }
+  }
+}
+
+TEST(ImportCarmen, ARecordingThatWasPausedKeepsItsPause) {
+  TemporaryFolder folder;
+  test::write_text(folder / "paused.log", scans(20, [](int i) { return tenths(i) + (i < 10 ? 0 : 3600); }));
+  const auto report =
+      import_recording(test::import_options(folder / "paused.log", folder / "paused.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->ahead, 0U);
+  // Two events a line: the fifth of them is in the third line.
+  EXPECT_THAT(report->leaps, ::testing::ElementsAre("paused.log:13"));
+  const ImportedLog log(folder / "paused.lcm");
+  log.expect_arrivals_increase();
+  EXPECT_NEAR((log.events.back().arrival - ArrivalTime{}).seconds(), tenths(19) + 3600, 1e-4);
 }
 
 TEST(ImportCarmen, FlippedBitsNeverCrash) {

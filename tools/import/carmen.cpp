@@ -1,6 +1,7 @@
 // CARMEN logs: FLASER, RLASER, ROBOTLASER1, ODOM, TRUEPOS.
 #include "protocols/channels.hpp"
 #include "tools/import/carmen_line.hpp"
+#include "tools/import/first_stamp.hpp"
 #include "tools/import/importers.hpp"
 #include "tools/import/laser_evidence.hpp"
 #include "tools/import/recording_writer.hpp"
@@ -20,11 +21,9 @@ struct Survey {
   std::map<std::string, LaserSeen> lasers;
   std::map<std::string, std::string> parameters;
   std::uint64_t odometry = 0, true_poses = 0;
-  std::optional<SensorTime> first;
+  FirstStamp first;
 
-  void see(SensorTime stamp) {
-    if (!first) first = stamp;
-  }
+  void see(SensorTime stamp) { first.see(stamp); }
   void take(const CarmenLaser& line) {
     see(line.scan.stamp);
     LaserSeen& laser = lasers[line.kind];
@@ -169,7 +168,7 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
   auto writer = RecordingWriter::create(options, options.input.filename().string() + ":", "lines");
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
-  if (const Status written = writer->describe(*robot, *survey.first); !written) return written.error();
+  if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
   const Status read =
       each_line(options, progress, 0.5, Copy(*writer, **laser, truth->has_value(), odometry->has_value()),
                 [&](Place place, const std::string& why) {

@@ -57,6 +57,11 @@ struct ImportReport {
   std::uint64_t refused = 0;
   std::vector<Refusal> refusals;   ///< the first twenty
   std::vector<std::string> notes;  ///< assumptions that were made
+  /// Stamps too far ahead to be believed; their events arrive right after the ones before them.
+  std::uint64_t ahead = 0;
+  Duration ahead_first_by;
+  std::string ahead_first;         ///< place
+  std::vector<std::string> leaps;  ///< places from which on a leap ahead was followed, five having agreed
   std::uint64_t kept() const;
   const ChannelReport* find(const std::string& channel) const;
 };
@@ -72,10 +77,10 @@ Result<ImportFormat> recognise_recording(const std::filesystem::path& path);
 /// Bytes done and in all, of the source.
 using ImportProgress = std::function<void(double done, double total)>;
 
-/// Writes options.output: first ROBOT, then the recording in file order, each event at
-/// arrival = max(previous + 1 us, instant at which the source received it or, where it does not say, the
-/// event's own stamp). Damaged parts are refused and counted; an error means that nothing usable was found or
-/// that writing failed, and then there is no output.
+/// Writes options.output: first ROBOT, then the recording in file order, each event where ArrivalOrder places
+/// the instant at which the source received it or, where it does not say, the event's own stamp. Damaged
+/// parts are refused and counted; an error means that nothing usable was found or that writing failed, and
+/// then there is no output.
 Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress);
 
 }  // namespace parhelion

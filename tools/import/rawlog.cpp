@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "protocols/channels.hpp"
+#include "tools/import/first_stamp.hpp"
 #include "tools/import/gzip_file.hpp"
 #include "tools/import/importers.hpp"
 #include "tools/import/isolation.hpp"
@@ -238,7 +239,7 @@ class Survey final : public RawlogVisitor {
   std::map<std::string, LaserSeen> lasers;
   std::map<std::string, std::uint64_t> odometers;
   std::uint64_t actions = 0;
-  std::optional<SensorTime> first;
+  FirstStamp first;
 
   Status action(const obs::CActionCollection&, Place) override {
     ++actions;
@@ -257,9 +258,7 @@ class Survey final : public RawlogVisitor {
   void damage(Place, const std::string&) override {}
 
  private:
-  void see(SensorTime stamp) {
-    if (!first) first = stamp;
-  }
+  void see(SensorTime stamp) { first.see(stamp); }
   void see_scan(const obs::CObservation2DRangeScan& observation) {
     const auto scan = to_scan(observation);
     if (!scan) return;
@@ -436,7 +435,7 @@ Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportPro
   auto writer = RecordingWriter::create(options, options.input.filename().string() + ", object ", "objects");
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
-  if (const Status written = writer->describe(*robot, *survey.first); !written) return written.error();
+  if (const Status written = writer->describe(*robot, *survey.first.get()); !written) return written.error();
   Copy copy(*writer, *laser, *odometer);
   if (paired && !*odometer) copy.start_at_origin();
   if (const Status read = read_rawlog({path, *trust, {}, part(0.5)}, copy); !read) return read.error();

@@ -4,6 +4,7 @@
 #include <system_error>
 #include <utility>
 
+#include "protocols/arrival_order.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
@@ -36,7 +37,7 @@ struct RecordingWriter::State {
   std::filesystem::path partial;
   std::string place_prefix;
   std::optional<LogWriter> log;
-  std::optional<ArrivalTime> last;
+  ArrivalOrder order;
   std::vector<Trail> trails;
   std::vector<std::uint8_t> bytes;
   ImportReport report;
@@ -57,15 +58,27 @@ struct RecordingWriter::State {
     return trails.back();
   }
 
-  ArrivalTime next_arrival(ArrivalTime wanted) {
-    ArrivalTime arrival = ArrivalTime::from_utime(wanted.utime());
-    if (last && arrival <= *last) arrival = *last + microseconds(1);
-    last = arrival;
-    return arrival;
-  }
-
+  ArrivalTime next_arrival(ArrivalTime wanted, Place place);
   void judge(Trail& trail) const;
 };
+
+ArrivalTime RecordingWriter::State::next_arrival(ArrivalTime wanted, Place place) {
+  wanted = ArrivalTime::from_utime(wanted.utime());
+  const auto last = order.last();
+  const auto placed = order.place(wanted);
+  const std::string where = place_prefix + std::to_string(place);
+  if (placed.verdict == ArrivalOrder::Verdict::ahead) {
+    if (report.ahead++ == 0) {
+      report.ahead_first = where;
+      report.ahead_first_by = wanted - *last;
+    }
+  } else if (placed.verdict == ArrivalOrder::Verdict::real_leap) {
+    // Those that confirmed it were right.
+    report.ahead -= ArrivalOrder::confirmed - 1;
+    if (report.leaps.size() < max_refusals_listed) report.leaps.push_back(where);
+  }
+  return placed.arrival;
+}
 
 void RecordingWriter::State::judge(Trail& trail) const {
   const Duration typical = median_interval(trail.stamps);
@@ -114,7 +127,8 @@ Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, st
 Status RecordingWriter::describe(const RobotDescription& robot, SensorTime first) {
   encode(RobotMessage{first, to_yaml(robot)}, state_->bytes);
   // One microsecond early, so that the first event keeps its own stamp as its arrival.
-  const ArrivalTime arrival = state_->next_arrival(ArrivalTime{first.ns} - microseconds(1));
+  const ArrivalTime arrival = ArrivalTime::from_utime(first.utime() - 1);
+  state_->order.begin_after(arrival);
   return state_->log->write(channel::robot, arrival, state_->bytes);
 }
 
@@ -127,7 +141,7 @@ Status RecordingWriter::put_checked(std::string_view channel, const T& item, Pla
     refuse(place, accepted.error().message);
     return {};
   }
-  const ArrivalTime arrival = state_->next_arrival(received.value_or(ArrivalTime{item.stamp.ns}));
+  const ArrivalTime arrival = state_->next_arrival(received.value_or(ArrivalTime{item.stamp.ns}), place);
   if (Status written = state_->log->write(channel, arrival, state_->bytes); !written) return written;
   Trail& trail = state_->trail(channel);
   ++trail.report.kept;

@@ -144,7 +144,7 @@ void BagSurvey::take(const BagMessage& message) {
   topic.type = message.type;
   const auto see = [&](const ros::Header& header) {
     if (topic.count++ == 0) topic.frame = header.frame;
-    if (!first) first = header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns};
+    first.see(header.stamp.ns > 0 ? header.stamp : SensorTime{message.received.ns});
   };
   if (message.type == laser_scan) {
     const auto scan = ros::read_laser_scan(message.bytes);

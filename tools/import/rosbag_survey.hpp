@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/import/first_stamp.hpp"
 #include "tools/import/laser_evidence.hpp"
 #include "tools/import/ros_frames.hpp"
 #include "tools/import/ros_message.hpp"
@@ -27,7 +28,7 @@ struct BagSurvey {
   std::map<std::string, ros::CameraInfo> cameras;
   std::map<std::string, std::string> odometry_child;  ///< topic to child frame
   RosFrames frames;
-  std::optional<SensorTime> first;
+  FirstStamp first;
 
   void take(const BagMessage& message);
   std::vector<std::string> of_type(const std::string& type) const;

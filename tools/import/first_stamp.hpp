@@ -1,0 +1,31 @@
+// Where a recording begins, though its very first stamp may be damaged.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "protocols/arrival_order.hpp"
+
+namespace parhelion {
+
+/// The earliest of the first stamps that agrees with most of them.
+class FirstStamp {
+ public:
+  void see(SensorTime stamp) {
+    if (head_.size() < ArrivalOrder::confirmed)
+      head_.insert(std::upper_bound(head_.begin(), head_.end(), stamp), stamp);
+  }
+  /// nullopt before the first.
+  std::optional<SensorTime> get() const {
+    if (head_.empty()) return std::nullopt;
+    const SensorTime median = head_[(head_.size() - 1) / 2];
+    return *std::find_if(head_.begin(), head_.end(),
+                         [&](SensorTime stamp) { return stamp >= median - ArrivalOrder::longest_silence; });
+  }
+
+ private:
+  std::vector<SensorTime> head_;  // ascending
+};
+
+}  // namespace parhelion
