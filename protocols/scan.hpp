@@ -50,11 +50,12 @@ struct LaserDescription {
   /// Beam i is measured in pass i % passes, as beam i / passes of it: an LMS-200 at 0.5 degrees makes two
   /// interlaced passes.
   int passes = 1;
-  double pass_period = 0;    ///< s between the starts of two passes
-  double beam_interval = 0;  ///< s between two beams of one pass
-  double scan_period = 0;    ///< s between two scans, 0 where unknown
-  double noise_sigma = 0;    ///< m, 1 sigma, of a range
-  double quantization = 0;   ///< m, step of a range on the wire, 0: none
+  double pass_period = 0;      ///< s between the starts of two passes
+  double beam_interval = 0;    ///< s between two beams of one pass
+  double scan_period = 0;      ///< s between two scans, 0 where unknown
+  double noise_sigma = 0;      ///< m, 1 sigma, of a range
+  double quantization = 0;     ///< m, step of a range on the wire, 0: none
+  double intensity_scale = 1;  ///< sensor's intensity for a reflectivity of 1; of 0, it is 0
   /// For simulated lasers: what a scan looks like.
   int beams = 0;
   double angle_first = 0;  ///< rad

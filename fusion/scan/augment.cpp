@@ -32,6 +32,11 @@ bool nearer_than_real(const Measurement& virtual_return, BeamKind real_kind, flo
   return false;
 }
 
+/// In the sensor's own unit.
+float intensity(const LaserDescription& laser, float reflectivity) {
+  return static_cast<float>(laser.intensity_scale * double{reflectivity});
+}
+
 }  // namespace
 
 std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseKey key,
@@ -52,7 +57,7 @@ std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseK
     const RangeHit* wall = i < building_hits.size() ? &building_hits[i] : nullptr;
     if (!nearer_than_real(measured, kind, real_range, hit.range, wall)) continue;
     out.ranges[i] = measured.range;
-    if (has_intensities) out.intensities[i] = hit.reflectivity;
+    if (has_intensities) out.intensities[i] = intensity(laser, hit.reflectivity);
     beam_body[i] = hit.body;
     ++replaced;
   }

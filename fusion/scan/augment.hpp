@@ -16,7 +16,8 @@ namespace parhelion {
 /// body index of each replaced beam to `beam_body` (-1: not replaced). `virtual_hits` from cast_bodies over
 /// injectable bodies only, `building_hits` from cast_building (a no-return beam is replaced only where nearer
 /// than both it and range_max). Where a span is shorter than the scan, nothing is known of the beams beyond
-/// it: they are not replaced. Returns the number of replaced beams.
+/// it: they are not replaced. Where the scan has intensities, a replaced beam's is the material's
+/// reflectivity times LaserDescription::intensity_scale. Returns the number of replaced beams.
 std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseKey key,
                          std::span<const RangeHit> virtual_hits, std::span<const RangeHit> building_hits,
                          Scan& out, std::vector<std::int32_t>& beam_body);

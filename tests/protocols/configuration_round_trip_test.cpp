@@ -169,6 +169,7 @@ LaserDescription any_laser() {
   laser.scan_period = between(0, 3);
   laser.noise_sigma = between(0, 1);
   laser.quantization = between(0, 1);
+  laser.intensity_scale = between(0.001, 70'000);
   laser.beams = *rc::gen::inRange(0, 100'001);
   laser.angle_first = finite();
   laser.angle_step = positive();
@@ -183,8 +184,9 @@ bool same(const LaserDescription& a, const LaserDescription& b) {
          x.no_return_value == y.no_return_value && x.too_close_value == y.too_close_value &&
          a.stamp_beam == b.stamp_beam && a.passes == b.passes && a.pass_period == b.pass_period &&
          a.beam_interval == b.beam_interval && a.scan_period == b.scan_period &&
-         a.noise_sigma == b.noise_sigma && a.quantization == b.quantization && a.beams == b.beams &&
-         a.angle_first == b.angle_first && a.angle_step == b.angle_step && a.source == b.source;
+         a.noise_sigma == b.noise_sigma && a.quantization == b.quantization &&
+         a.intensity_scale == b.intensity_scale && a.beams == b.beams && a.angle_first == b.angle_first &&
+         a.angle_step == b.angle_step && a.source == b.source;
 }
 
 CameraIntrinsics any_intrinsics() {

@@ -32,6 +32,7 @@ LaserDescription random_laser(Draw& draw) {
   c.too_close_value = too_close[draw.integer(0, 3)];
   laser.noise_sigma = draw.chance(0.3) ? 0 : draw.real(0, 0.1);
   laser.quantization = draw.chance(0.3) ? 0 : draw.chance(0.5) ? 0.01 : draw.real(0.0001, 0.25);
+  laser.intensity_scale = draw.chance(0.3) ? 1 : draw.real(0.1, 65'535);
   return laser;
 }
 
@@ -113,7 +114,9 @@ std::string broken_clause(const Case& c, std::size_t i, const Scan& out, std::in
       return "its intensity changed";
   } else {
     if (body != hit.body) return "names another body";
-    if (intensities && out.intensities[i] != hit.reflectivity) return "intensity is not the material's";
+    if (intensities &&
+        out.intensities[i] != static_cast<float>(c.laser.intensity_scale * double{hit.reflectivity}))
+      return "intensity is not the material's";
   }
   if (kind == BeamKind::invalid || kind == BeamKind::too_close) {
     return body < 0 ? "" : "invalid and too close must pass through";
@@ -252,6 +255,17 @@ TEST(Augmentation, replaces_nothing_of_which_nothing_is_known) {
   EXPECT_EQ(scan.augment(), 0U);
   EXPECT_EQ(scan.out.ranges, scan.real.ranges);
   EXPECT_EQ(scan.beam_body.size(), 2U);
+}
+
+TEST(Augmentation, writes_intensities_in_the_sensors_own_unit) {
+  ByHand scan;
+  scan.beam(5, 3, 5);
+  scan.beam(5, kInf, 5);
+  scan.real.intensities = {1234, 1234};
+  scan.virtual_hits[0].reflectivity = 0.25F;
+  scan.laser.intensity_scale = 4000;
+  EXPECT_EQ(scan.augment(), 1U);
+  EXPECT_EQ(scan.out.intensities, (std::vector<float>{1000, 1234}));
 }
 
 TEST(Simulation, writes_the_nearest_of_bodies_and_building) {
