@@ -9,11 +9,13 @@ constexpr Duration depth_partner = milliseconds(50);  // further off in time it 
 constexpr Duration same_moment = milliseconds(5);     // nearer than any two exposures of one camera
 constexpr Duration longest_wait = milliseconds(50);   // for the depth image of the same moment
 
-void pass_original(const Configuration& configuration, Image image, const std::string& reason, State& state,
-                   Outputs& outputs) {
-  image.metadata.push_back({"parhelion.reason", {reason.begin(), reason.end()}});
-  encode(image, outputs.add(configuration.channels.bus(channel::mr_camera)));
-  ++state.tally.frames_out;
+/// Through the render thread like all others, so that no original overtakes an image that is still drawn.
+void pass_original(Image image, std::uint64_t sequence, const std::string& reason, Outputs& outputs) {
+  Outputs::Frame frame;
+  frame.job.image = std::move(image);
+  frame.sequence = sequence;
+  frame.reason = reason;
+  outputs.add_frame(std::move(frame));
 }
 
 /// The occluders: depth image and current scan, each where it was measured from.
@@ -54,7 +56,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   RenderJob job;
   job.image = std::move(waiting.image);
   const auto original = [&](const std::string& reason) {
-    pass_original(configuration, std::move(job.image), reason, state, outputs);
+    pass_original(std::move(job.image), waiting.sequence, reason, outputs);
   };
   NoPose why{};
   const auto pose = state.track.at(job.image.stamp, &why);
@@ -67,7 +69,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   job.T_map_optical = pose->T_map_base * job.camera.T_base_optical;
   job.floor_z = 0;
   add_occluders(configuration, state, job);
-  outputs.add_frame({std::move(job), waiting.sequence});
+  outputs.add_frame({std::move(job), waiting.sequence, ""});
 }
 
 /// The depth image of the image's own moment, or a later one, is there.
@@ -85,12 +87,11 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
   const std::uint64_t sequence = ++state.frame_sequence;
   if (state.waiting_image) finish_image(configuration, state, outputs);
   if (!configuration.robot.camera) {
-    return pass_original(configuration, std::move(image), "the robot description has no camera calibration",
-                         state, outputs);
+    return pass_original(std::move(image), sequence, "the robot description has no camera calibration",
+                         outputs);
   }
   if (!state.robot_clock.add(input.arrival, image.stamp)) {
-    return pass_original(configuration, std::move(image), "the stamp is off the robot's clock", state,
-                         outputs);
+    return pass_original(std::move(image), sequence, "the stamp is off the robot's clock", outputs);
   }
   state.waiting_image = WaitingImage{std::move(image), sequence, simulation_time(input.arrival)};
   if (!configuration.robot.depth || depth_is_there(state)) finish_image(configuration, state, outputs);

@@ -61,6 +61,11 @@ Result<Configuration> configure(const Scenario& scenario, const RobotDescription
     return Error{"robot description '" + robot.name +
                  "' has no laser: level 3 injects into its scans; add a 'laser' section"};
   }
+  if (robot.footprint.size() < 3) {
+    return Error{"robot description '" + robot.name + "' has a footprint of " +
+                 std::to_string(robot.footprint.size()) +
+                 " corners: contacts need at least three; add a 'footprint'"};
+  }
   return Configuration{scenario, robot, model, ChannelMap(scenario)};
 }
 

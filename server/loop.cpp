@@ -256,6 +256,7 @@ Report Session::report() {
   report.frames_dropped = frames_dropped_;
   report.inputs_dropped = inbox_.dropped();
   report.scan_us = stages_.scan_us;
+  report.scan_in_to_out_us = in_to_out_us_;
   report.frame_us = frame_us_;
   report.physics_step_us = stages_.physics_step_us;
   report.physics_wait_us = stages_.physics_wait_us;

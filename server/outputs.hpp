@@ -43,6 +43,7 @@ class Outputs {
   struct Frame {
     RenderJob job;
     std::uint64_t sequence = 0;  ///< of camera frames
+    std::string reason;          ///< why nothing is to be drawn: the original goes out, in its turn
   };
 
   void clear() {

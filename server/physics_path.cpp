@@ -10,7 +10,8 @@
 namespace parhelion {
 namespace {
 
-constexpr double world_rate = 30;                     // Hz of MR_WORLD: what a page draws and a grader needs
+constexpr double world_rate = 30;                 // Hz of MR_WORLD: what a page draws and a grader needs
+constexpr Duration obstacle_life = seconds(1.0);  // people walk on: what no scan has shown for longer is gone
 constexpr Duration scan_silence = milliseconds(500);  // without a scan for longer, nothing virtual is sensed
 
 /// The real robot as the simulation is to have it at an instant; none where the pose is not known.
@@ -113,6 +114,10 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   const SimulationTime next = state.simulation.next_step();
   state.real = real_robot_at(next, state);
   note_pose(configuration, next, state, outputs);
+  if (!state.obstacles.empty() && next - state.obstacles_seen > obstacle_life) {
+    state.obstacles.clear();
+    state.simulation.set_real_obstacles(state.obstacles);
+  }
   state.laser_requests.clear();
   state.simulation.step(state.real, state.laser_requests);
   state.relocalized = false;

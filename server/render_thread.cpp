@@ -20,6 +20,7 @@ RenderAnswer original(Image image, const std::string& reason) {
 }
 
 RenderAnswer compose(Compositor* compositor, Outputs::Frame& frame, const std::string& fault) {
+  if (!frame.reason.empty()) return original(std::move(frame.job.image), frame.reason);
   if (compositor == nullptr) return original(std::move(frame.job.image), fault);
   RenderAnswer answer = compositor->compose(frame.job);
   if (!answer.reason.empty()) answer.image = original(std::move(answer.image), answer.reason).image;

@@ -88,6 +88,7 @@ std::string to_json(const Report& report) {
                     {"composited", tally.frames_composited},
                     {"dropped", report.frames_dropped}};
   json["latency_us"] = {{"scan", percentiles(report.scan_us)},
+                        {"scan_in_to_out", percentiles(report.scan_in_to_out_us)},
                         {"frame", percentiles(report.frame_us)},
                         {"physics_step", percentiles(report.physics_step_us)},
                         {"physics_wait", percentiles(report.physics_wait_us)},

@@ -120,6 +120,7 @@ void note_unexplained(const Configuration& configuration, const Moment& moment, 
        state.unexplained.find(path.real, laser, moment.laser, path.beam_time, path.building_hits, sigma)) {
     state.obstacles.push_back({disc.center, disc.radius});
   }
+  state.obstacles_seen = path.last_scan;
   state.simulation.set_real_obstacles(state.obstacles);
 }
 
@@ -194,8 +195,10 @@ const char* to_string(Degraded why) {
 void answer_scan(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
                  StageObserver& observer) {
   ScanPath& path = state.scan;
-  if (const Status read = decode(input.channel, input.payload, path.real); !read)
+  path.have_real = false;  // what is half read is no occluder
+  if (const Status read = decode(input.channel, input.payload, path.real); !read) {
     return refuse(read.error(), state);
+  }
   observer.ended(Stage::decode);
   path.have_real = true;
   ++path.sequence;

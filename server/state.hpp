@@ -92,6 +92,7 @@ struct State {
   AgentLaser agent_laser;
   std::vector<LaserRequest> laser_requests;
   std::vector<RealObstacle> obstacles;
+  SimulationTime obstacles_seen;  ///< arrival of the scan that showed them
   UnexplainedReturns unexplained;
 
   std::uint64_t step = 0;              ///< physics steps done
