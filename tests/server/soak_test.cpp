@@ -60,7 +60,9 @@ TEST(Soak, MemoryStaysFlatOverManyLaps) {
   }
   EXPECT_EQ(state->tally.scans_in, state->tally.scans_out);
   EXPECT_EQ(state->tally.scans_in, static_cast<std::uint64_t>(laps) * 400);
+#ifndef __SANITIZE_ADDRESS__  // its quarantine keeps what was freed
   EXPECT_LT(resident(), after_warm_up + 4) << "MB";
+#endif
   std::printf("scan p99: first half %.0f us, second half %.0f us; memory %.1f to %.1f MB\n",
               early.scan_us.at(0.99), late.scan_us.at(0.99), after_warm_up, resident());
 }
