@@ -5,23 +5,13 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "fusion/pose/pose2.hpp"
 #include "protocols/convex_hull.hpp"
 #include "protocols/frames.hpp"
 
 namespace parhelion {
 
-/// A pose in the map's xy-plane: m, m, rad.
-struct Pose2 {
-  double x = 0;
-  double y = 0;
-  double yaw = 0;
-  Eigen::Vector2d position() const { return {x, y}; }
-};
-
-inline Pose2 planar_pose(const Transform<Map, Base>& T_map_base) {
-  const Eigen::Vector3d p = T_map_base.translation();
-  return {p.x(), p.y(), T_map_base.yaw()};
-}
+inline Pose2 planar_pose(const Transform<Map, Base>& T_map_base) { return planar(T_map_base); }
 
 /// The pose after moving for `t` seconds with constant body twist: an arc of constant curvature (exponential
 /// of se(2)).
