@@ -15,6 +15,8 @@ struct Base {};           ///< base_link of a robot, on the floor between the wh
 struct Laser {};          ///< beams lie in its xy-plane, angle 0 along x
 struct CameraOptical {};  ///< z forward, x right, y down
 struct DepthOptical {};   ///< the same for a depth camera that is a sensor of its own
+struct Scanner {};        ///< a 3D scanner, one frame for each scan: x forward, y left, z up
+struct Cloud {};          ///< a registered cloud: the frame of its first scan, not levelled yet
 struct Body {};           ///< a rigid body of the scene
 struct ShapeFrame {};     ///< a shape of a body, at its centre
 

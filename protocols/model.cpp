@@ -14,8 +14,9 @@ namespace {
 using yaml::Node;
 using yaml::Quantity;
 
-constexpr std::array<const char*, 8> label_names{"wall",   "floor",  "ceiling", "door",
-                                                 "stairs", "window", "pillar",  "unknown"};
+constexpr std::array<const char*, 10> label_names{
+    "wall",   "floor",   "ceiling",         "door",      "stairs", "window",
+    "pillar", "unknown", "wall_above_door", "free_space"};
 
 Material read_material(const Node& node) {
   Material material;

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +14,24 @@
 
 namespace parhelion {
 
-enum class EntityLabel : std::uint8_t { wall, floor, ceiling, door, stairs, window, pillar, unknown };
+enum class EntityLabel : std::uint8_t {
+  wall,
+  floor,
+  ceiling,
+  door,
+  stairs,  ///< one step each; `part_of` names the flight
+  window,
+  pillar,
+  unknown,          ///< something is there, and it is solid
+  wall_above_door,  ///< the piece of wall over a door's opening
+  free_space,       ///< of a door: empty, the volume that it opens; never solid
+};
+
+/// How a door hangs; in the door's own frame (centre of its box, closed).
+struct Hinge {
+  Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< m, where the vertical axis stands, x along the door
+  double lower = 0, upper = 1.5707963;             ///< rad, counter-clockwise seen from above; 0 is closed
+};
 
 /// A box of the building; size is full lengths along its own x (length), y (thickness), z (height).
 struct ModelEntity {
@@ -22,6 +42,41 @@ struct ModelEntity {
   double confidence = 1;
   bool is_virtual = false;  ///< drawn by an instructor (a virtual wall, glass): injectable
   Material material;
+  std::string part_of;         ///< the whole that it is a part of: "stairs 1"; empty: none
+  std::optional<Hinge> hinge;  ///< doors only
+  double observed = 1;         ///< share of its surface that some scan has measured, 0..1
+  bool locked = false;         ///< a person's word: a new run keeps it as it is
+  bool deleted = false;        ///< a person's word: not there, and a new run does not bring it back
+};
+
+/// Whether bodies are stopped and sight is blocked by it.
+inline bool is_solid(const ModelEntity& entity) {
+  return entity.label != EntityLabel::free_space && !entity.deleted;
+}
+
+/// Relations of the semantic net (paper 2.3, 2.4).
+enum class RelationKind : std::uint8_t {
+  parallel,
+  orthogonal,
+  above,
+  under,
+  equal_height,
+  available_inside,     ///< `from` (a door, a window, a free space) lies in the opening of `to` (a wall)
+  connected_via_joint,  ///< `from` (a door) hangs on `to` (a wall)
+};
+
+struct Relation {
+  RelationKind kind = RelationKind::parallel;
+  std::string from, to;   ///< names of entities
+  double confidence = 1;  ///< 0..1
+};
+
+/// Triangles of what is not a box: furniture and all else that is "unknown". Collides and hides.
+struct ModelMesh {
+  std::string name;
+  std::vector<Eigen::Vector3f> vertices;                ///< m, map frame
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< into vertices, counter-clockwise from outside
+  bool empty() const { return triangles.empty(); }
 };
 
 struct SemanticModel {
@@ -29,6 +84,9 @@ struct SemanticModel {
       map_id;  ///< id of the map that its coordinates belong to; a mismatch with POSE_COV means no injection
   std::string source;  ///< what it was made from
   std::vector<ModelEntity> entities;
+  std::vector<Relation> relations;
+  std::vector<ModelMesh> meshes;
+  Transform<Map, Cloud> T_map_cloud;  ///< how the cloud that it was made from was levelled and placed
 };
 
 /// Reads YAML (schema model.schema.json); `origin` names the file in errors. Overlapping walls of one label

@@ -19,6 +19,7 @@ constexpr int kQuality = 88;    ///< of the JPEG
 Eigen::Vector3f colour_of(EntityLabel label) {
   switch (label) {
     case EntityLabel::wall:
+    case EntityLabel::wall_above_door:
       return {0.72F, 0.69F, 0.63F};
     case EntityLabel::floor:
       return {0.30F, 0.29F, 0.28F};
@@ -33,6 +34,7 @@ Eigen::Vector3f colour_of(EntityLabel label) {
     case EntityLabel::pillar:
       return {0.55F, 0.55F, 0.57F};
     case EntityLabel::unknown:
+    case EntityLabel::free_space:
       break;
   }
   return {0.46F, 0.50F, 0.46F};

@@ -1,0 +1,46 @@
+#include "fusion/cloud/bucket_grid.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace parhelion {
+
+BucketGrid::BucketGrid(std::span<const Eigen::Vector3f> points, double bucket_size, std::size_t max_buckets)
+    : bucket_size_(bucket_size), inverse_size_(static_cast<float>(1 / bucket_size)) {
+  assert(bucket_size > 0 && max_buckets > 0);
+  Eigen::AlignedBox3f bounds;
+  for (const Eigen::Vector3f& p : points) bounds.extend(p);
+  if (points.empty()) {
+    start_ = {0, 0};
+    return;
+  }
+  origin_ = bounds.min();
+  const Eigen::Vector3d extent = (bounds.max() - bounds.min()).cast<double>();
+  const auto count = [&](double size) { return ((extent / size).array().floor() + 1).prod(); };
+  while (count(bucket_size_) > static_cast<double>(max_buckets)) bucket_size_ *= 1.25;
+  inverse_size_ = static_cast<float>(1 / bucket_size_);
+  buckets_ = bucket_of(bounds.max()).array() + 1;
+
+  // Counting sort: stable, so that the order within a bucket is the one that was given.
+  const auto index = [&](const Eigen::Vector3f& p) {
+    const Eigen::Vector3i b = bucket_of(p).cwiseMin(buckets_ - Eigen::Vector3i::Ones());
+    return (static_cast<std::size_t>(b.z()) * static_cast<std::size_t>(buckets_.y()) +
+            static_cast<std::size_t>(b.y())) *
+               static_cast<std::size_t>(buckets_.x()) +
+           static_cast<std::size_t>(b.x());
+  };
+  const auto total = buckets_.cast<std::size_t>().prod();
+  start_.assign(total + 1, 0);
+  for (const Eigen::Vector3f& p : points) ++start_[index(p) + 1];
+  for (std::size_t i = 1; i <= total; ++i) start_[i] += start_[i - 1];
+  sorted_.resize(points.size());
+  order_.resize(points.size());
+  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::uint32_t at = next[index(points[i])]++;
+    sorted_[at] = points[i];
+    order_[at] = static_cast<std::uint32_t>(i);
+  }
+}
+
+}  // namespace parhelion

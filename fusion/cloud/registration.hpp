@@ -1,0 +1,76 @@
+// Registration of 3D scans: pairs by ICP, sequences into one consistent cloud.
+//
+// The cost is the paper's equation 1, with its bucket grid for the closest points (algorithm 1); beside it
+// point-to-plane (Chen and Medioni 1992) and generalised ICP (Segal et al. 2009).
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "fusion/cloud/point_cloud.hpp"
+#include "protocols/frames.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct Target {};  ///< frame of the cloud that stays
+struct Source {};  ///< frame of the cloud that moves
+
+enum class IcpMethod : std::uint8_t { point_to_point, point_to_plane, generalised };
+
+struct RegistrationOptions {
+  IcpMethod method = IcpMethod::generalised;
+  double max_distance = 1.0;  ///< m, of a pair in the first round; shrinks with the residual
+  int max_iterations = 60;    ///< over all resolutions
+  bool paper_grid = false;    ///< 28 x 28 x 28 buckets over the normalised cube; else fitted to the cloud
+  int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
+  double min_overlap = 0.3;   ///< share of the source's points that must find a partner
+};
+
+/// What ICP found. `T_target_source` is only to be used where `converged`.
+struct Registration {
+  Transform<Target, Source> T_target_source;
+  Eigen::Matrix<double, 6, 6> covariance =
+      Eigen::Matrix<double, 6, 6>::Identity();  ///< of x, y, z (m), rotation vector (rad), in Target
+  bool converged = false;
+  std::string why;     ///< where not converged: what spoke against it, in words for a person
+  double overlap = 0;  ///< share of source points with a partner
+  double rms = 0;      ///< m, of the pairs' residuals
+  int iterations = 0;
+};
+
+/// Errors: an empty cloud, points that are not finite, options out of range. A bad alignment is no error but
+/// a verdict.
+Result<Registration> register_pair(const PointCloud<Target>& target, const PointCloud<Source>& source,
+                                   const Transform<Target, Source>& guess,
+                                   const RegistrationOptions& options = {});
+
+/// One scan of a sequence, with where it roughly was.
+struct ScanToRegister {
+  std::string name;  ///< of its file, for messages
+  PointCloud<Scanner> cloud;
+  Transform<Cloud, Scanner> guess;
+  bool has_guess = false;  ///< else the one before's result
+};
+
+struct RegisteredScan {
+  Transform<Cloud, Scanner> T_cloud_scan;
+  bool converged = false;
+  std::string why;
+  double overlap = 0, rms = 0, seconds = 0;
+};
+
+struct RegisteredSequence {
+  PointCloud<Cloud> cloud;  ///< of the scans that converged; scan 0's frame
+  std::vector<RegisteredScan> scans;
+};
+
+/// Each scan against the growing map, then loops closed over a pose graph. `progress` (may be empty) is told
+/// how many of all are done.
+Result<RegisteredSequence> register_sequence(
+    const std::vector<ScanToRegister>& scans, const RegistrationOptions& options = {},
+    const std::function<void(std::size_t, std::size_t)>& progress = {});
+
+}  // namespace parhelion

@@ -1,0 +1,75 @@
+// What the points of a level cloud are made of: straight vertical surfaces, horizontal surfaces, and sets of
+// parallel equidistant edges. Prerequisites in the paper's word (section 2.2): evidence, not labels yet.
+//
+// The image way: projection to OXY and OXZ, threshold, filter (equation 3), dilation, thinning, probabilistic
+// Hough, each in tiles without seams.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fusion/cloud/point_cloud.hpp"
+#include "protocols/frames.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// A vertical surface over a line segment of the plan: prerequisite of a wall, a door, a railing, a riser.
+struct VerticalSurface {
+  Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< m, map frame
+  Eigen::Vector2d end = Eigen::Vector2d::Zero();
+  double z_low = 0, z_high = 0;  ///< m, of the points near it (1 and 99 percent)
+  double thickness = 0;          ///< m, 2 sigma of the distances to its plane
+  std::uint32_t points = 0;
+};
+
+/// A horizontal surface: prerequisite of floor, ceiling, table top, tread.
+struct HorizontalSurface {
+  double z = 0;                                   ///< m, median of its points
+  double thickness = 0;                           ///< m, 2 sigma
+  double area = 0;                                ///< m^2, of the plan's cells that it covers
+  Eigen::Vector2d low = Eigen::Vector2d::Zero();  ///< m, bounds in the plan
+  Eigen::Vector2d high = Eigen::Vector2d::Zero();
+  bool faces_down = false;  ///< seen from below, as a ceiling is
+  std::uint32_t points = 0;
+};
+
+/// Parallel segments at equal distances: prerequisite of stairs.
+struct ParallelSet {
+  std::vector<std::uint32_t> members;                    ///< into `verticals`, in order along `direction`
+  Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  ///< unit, across the segments, upwards
+  double spacing = 0;                                    ///< m, median
+};
+
+struct SegmentationOptions {
+  double pixel = 10.0 / 512;  ///< m; 10 m over 512 pixels, the paper's setting
+  double near = 0.05;         ///< m, a point this near a plane is of it
+  double min_length = 0.4;    ///< m, of a segment
+  std::uint64_t seed = 1;     ///< of the probabilistic Hough transform and of random planes
+  int threads = 0;            ///< 0: all; the result is the same for any number
+  std::string stages;         ///< a folder for pictures of every stage; empty: none
+};
+
+constexpr std::uint32_t no_surface = 0xFFFFFFFF;
+
+struct Segmentation {
+  std::vector<VerticalSurface> verticals;
+  std::vector<HorizontalSurface> horizontals;
+  std::vector<ParallelSet> parallels;
+  /// Per point of the cloud: index of the surface that it lies on; verticals first, then horizontals
+  /// (verticals.size() + i), or no_surface.
+  std::vector<std::uint32_t> surface_of;
+};
+
+/// Errors: an empty cloud, no extent, options out of range, a stages folder that cannot be written.
+Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOptions& options = {});
+
+/// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
+/// frame: an accelerometer's reading). Turns about the origin by the shortest arc, so heights keep their
+/// meaning. Errors: nothing horizontal within 30 degrees of the hint (or of z): says what was seen.
+Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud,
+                                    const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ());
+
+}  // namespace parhelion
