@@ -13,6 +13,8 @@ inline constexpr const char* camera = "CAMERA";
 inline constexpr const char* depth = "DEPTH";
 inline constexpr const char* imu = "IMU";
 inline constexpr const char* teleop = "TELEOP";
+inline constexpr const char* joint_state = "JOINT_STATE";
+inline constexpr const char* joint_cmd = "JOINT_CMD";
 inline constexpr const char* loop = "LOOP";
 inline constexpr const char* mr_agent_cmd = "MR_AGENT_CMD";
 inline constexpr const char* mr_scan = "MR_SCAN";
@@ -24,5 +26,6 @@ inline constexpr const char* mr_world = "MR_WORLD";
 inline constexpr const char* mr_events = "MR_EVENTS";
 inline constexpr const char* mr_status = "MR_STATUS";
 inline constexpr const char* mr_cmd = "MR_CMD";
+inline constexpr const char* mr_joint_cmd = "MR_JOINT_CMD";
 
 }  // namespace parhelion::channel

@@ -11,6 +11,7 @@
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
 #include "protocols/image.hpp"
+#include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
@@ -35,6 +36,10 @@ Status decode(std::string_view channel, Bytes bytes, Odometry& odometry);
 Status decode(std::string_view channel, Bytes bytes, PoseEstimate& estimate);
 Status decode(std::string_view channel, Bytes bytes, PoseStamped& pose);
 Status decode(std::string_view channel, Bytes bytes, TwistCommand& command);
+/// imu_t, and mbot_imu_t mapped to it. An orientation is a unit quaternion or not there.
+Status decode(std::string_view channel, Bytes bytes, ImuSample& sample);
+/// 1..256 joints, each named once; positions, velocities and efforts for all of them or for none.
+Status decode(std::string_view channel, Bytes bytes, Joints& joints);
 Status decode(std::string_view channel, Bytes bytes, AgentCommand& command);
 Status decode(std::string_view channel, Bytes bytes, Event& event);
 Status decode(std::string_view channel, Bytes bytes, SessionHeader& header);
@@ -73,6 +78,8 @@ void encode(const Odometry& odometry, std::vector<std::uint8_t>& bytes);
 void encode(const PoseEstimate& estimate, std::vector<std::uint8_t>& bytes);
 void encode(const PoseStamped& pose, std::vector<std::uint8_t>& bytes);
 void encode(const TwistCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const ImuSample& sample, std::vector<std::uint8_t>& bytes);
+void encode(const Joints& joints, std::vector<std::uint8_t>& bytes);
 void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const Event& event, std::vector<std::uint8_t>& bytes);
 void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes);

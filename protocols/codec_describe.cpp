@@ -7,7 +7,10 @@
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
 #include "parhelion/image_t.hpp"
+#include "parhelion/imu_t.hpp"
+#include "parhelion/joints_t.hpp"
 #include "parhelion/loop_t.hpp"
+#include "parhelion/mbot_imu_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
@@ -94,6 +97,29 @@ std::string say(const TwistCommand& command) {
   return format("vx %.3f vy %.3f m/s wz %.4f rad/s", command.twist.vx, command.twist.vy, command.twist.wz);
 }
 
+std::string say(const ImuSample& sample) {
+  const Eigen::Vector3d &w = sample.rotation_rate, &a = sample.acceleration;
+  std::string text = "no orientation";
+  if (sample.orientation) {
+    const Eigen::Matrix3d R = sample.orientation->toRotationMatrix();
+    text = format("roll %.4f pitch %.4f rad", std::atan2(R(2, 1), R(2, 2)),
+                  std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))));
+  }
+  return text + format(" rate %.4f %.4f %.4f rad/s acceleration %.3f %.3f %.3f m/s^2", w.x(), w.y(), w.z(),
+                       a.x(), a.y(), a.z());
+}
+
+std::string say(const Joints& joints) {
+  std::string text = format("%zu joints", joints.names.size());
+  for (std::size_t i = 0; i < joints.names.size(); ++i) {
+    text += "; " + quoted(joints.names[i]);
+    if (!joints.positions.empty()) text += format(" position %.4f", joints.positions[i]);
+    if (!joints.velocities.empty()) text += format(" velocity %.4f", joints.velocities[i]);
+    if (!joints.efforts.empty()) text += format(" effort %.4f", joints.efforts[i]);
+  }
+  return text;
+}
+
 std::string say(const AgentCommand& command) {
   const AgentDefinition& agent = command.agent;
   return format("request %llu %s ", static_cast<unsigned long long>(command.request),
@@ -178,6 +204,9 @@ const auto& types() {
       Type{pose_cov_t::getHash(), "pose_cov_t", describe_as<PoseEstimate>},
       Type{pose_t::getHash(), "pose_t", describe_as<PoseStamped>},
       Type{twist2D_t::getHash(), "twist2D_t", describe_as<TwistCommand>},
+      Type{imu_t::getHash(), "imu_t", describe_as<ImuSample>},
+      Type{mbot_imu_t::getHash(), "mbot_imu_t", describe_as<ImuSample>},
+      Type{joints_t::getHash(), "joints_t", describe_as<Joints>},
       Type{agent_cmd_t::getHash(), "agent_cmd_t", describe_as<AgentCommand>},
       Type{event_t::getHash(), "event_t", describe_as<Event>},
       Type{session_t::getHash(), "session_t", describe_as<SessionHeader>},

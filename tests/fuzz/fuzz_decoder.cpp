@@ -39,6 +39,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)parhelion::describe("FUZZ", {data, size});
   if (!sample.decode(bytes)) return 0;
   const auto again = sample.encode_again();
-  if (again.size() != bytes.size() || !sample.decode(again)) std::abort();
+  // What an MBot sends is written as imu_t: only that may have another size.
+  const bool same_type = sample.written_as == sample.type;
+  if ((same_type && again.size() != bytes.size()) || !sample.decode(again)) std::abort();
   return 0;
 }

@@ -1,6 +1,7 @@
 // A message of every wire type, filled in, for tests that go over all of them.
 #pragma once
 
+#include <bit>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -13,6 +14,7 @@ namespace parhelion::test {
 
 struct Sample {
   std::string type;
+  std::string written_as;  ///< the type that encode gives it
   std::vector<std::uint8_t> bytes;
   std::function<Status(Bytes)> decode;
   std::function<std::vector<std::uint8_t>()> encode_again;  ///< what was decoded last
@@ -21,7 +23,7 @@ struct Sample {
 template <class T>
 Sample sample(const std::string& type, const T& message) {
   Sample made;
-  made.type = type;
+  made.type = made.written_as = type;
   encode(message, made.bytes);
   const auto decoded = std::make_shared<T>();
   made.decode = [decoded](Bytes bytes) { return decode("CHANNEL", bytes, *decoded); };
@@ -109,6 +111,25 @@ inline PoseEstimate sample_estimate() {
   return estimate;
 }
 
+/// As an MBot sends it; what it is decoded to is written as imu_t.
+inline Sample sample_mbot_imu() {
+  constexpr std::uint64_t fingerprint = 0x5d3f1ec742142382U;
+  Sample made = sample("imu_t", ImuSample{sample_stamp, {}, {}, {}});
+  made.type = "mbot_imu_t";
+  made.bytes.clear();
+  const auto add = [&made](std::uint64_t bits, int bytes) {
+    for (int i = bytes - 1; i >= 0; --i) made.bytes.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
+  };
+  add(fingerprint, 8);
+  add(static_cast<std::uint64_t>(sample_stamp.utime()), 8);
+  for (const float value :
+       {90.0F, 0.0F, -45.0F, 0.25F, 0.5F, 9.75F, 1.0F, 2.0F, 3.0F, 0.02F, -0.01F, 1.5F, 30.0F})
+    add(std::bit_cast<std::uint32_t>(value), 4);
+  return made;
+}
+
+inline Joints sample_joints() { return {sample_stamp, {"pan", "tilt"}, {0.5, -0.25}, {0.1, 0}, {1.5, -2}}; }
+
 inline std::vector<Sample> samples() {
   return {
       sample("planar_lidar_t", sample_scan()),
@@ -119,6 +140,10 @@ inline std::vector<Sample> samples() {
           "pose_t",
           PoseStamped{sample_stamp, Transform<Map, Base>::planar(1, 2, 3), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}),
       sample("twist2D_t", TwistCommand{sample_stamp, {0.5, -0.25, 1}}),
+      sample("imu_t",
+             ImuSample{sample_stamp, Eigen::Quaterniond(0.8, 0.6, 0, 0), {0.1, 0.2, 0.3}, {0, 0, 9.81}}),
+      sample_mbot_imu(),
+      sample("joints_t", sample_joints()),
       sample("agent_cmd_t", sample_command()),
       sample("event_t", sample_event()),
       sample("session_t",

@@ -9,6 +9,8 @@
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
 #include "parhelion/image_t.hpp"
+#include "parhelion/imu_t.hpp"
+#include "parhelion/joints_t.hpp"
 #include "parhelion/loop_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
@@ -94,6 +96,40 @@ RC_GTEST_PROP(CodecTwin, Scan, ()) {
   RC_ASSERT(same_bits(back.intensities, scan.intensities) && same_bits(twin.intensities, scan.intensities));
   RC_ASSERT(back.angle_first == scan.angle_first && twin.rad0 == scan.angle_first);
   RC_ASSERT(back.angle_step == scan.angle_step && twin.radstep == scan.angle_step);
+}
+
+RC_GTEST_PROP(CodecTwin, Imu, ()) {
+  ImuSample sample, back;
+  sample.stamp = any_stamp();
+  if (*rc::gen::arbitrary<bool>()) sample.orientation = any_transform<Map, Base>().quaternion();
+  sample.rotation_rate = any_vector(1e3);
+  sample.acceleration = any_vector(1e3);
+  const auto twin = through_liblcm<imu_t>(sample, back);
+  RC_ASSERT(back.stamp == sample.stamp && twin.utime == sample.stamp.utime());
+  RC_ASSERT(back.orientation.has_value() == sample.orientation.has_value());
+  RC_ASSERT(!back.orientation || back.orientation->angularDistance(*sample.orientation) < 1e-7);
+  RC_ASSERT(back.rotation_rate == sample.rotation_rate && back.acceleration == sample.acceleration);
+  RC_ASSERT(twin.rotation_rate[2] == sample.rotation_rate.z() && twin.accel[0] == sample.acceleration.x());
+}
+
+RC_GTEST_PROP(CodecTwin, Joints, ()) {
+  Joints joints, back;
+  joints.stamp = any_stamp();
+  const int n = *rc::gen::inRange(1, 12);
+  const auto values = [n](std::vector<double>& list) {
+    if (*rc::gen::arbitrary<bool>()) return;
+    for (int i = 0; i < n; ++i) list.push_back(any_within(1e4));
+  };
+  for (int i = 0; i < n; ++i) joints.names.push_back(any_name() + std::to_string(i));
+  values(joints.positions);
+  values(joints.velocities);
+  values(joints.efforts);
+  const auto twin = through_liblcm<joints_t>(joints, back);
+  RC_ASSERT(back.stamp == joints.stamp && twin.utime == joints.stamp.utime());
+  RC_ASSERT(back.names == joints.names && twin.names == joints.names);
+  RC_ASSERT(back.positions == joints.positions && twin.positions == joints.positions);
+  RC_ASSERT(back.velocities == joints.velocities && twin.velocities == joints.velocities);
+  RC_ASSERT(back.efforts == joints.efforts && twin.efforts == joints.efforts);
 }
 
 RC_GTEST_PROP(CodecTwin, Image, ()) {

@@ -6,7 +6,10 @@
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
 #include "parhelion/image_t.hpp"
+#include "parhelion/imu_t.hpp"
+#include "parhelion/joints_t.hpp"
 #include "parhelion/loop_t.hpp"
+#include "parhelion/mbot_imu_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
@@ -26,7 +29,10 @@ std::uint64_t fingerprint() {
   return static_cast<std::uint64_t>(T::getHash());
 }
 
-TEST(Fingerprint, OdometryIsThatOfARealMBot) { EXPECT_EQ(fingerprint<pose2D_t>(), 0x1f317af1246276acU); }
+TEST(Fingerprint, OdometryAndImuAreThoseOfARealMBot) {
+  EXPECT_EQ(fingerprint<pose2D_t>(), 0x1f317af1246276acU);
+  EXPECT_EQ(fingerprint<mbot_imu_t>(), 0x5d3f1ec742142382U);
+}
 
 // Compared with fingerprints of types with the members that bot2-core and the MBot publish.
 TEST(Fingerprint, TypesThatOthersPublishStay) {
@@ -38,6 +44,8 @@ TEST(Fingerprint, TypesThatOthersPublishStay) {
 
 TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<pose_cov_t>(), 0xbdbe6848aaae8c55U);
+  EXPECT_EQ(fingerprint<imu_t>(), 0x574360037da0350eU);
+  EXPECT_EQ(fingerprint<joints_t>(), 0x5446b6c04d532a98U);
   EXPECT_EQ(fingerprint<robot_t>(), 0x01848a2e835a8412U);
   EXPECT_EQ(fingerprint<session_t>(), 0xc498141c344a4425U);
   EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <numbers>
 #include <random>
 
 #include "protocols/codec.hpp"
@@ -272,6 +273,42 @@ TEST_F(LogFile, TheOdometryOfARealRobotIsDecodedWithOurType) {
   EXPECT_NEAR(box.sizes().y(), 0.87, 0.005);
   EXPECT_NEAR(last.T_odom_base.translation().x(), -0.009, 0.0005);
   EXPECT_NEAR(last.T_odom_base.translation().y(), 0.027, 0.0005);
+}
+
+// Its units and axes, from the physics: at rest gravity points where the attitude says, and the yaw turns as
+// the rate does.
+TEST_F(LogFile, TheImuOfARealRobotIsMappedToOurUnitsAndAxes) {
+  const auto log = test::recording("lcm-mbot/drive_square_odometry.lcmlog");
+  PARHELION_NEEDS_RECORDING(log);
+  const Read read = read_log(log.string());
+  int count = 0, at_rest = 0;
+  Eigen::Vector3d tilt_error = Eigen::Vector3d::Zero();
+  double turned = 0, turned_by_rate = 0;
+  Eigen::Quaterniond last = Eigen::Quaterniond::Identity();
+  SensorTime last_stamp;
+  for (const Message& event : read.events) {
+    if (event.channel != "MBOT_IMU") continue;
+    ImuSample sample;
+    const Status status = decode("IMU", event.payload, sample);
+    ASSERT_TRUE(status) << status.error().message;
+    ASSERT_TRUE(sample.orientation);
+    if (sample.rotation_rate.norm() < 0.01 && std::abs(sample.acceleration.norm() - 9.7) < 0.1) {
+      ++at_rest;
+      tilt_error += *sample.orientation * sample.acceleration.normalized() - Eigen::Vector3d::UnitZ();
+    }
+    if (count++ > 0) {
+      const Eigen::AngleAxisd turn(last.conjugate() * *sample.orientation);
+      turned += std::abs(turn.angle() * turn.axis().z());
+      turned_by_rate += std::abs(sample.rotation_rate.z()) * (sample.stamp - last_stamp).seconds();
+    }
+    last = *sample.orientation;
+    last_stamp = sample.stamp;
+  }
+  EXPECT_EQ(count, 8977);
+  ASSERT_GT(at_rest, 300);
+  EXPECT_LT((tilt_error / at_rest).norm(), 0.02) << at_rest << " samples at rest";
+  EXPECT_GT(turned, 4 * 2 * std::numbers::pi * 0.8) << "four laps of a square";
+  EXPECT_NEAR(turned_by_rate / turned, 1, 0.15);
 }
 
 }  // namespace
