@@ -3,16 +3,15 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdio>
 #include <map>
-#include <numbers>
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "server/wall_clock.hpp"
 #include "tools/command.hpp"
+#include "tools/place_argument.hpp"
 
 namespace parhelion {
 namespace {
@@ -38,22 +37,6 @@ const std::map<std::string, BehaviourKind> behaviours{{"stay", BehaviourKind::st
                                                       {"wander", BehaviourKind::wander},
                                                       {"teleop", BehaviourKind::teleop}};
 
-/// "1.5,2,90" as three numbers; fewer are left as they are. False: not that.
-bool parse_numbers(const std::string& text, double* numbers, std::size_t at_least, std::size_t at_most) {
-  std::size_t count = 0;
-  const char* at = text.data();
-  const char* end = at + text.size();
-  while (true) {
-    if (count == at_most) return false;
-    const auto [next, error] = std::from_chars(at, end, numbers[count]);
-    if (error != std::errc() || !std::isfinite(numbers[count])) return false;
-    ++count;
-    if (next == end) return count >= at_least;
-    if (*next != ',') return false;
-    at = next + 1;
-  }
-}
-
 Exit fail(const std::string& what, Exit exit = Exit::failed) {
   std::fprintf(stderr, "parhelion inject: %s\n", what.c_str());
   return exit;
@@ -75,19 +58,19 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   const bool needs_place =
       command.action == AgentCommand::Action::spawn || command.action == AgentCommand::Action::move;
   if (needs_place) {
-    double place[3] = {0, 0, 0};
-    if (!parse_numbers(arguments.at, place, 2, 3))
-      return Error{"--at: expected X,Y or X,Y,YAW in metres and degrees, such as 2.5,1,90"};
-    agent.T_map_base = Transform<Map, Base>::planar(place[0], place[1], place[2] * std::numbers::pi / 180);
+    const auto place = parse_place(arguments.at, false);
+    if (!place) return Error{"--at '" + arguments.at + "': " + place.error().message};
+    agent.T_map_base = Transform<Map, Base>::planar(place->x(), place->y(), place->z());
   }
-  if (!arguments.size.empty() && !parse_numbers(arguments.size, agent.size.data(), 3, 3)) {
-    return Error{"--size: expected X,Y,Z in metres, such as 0.4,0.4,0.6"};
+  if (!arguments.size.empty()) {
+    const auto size = parse_lengths(arguments.size);
+    if (!size) return Error{"--size '" + arguments.size + "': " + size.error().message};
+    agent.size = *size;
   }
   for (const std::string& text : arguments.waypoints) {
-    Eigen::Vector2d waypoint;
-    if (!parse_numbers(text, waypoint.data(), 2, 2))
-      return Error{"--waypoint: expected X,Y in metres, such as 2.5,1"};
-    agent.behaviour.waypoints.push_back(waypoint);
+    const auto waypoint = parse_point(text);
+    if (!waypoint) return Error{"--waypoint '" + text + "': " + waypoint.error().message};
+    agent.behaviour.waypoints.push_back(*waypoint);
   }
   return command;
 }
@@ -145,11 +128,14 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember(keys(actions)));
   command->add_option("--name", arguments->name, "The agent's name");
   command->add_option("--kind", arguments->kind, "What it is")->check(CLI::IsMember(keys(kinds)));
-  command->add_option("--at", arguments->at, "X,Y or X,Y,YAW in the map: metres, degrees");
-  command->add_option("--size", arguments->size, "X,Y,Z of a box or barrel, metres");
+  command->add_option("--at", arguments->at, std::string("X,Y or ") + place_format);
+  command->add_option("--size", arguments->size, "X,Y,Z of a box or barrel: metres, or with units");
   command->add_option("--behaviour", arguments->behaviour, "What it does")
       ->check(CLI::IsMember(keys(behaviours)));
-  command->add_option("--waypoint", arguments->waypoints, "X,Y of a patrol; several times")->take_all();
+  command
+      ->add_option("--waypoint", arguments->waypoints,
+                   "X,Y of a patrol: metres, or with units; several times")
+      ->take_all();
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));
   command->add_option("--laser", arguments->laser, "Preset of its own laser, such as lms-200");
   command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
@@ -157,7 +143,8 @@ void add_inject(CLI::App& app, Exit& exit) {
   command->add_option("--channel", arguments->channel, "Channel of agent commands");
   command->add_option("--url", arguments->url, "LCM URL");
   command->footer(
-      "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90 --behaviour wander --laser "
+      "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90deg --behaviour wander "
+      "--laser "
       "lms-200");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }

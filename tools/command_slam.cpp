@@ -9,6 +9,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "tools/command.hpp"
+#include "tools/place_argument.hpp"
 #include "tools/progress.hpp"
 #include "tools/slam_log.hpp"
 
@@ -44,17 +45,6 @@ Exit usage(const std::string& what) {
 Exit failed(const Error& error) {
   std::fprintf(stderr, "parhelion slam: %s\n", error.message.c_str());
   return Exit::failed;
-}
-
-bool parse_start(const std::string& text, SlamOptions& options) {
-  if (text.empty()) return true;
-  double x = 0, y = 0, yaw = 0;
-  int end = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%n", &x, &y, &yaw, &end) != 3 ||
-      text.size() != static_cast<std::size_t>(end))
-    return false;
-  options.start = Eigen::Vector3d(x, y, yaw);
-  return options.start->allFinite();
 }
 
 /// "20ms", "0.02s" or "500us".
@@ -204,8 +194,11 @@ Exit live(const Arguments& arguments) {
 
 Exit run(Arguments& arguments) {
   SlamLogOptions& options = arguments.options;
-  if (!parse_start(arguments.start, options.slam))
-    return usage("--start '" + arguments.start + "': expected X,Y,YAW in m and rad, such as 1.5,-2,0.7");
+  if (!arguments.start.empty()) {
+    const auto start = parse_place(arguments.start, true);
+    if (!start) return usage("--start '" + arguments.start + "': " + start.error().message);
+    options.slam.start = *start;
+  }
   if (!parse_delay(arguments.delay, options.pose_delay))
     return usage("--pose-delay '" + arguments.delay + "': expected a time such as 20ms, 0.02s, at most 60s");
   const bool localizing = !options.map.empty();
@@ -231,7 +224,7 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->add_flag("--force", options.overwrite, "Overwrite OUT");
   command->add_option("--map", options.map,
                       ".simplemap or ROS map YAML to localize in; without it a map is built");
-  command->add_option("--start", arguments->start, "X,Y,YAW in the map (m, rad); without it: anywhere");
+  command->add_option("--start", arguments->start, std::string(place_format) + "; without it: anywhere");
   command->add_option("--save-map", options.save_map, "PREFIX: writes PREFIX.simplemap, .yaml, .pgm, .png");
   command->add_option("--resolution", options.slam.resolution, "m a cell, of the grid map")
       ->capture_default_str();

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "tools/command.hpp"
+#include "tools/command_line.hpp"
 
 int main(int argc, char** argv) try {
   using namespace parhelion;
@@ -21,7 +22,7 @@ int main(int argc, char** argv) try {
   } catch (const CLI::Success& request) {
     return app.exit(request);
   } catch (const CLI::ParseError& error) {
-    app.exit(error);
+    std::fputs(explain(app, error).c_str(), stderr);
     return static_cast<int>(Exit::usage);
   }
   return static_cast<int>(exit);

@@ -155,7 +155,7 @@ TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
     arguments.insert(arguments.end(), {"--url", url()});
     return test::run(arguments, folder_ / "inject.txt");
   };
-  EXPECT_EQ(inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,1,90"}).exit, 0);
+  EXPECT_EQ(inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,1,90deg"}).exit, 0);
   const auto again = inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,2"});
   EXPECT_EQ(again.exit, 1);
   EXPECT_NE(again.output.find("robot_9"), std::string::npos) << again.output;

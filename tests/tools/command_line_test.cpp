@@ -1,0 +1,72 @@
+// What the program says to a command line that it does not understand.
+#include "tools/command_line.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/server/synthetic.hpp"
+#include "tests/tools/process.hpp"
+#include "tools/place_argument.hpp"
+
+namespace parhelion {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+test::Ran say(const std::vector<std::string>& arguments) {
+  const test::Folder folder;
+  return test::run(arguments, folder / "said.txt");
+}
+
+TEST(CommandLine, AnUnknownSubcommandIsNamedWithTheNearestOne) {
+  const auto ran = say({"replya", "x.lcm"});
+  EXPECT_EQ(ran.exit, 2);
+  EXPECT_THAT(ran.output, HasSubstr("parhelion: unknown subcommand 'replya', did you mean 'replay'?"));
+  const auto strange = say({"frobnicate"});
+  EXPECT_EQ(strange.exit, 2);
+  EXPECT_THAT(strange.output, AllOf(HasSubstr("unknown subcommand 'frobnicate'; there are "),
+                                    HasSubstr("demo, import, slam")));
+  EXPECT_THAT(say({"map", "extrud"}).output,
+              HasSubstr("parhelion map: unknown subcommand 'extrud', did you mean 'extrude'?"));
+}
+
+TEST(CommandLine, WithoutASubcommandItAsksWhich) {
+  const auto ran = say({"topic"});
+  EXPECT_EQ(ran.exit, 2);
+  EXPECT_THAT(ran.output, HasSubstr("parhelion topic: which of list, echo, hz?"));
+}
+
+TEST(CommandLine, AnUnknownOptionIsNamedWithTheNearestOne) {
+  const auto ran = say({"slam", "--savemap=site", "--log", "x"});
+  EXPECT_EQ(ran.exit, 2);
+  EXPECT_THAT(ran.output,
+              HasSubstr("parhelion slam: unknown option '--savemap', did you mean '--save-map'?"));
+  EXPECT_THAT(say({"--verison"}).output, HasSubstr("unknown option '--verison', did you mean '--version'?"));
+  EXPECT_THAT(say({"doctor", "now"}).output, HasSubstr("'now' is one argument too many"));
+}
+
+TEST(CommandLine, PlacesTakeUnitsAndRefuseAYawThatDoesNotSayWhichItIs) {
+  const double right_angle = std::numbers::pi / 2;
+  EXPECT_EQ(*parse_place("2.5,1,90deg", true), Eigen::Vector3d(2.5, 1, right_angle));
+  EXPECT_EQ(*parse_place("250cm,1m,1.5rad", true), Eigen::Vector3d(2.5, 1, 1.5));
+  EXPECT_EQ(*parse_place("-2,1", false), Eigen::Vector3d(-2, 1, 0));
+  EXPECT_EQ(*parse_place("0,0,0", true), Eigen::Vector3d::Zero());
+  EXPECT_THAT(parse_place("2.5,1,90", true).error().message, HasSubstr("90deg or 90rad?"));
+  for (const char* wrong : {"", "1", "1,2,3deg,4", "1,two", "1,nan", "1,2,3m", "1s,2", ",", "1,2,"})
+    EXPECT_FALSE(parse_place(wrong, false)) << wrong;
+  EXPECT_FALSE(parse_place("1,2", true));
+}
+
+TEST(CommandLine, TheTwoCommandsThatTakeAPlaceReadItAlike) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"slam", "--log", "x", "-o", "y", "--map", "m", "--start", "1,2,90"},
+        std::vector<std::string>{"inject", "spawn", "--name", "a", "--at", "1,2,90"}}) {
+    const auto ran = say(arguments);
+    EXPECT_EQ(ran.exit, 2);
+    EXPECT_THAT(ran.output, HasSubstr("90deg or 90rad?"));
+  }
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,69 @@
+#include "tools/command_line.hpp"
+
+#include <algorithm>
+
+#include "protocols/yaml/schema.hpp"
+
+namespace parhelion {
+namespace {
+
+std::vector<std::string> subcommand_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* each : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(each->get_name());
+  return names;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+  }
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+/// The first word that nothing took.
+std::string unknown_word(const CLI::App& command, const std::vector<std::string>& rest) {
+  const auto option =
+      std::find_if(rest.begin(), rest.end(), [](const std::string& word) { return word.starts_with('-'); });
+  if (option != rest.end()) {
+    const std::string name = option->substr(0, option->find('='));
+    return "unknown option '" + name + "'" + yaml::suggestion(name, option_names(command));
+  }
+  const auto subcommands = subcommand_names(command);
+  if (subcommands.empty()) return "'" + rest.front() + "' is one argument too many";
+  const std::string hint = yaml::suggestion(rest.front(), subcommands);
+  return "unknown subcommand '" + rest.front() + "'" +
+         (hint.empty() ? "; there are " + joined(subcommands) : hint);
+}
+
+}  // namespace
+
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  std::string name = app.get_name();
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().back();
+    name += " " + command->get_name();
+  }
+  std::string what = error.what();
+  const std::vector<std::string> rest = command->remaining();
+  const bool wants_subcommand = command->get_require_subcommand_min() > 0;
+  const bool is_unknown_word =
+      !rest.empty() && (wants_subcommand || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr);
+  if (is_unknown_word) {
+    what = unknown_word(*command, rest);
+  } else if (wants_subcommand) {
+    what = "which of " + joined(subcommand_names(*command)) + "?";
+  }
+  return name + ": " + what + "\nSee " + name + " --help.\n";
+}
+
+}  // namespace parhelion

@@ -1,0 +1,13 @@
+// What is wrong with a command line, in words that say what to type instead.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace parhelion {
+
+/// "parhelion: unknown subcommand 'relay', did you mean 'replay'?" and the like, one line and a pointer to
+/// --help. `app` is the program's, after the parse that threw `error`.
+std::string explain(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace parhelion
