@@ -9,9 +9,9 @@
 #include <regex>
 
 #include "protocols/bus/log_file.hpp"
-#include "protocols/codec.hpp"
 #include "tools/channel_statistics.hpp"
 #include "tools/command.hpp"
+#include "tools/topic_text.hpp"
 
 namespace parhelion {
 namespace {
@@ -104,14 +104,6 @@ Exit listen(
   return arguments.log.empty() ? listen_to_bus(arguments, take, idle) : listen_to_log(arguments, take);
 }
 
-/// A channel's name comes from outside: what a terminal would obey is not printed.
-std::string printable(std::string name) {
-  for (char& c : name) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return name;
-}
-
 Exit list(const Arguments& arguments) {
   Statistics channels;
   const Exit exit = listen(arguments, [&](const Message& message) {
@@ -138,7 +130,7 @@ Exit echo(const Arguments& arguments) {
     const auto us = message.arrival.utime();
     std::printf("%lld.%06lld %s %s\n", static_cast<long long>(us / 1'000'000),
                 static_cast<long long>(us % 1'000'000), printable(message.channel).c_str(),
-                describe(message.channel, message.payload).c_str());
+                echo_text(message).c_str());
     std::fflush(stdout);
     return ++shown != arguments.count;
   });

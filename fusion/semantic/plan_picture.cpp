@@ -5,12 +5,13 @@
 #include <map>
 
 #include "fusion/semantic/plan_canvas.hpp"
+#include "fusion/semantic/plan_legend.hpp"
 #include "fusion/semantic/plan_outline.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr int title_bar = 74, legend_bar = 64;  // pixels
+constexpr int title_bar = 74;  // pixels
 
 const Colour ink{32, 38, 46};
 const Colour faint{110, 119, 129};
@@ -20,18 +21,14 @@ const Colour wall_colour{84, 105, 141};
 const Colour door_colour{191, 135, 0};
 const Colour virtual_wall_colour{163, 113, 247};
 const Colour agent_colour{251, 143, 68};
-const Colour agent_edge{188, 76, 0};
 const Colour robot_colour{45, 164, 78};
-const Colour robot_edge{17, 99, 41};
 const Colour real_colour{0, 158, 190};
 const Colour injected_colour{207, 34, 46};
 
-/// Something that is drawn only where its part is there, and then explained in the legend.
-struct LegendEntry {
-  std::string label;
-  Colour colour;
-  enum class Mark { line, area, dot } mark;
-};
+Colour darker(Colour colour) {
+  const auto half = [](std::uint8_t v) { return static_cast<std::uint8_t>(v / 2); };
+  return {half(colour.red), half(colour.green), half(colour.blue)};
+}
 
 bool is_upright_part(const ModelEntity& entity) {
   return entity.label != EntityLabel::floor && entity.label != EntityLabel::ceiling;
@@ -100,7 +97,7 @@ Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
 class PlanPainter {
  public:
   PlanPainter(const PlanPicture& picture, const Eigen::AlignedBox2d& view)
-      : picture_(picture), canvas_(picture.width, view, title_bar, legend_bar) {}
+      : picture_(picture), canvas_(picture.width, view, title_bar, PlanLegend::height) {}
 
   bool paint(const std::string& path) {
     if (picture_.map != nullptr) paint_map();
@@ -111,14 +108,14 @@ class PlanPainter {
     if (picture_.scan) paint_returns();
     paint_names();
     paint_title();
-    paint_legend();
+    legend_.paint(canvas_);
     return canvas_.write(path);
   }
 
  private:
   void paint_map() {
     canvas_.draw_map(*picture_.map);
-    legend_.push_back({"occupied in the map", {38, 44, 54}, LegendEntry::Mark::area});
+    legend_.add({"occupied in the map", {38, 44, 54}, LegendEntry::Mark::area});
   }
 
   /// The area that the scan saw, as a light veil.
@@ -149,7 +146,7 @@ class PlanPainter {
       const LegendEntry& entry = kinds[kind];
       canvas_.fill(outlines, entry.colour, 0.55);
       for (const Outline& outline : outlines) canvas_.line(outline, entry.colour, 1, true);
-      legend_.push_back(entry);
+      legend_.add(entry);
     }
   }
 
@@ -160,7 +157,8 @@ class PlanPainter {
     canvas_.disc(path.points.front(), 7, path.colour);
     canvas_.disc(path.points.front(), 3.5, paper);
     paint_arrow(path);
-    if (!path.label.empty()) legend_.push_back({path.label, path.colour, LegendEntry::Mark::line});
+    const auto mark = path.entity.empty() ? LegendEntry::Mark::line : LegendEntry::Mark::body;
+    if (!path.label.empty()) legend_.add({path.label, path.colour, mark});
   }
 
   /// At the end, along the last stretch of ten pixels.
@@ -177,24 +175,28 @@ class PlanPainter {
         path.colour, 1);
   }
 
+  /// In the colour of the entity's path, else in that of its kind.
   void paint_bodies() {
     bool agents = false, robots = false;
     for (const SeenBody& seen : seen_bodies(picture_.world)) {
       const bool real = seen.body->owner == BodyOwner::real_robot;
-      std::vector<Outline> outlines;
-      for (const Shape& shape : seen.body->shapes)
-        outlines.push_back(outline_of(shape, seen.state->T_map_body));
-      canvas_.fill(outlines, real ? robot_colour : agent_colour, 0.85);
-      for (const Outline& outline : outlines)
-        canvas_.line(outline, real ? robot_edge : agent_edge, 1.5, true);
-      (real ? robots : agents) = true;
-      Eigen::AlignedBox2d& extent = extents_[seen.body->entity];
-      for (const Outline& outline : outlines) {
-        for (const Eigen::Vector2d& p : outline) extent.extend(canvas_.pixel(p));
+      const auto own = std::find_if(picture_.paths.begin(), picture_.paths.end(),
+                                    [&](const PlanPath& path) { return path.entity == seen.body->entity; });
+      const bool has_path = own != picture_.paths.end();
+      const Colour colour = has_path ? own->colour : real ? robot_colour : agent_colour;
+      Outline corners;
+      for (const Shape& shape : seen.body->shapes) {
+        for (const Eigen::Vector2d& p : outline_of(shape, seen.state->T_map_body)) corners.push_back(p);
       }
+      const Outline outline = convex_hull(std::move(corners));
+      canvas_.fill({outline}, colour, 0.85);
+      canvas_.line(outline, darker(colour), 1.5, true);
+      if (!has_path) (real ? robots : agents) = true;
+      Eigen::AlignedBox2d& extent = extents_[seen.body->entity];
+      for (const Eigen::Vector2d& p : outline) extent.extend(canvas_.pixel(p));
     }
-    if (robots) legend_.push_back({"real robot", robot_colour, LegendEntry::Mark::area});
-    if (agents) legend_.push_back({"virtual agents", agent_colour, LegendEntry::Mark::area});
+    if (robots) legend_.add({"real robot", robot_colour, LegendEntry::Mark::area});
+    if (agents) legend_.add({"virtual agents", agent_colour, LegendEntry::Mark::area});
   }
 
   void paint_returns() {
@@ -202,9 +204,9 @@ class PlanPainter {
     for (const Eigen::Vector2d& p : picture_.scan->injected) canvas_.disc(p, 2.8, injected_colour);
     canvas_.disc(picture_.scan->laser, 5, paper);
     canvas_.disc(picture_.scan->laser, 3.5, real_colour);
-    legend_.push_back({"real returns", real_colour, LegendEntry::Mark::dot});
+    legend_.add({"real returns", real_colour, LegendEntry::Mark::dot});
     if (!picture_.scan->injected.empty()) {
-      legend_.push_back({"virtual returns", injected_colour, LegendEntry::Mark::dot});
+      legend_.add({"virtual returns", injected_colour, LegendEntry::Mark::dot});
     }
   }
 
@@ -245,47 +247,9 @@ class PlanPainter {
     canvas_.text({24, 62}, picture_.subtitle, 12, faint);
   }
 
-  void paint_legend() {
-    const double top = canvas_.plan_bottom(), middle = top + legend_bar / 2.0;
-    canvas_.bar({Eigen::Vector2d(0, top), Eigen::Vector2d(canvas_.width(), canvas_.height())}, paper);
-    canvas_.pixel_line({0, top}, {double(canvas_.width()), top}, rule, 1);
-    double x = paint_scale_bar(24, middle) + 44;
-    double size = 13;
-    double needed = 0;
-    for (const LegendEntry& entry : legend_) needed += 64 + canvas_.text_width(entry.label, size);
-    size *=
-        std::min(1.0, std::max(0.5, (canvas_.width() - x - 64.0 * static_cast<double>(legend_.size())) /
-                                        std::max(1.0, needed - 64.0 * static_cast<double>(legend_.size()))));
-    for (const LegendEntry& entry : legend_) {
-      if (entry.mark == LegendEntry::Mark::dot) {
-        canvas_.pixel_disc({x + 12, middle}, 4.5, entry.colour);
-      } else {
-        const double half = entry.mark == LegendEntry::Mark::line ? 1.5 : 6;
-        canvas_.pixel_line({x + half, middle}, {x + 24 - half, middle}, entry.colour, 2 * half);
-      }
-      canvas_.text({x + 34, middle + size / 2}, entry.label, size, ink);
-      x += 64 + canvas_.text_width(entry.label, size);
-    }
-  }
-
-  /// A round number of metres, about a tenth of the width; returns where it ends.
-  double paint_scale_bar(double x, double y) {
-    const double wanted = 0.1 * canvas_.width() / canvas_.pixels_per_metre();
-    const double power = std::pow(10, std::floor(std::log10(wanted)));
-    const double metres = wanted / power >= 5 ? 5 * power : wanted / power >= 2 ? 2 * power : power;
-    const double end = x + metres * canvas_.pixels_per_metre();
-    canvas_.pixel_line({x, y + 8}, {end, y + 8}, ink, 2);
-    canvas_.pixel_line({x, y + 3}, {x, y + 13}, ink, 2);
-    canvas_.pixel_line({end, y + 3}, {end, y + 13}, ink, 2);
-    char label[32];
-    std::snprintf(label, sizeof label, "%g m", metres);
-    canvas_.text({(x + end - canvas_.text_width(label, 12)) / 2, y - 4}, label, 12, ink);
-    return std::max(end, (x + end + canvas_.text_width(label, 12)) / 2);
-  }
-
   const PlanPicture& picture_;
   PlanCanvas canvas_;
-  std::vector<LegendEntry> legend_;
+  PlanLegend legend_;
   std::map<std::string, Eigen::AlignedBox2d> extents_;  ///< pixels, by entity
 };
 

@@ -19,11 +19,13 @@ struct Colour {
   std::uint8_t red = 0, green = 0, blue = 0;
 };
 
-/// A line in the map frame; its start gets a ring, its end an arrow.
+/// A line in the map frame; its start gets a ring, its end an arrow. A body of the same entity is drawn in
+/// the same colour.
 struct PlanPath {
   std::string label;  ///< in the legend
   Colour colour{31, 111, 235};
   std::vector<Eigen::Vector2d> points;  ///< m, map frame
+  std::string entity = {};              ///< whose path it is; empty: nobody's
 };
 
 /// One scan in the map frame.

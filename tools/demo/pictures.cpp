@@ -3,6 +3,17 @@
 #include "fusion/semantic/plan_picture.hpp"
 
 namespace parhelion {
+namespace {
+
+std::string real_robot(const Witness& witness) {
+  if (!witness.best_scan()) return {};
+  for (const auto& body : witness.best_scan()->world.scene->bodies) {
+    if (body->owner == BodyOwner::real_robot) return body->entity;
+  }
+  return {};
+}
+
+}  // namespace
 
 Status draw_map_picture(const std::string& path, const GridMap& map, const SemanticModel& model,
                         const Witness& witness) {
@@ -11,11 +22,12 @@ Status draw_map_picture(const std::string& path, const GridMap& map, const Seman
   picture.map = &map;
   picture.focus = 6;
   picture.model = &model;
-  picture.paths.push_back({"real robot", {31, 111, 235}, witness.driven()});
-  const Colour colours[] = {{214, 40, 40}, {230, 140, 0}, {20, 140, 60}, {130, 60, 200}};
+  picture.paths.push_back({"real robot", {31, 111, 235}, witness.driven(), real_robot(witness)});
+  // Neither red nor turquoise: those are the returns.
+  const Colour colours[] = {{130, 60, 200}, {230, 140, 0}, {20, 140, 60}, {150, 90, 40}};
   std::size_t next = 0;
   for (const auto& [name, points] : witness.agent_paths()) {
-    picture.paths.push_back({name + " (virtual)", colours[next++ % std::size(colours)], points});
+    picture.paths.push_back({name + " (virtual)", colours[next++ % std::size(colours)], points, name});
   }
   if (const auto& seen = witness.best_scan()) {
     picture.subtitle = std::to_string(seen->virtual_returns.size()) + " virtual of " +
