@@ -90,10 +90,13 @@ struct SemanticModel {
 };
 
 /// Reads YAML (schema model.schema.json); `origin` names the file in errors. Overlapping walls of one label
-/// are an error that names both (overlap by more than half of the smaller one's volume).
+/// are an error that names both (overlap by more than half of the smaller one's volume; free spaces and what
+/// is deleted may overlap); so are a hinge on what is no door, a relation to an entity that is not there, a
+/// mesh that is not finite or names a vertex that it has not, more than a million triangles.
 Result<SemanticModel> parse_model(const std::string& yaml, const std::string& origin);
 Result<SemanticModel> load_model(const std::string& path);
 std::string to_yaml(const SemanticModel& model);
 const char* to_string(EntityLabel label);
+const char* to_string(RelationKind kind);
 
 }  // namespace parhelion

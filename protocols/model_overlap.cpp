@@ -105,6 +105,7 @@ std::optional<std::pair<std::size_t, std::size_t>> find_overlap(const std::vecto
       const bool apart =
           (low[i].array() >= high[j].array()).any() || (low[j].array() >= high[i].array()).any();
       if (apart || a.label != b.label || a.is_virtual != b.is_virtual) continue;
+      if (!is_solid(a) || !is_solid(b)) continue;
       if (overlap_share(a, b) > 0.5) first = pair;
     }
     open.push_back(i);

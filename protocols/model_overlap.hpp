@@ -14,8 +14,8 @@ namespace parhelion {
 /// about 0.02 for tilted ones, which are sampled).
 double overlap_share(const ModelEntity& a, const ModelEntity& b);
 
-/// The first pair (by index) of entities with the same label, both virtual or both not, that share more than
-/// half of the smaller one's volume.
+/// The first pair (by index) of solid entities with the same label, both virtual or both not, that share more
+/// than half of the smaller one's volume. Doors may open into one another's free space.
 std::optional<std::pair<std::size_t, std::size_t>> find_overlap(const std::vector<ModelEntity>& entities);
 
 }  // namespace parhelion

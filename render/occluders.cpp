@@ -37,7 +37,7 @@ OccluderBox strip(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double wid
 std::vector<OccluderBox> occluders_of(const SemanticModel& building) {
   std::vector<OccluderBox> boxes;
   for (const ModelEntity& entity : building.entities) {
-    if (entity.is_virtual || entity.label == EntityLabel::window) continue;
+    if (entity.is_virtual || !is_solid(entity) || entity.label == EntityLabel::window) continue;
     if (!entity.T_map_body.finite() || !entity.size.allFinite() || entity.size.minCoeff() <= 0) continue;
     boxes.push_back(
         make_box(entity.name, Transform<Map, ShapeFrame>(entity.T_map_body.isometry()), 0.5 * entity.size));

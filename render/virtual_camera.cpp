@@ -71,7 +71,7 @@ class EglVirtualCamera : public VirtualCamera {
     if (!renderer) return renderer.error();
     camera->renderer_ = std::move(*renderer);
     for (const ModelEntity& entity : building.entities) {
-      if (entity.is_virtual || !entity.T_map_body.finite() || !entity.size.allFinite() ||
+      if (entity.is_virtual || !is_solid(entity) || !entity.T_map_body.finite() || !entity.size.allFinite() ||
           entity.size.minCoeff() <= 0)
         continue;
       BuildingPart part{

@@ -77,7 +77,7 @@ void BuildingTree::Scene::intersect(const RTCIntersectFunctionNArguments* args) 
 }
 
 void BuildingTree::Scene::add(const ModelEntity& entity) {
-  if (entity.is_virtual || !entity.T_map_body.finite() || !entity.size.allFinite()) return;
+  if (entity.is_virtual || !is_solid(entity) || !entity.T_map_body.finite() || !entity.size.allFinite()) return;
   boxes.push_back({entity.T_map_body.rotation().transpose(), entity.T_map_body.translation(), entity.size / 2,
                    entity.material.laser_reflectivity});
 }

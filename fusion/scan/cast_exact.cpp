@@ -147,7 +147,7 @@ void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const S
     const Ray ray = beam_ray(laser, beams, i);
     Nearest nearest;
     for (const ModelEntity& entity : model.entities) {
-      if (entity.is_virtual) continue;
+      if (entity.is_virtual || !is_solid(entity)) continue;
       nearest.offer(box(seen_from(entity.T_map_body, ray), entity.size), -1,
                     entity.material.laser_reflectivity);
     }

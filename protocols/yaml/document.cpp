@@ -43,7 +43,7 @@ class TreeBuilder : public YAML::EventHandler {
     Node node = make(Node::Kind::scalar, mark, tag, anchor);
     node.text = value;
     node.quoted = tag == "!";
-    const bool is_null = !node.quoted && (value.empty() || value == "~" || value == "null");
+    const bool is_null = !node.quoted && !node.binary && (value.empty() || value == "~" || value == "null");
     if (is_null && !key_expected()) node.kind = Node::Kind::null;
     add(std::move(node));
   }
@@ -62,14 +62,18 @@ class TreeBuilder : public YAML::EventHandler {
   static constexpr const char* no_anchors =
       "anchors and aliases (&, *) are not used in these files: write the value out";
 
+  static constexpr std::string_view binary_tag = "tag:yaml.org,2002:binary";
+
   static int line_of(const YAML::Mark& mark) { return mark.line + 1; }
 
   static Node make(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     if (anchor != 0) throw Refusal{line_of(mark), no_anchors};
-    if (!tag.empty() && tag != "?" && tag != "!") {
+    const bool binary = tag == binary_tag && kind == Node::Kind::scalar;
+    if (!tag.empty() && tag != "?" && tag != "!" && !binary) {
       throw Refusal{line_of(mark), "tags (" + printable(tag) + ") are not used in these files"};
     }
     Node node;
+    node.binary = binary;
     node.kind = kind;
     node.line = line_of(mark);
     return node;
@@ -88,7 +92,7 @@ class TreeBuilder : public YAML::EventHandler {
     Node& parent = open_.back();
     if (!key_expected()) {
       parent.items.push_back(std::move(node));
-    } else if (node.kind == Node::Kind::scalar) {
+    } else if (node.kind == Node::Kind::scalar && !node.binary) {
       parent.key_lines.push_back(node.line);
       parent.keys.push_back(std::move(node.text));
     } else {

@@ -15,6 +15,7 @@ struct Node {
   enum class Kind : std::uint8_t { null, scalar, list, map };
   Kind kind = Kind::null;
   bool quoted = false;  ///< a scalar in quotes: always text
+  bool binary = false;  ///< a scalar tagged !!binary: base64
   int line = 0;         ///< from 1
   std::string text;     ///< of a scalar
   double number = 0;  ///< of a scalar that the schema calls a number; SI where it has a unit. Set by check()
@@ -46,8 +47,8 @@ class Problems {
   std::vector<Problem> problems_;
 };
 
-/// Reads one document. Refused, with the line: what is not YAML or not UTF-8, anchors and aliases, tags, a
-/// key given twice, a second document, more than 64 MiB, nesting deeper than 32.
+/// Reads one document. Refused, with the line: what is not YAML or not UTF-8, anchors and aliases, tags (but
+/// !!binary), a key given twice, a second document, more than 64 MiB, nesting deeper than 32.
 Result<Node> read_document(const std::string& text, const std::string& origin);
 
 /// The text of a file, or why not.

@@ -128,6 +128,12 @@ class Checker {
       problems_.add(node.line, "'" + name + "': expected " + wanted(schema) + ", found " + kind_words(node));
       return nullptr;
     }
+    if (node.binary != schema.contains("binary")) {
+      problems_.add(node.line, "'" + name + "': expected " + wanted(schema) +
+                                   (node.binary ? ", found !!binary" : ", found a single value"));
+      return nullptr;
+    }
+    if (node.binary) return "";  // read_binary() judges it: no need to carry megabytes along
     if (type == "string" && !schema.contains("unit")) return convert_text(node, schema, name);
     if (type == "boolean") return convert_boolean(node, name);
     return convert_number(node, schema, name);
@@ -135,6 +141,7 @@ class Checker {
 
  private:
   static std::string wanted(const Json& schema) {
+    if (schema.contains("binary")) return "!!binary and base64";
     if (schema.contains("unit")) return "a number with its unit";
     if (schema.contains("enum")) return listed(names_of(schema["enum"]));
     const auto& type = schema.at("type").get_ref<const std::string&>();

@@ -65,6 +65,14 @@ void Writer::line(std::string_view key, std::string_view value) {
   text_.append(key).append(": ").append(value) += '\n';
 }
 
+void Writer::block(std::string_view key, std::string_view tag, std::string_view text, std::size_t width) {
+  line(key, std::string(tag) + (text.empty() ? " \"\"" : " |"));
+  for (std::size_t i = 0; i < text.size(); i += width) {
+    text_.append(2 * static_cast<std::size_t>(depth_ + 1), ' ');
+    text_.append(text.substr(i, width)) += '\n';
+  }
+}
+
 void Writer::item(std::string_view value) {
   indent();
   text_.append("- ").append(value) += '\n';

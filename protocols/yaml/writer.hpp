@@ -33,6 +33,9 @@ class Writer {
   void end_item() { --depth_; }
   /// "key: value" with the value as YAML.
   void line(std::string_view key, std::string_view value);
+  /// "key: tag |" and the text below it, in lines of `width` characters. Printable ASCII without spaces only;
+  /// empty text is written as "".
+  void block(std::string_view key, std::string_view tag, std::string_view text, std::size_t width);
   /// "- value" with the value as YAML.
   void item(std::string_view value);
 

@@ -42,7 +42,8 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
   BodyId id = first_body;
   for (const ModelEntity& entity : model.entities) {
     if (Status status = check(entity); !status) return status.error();
-    building->add(entity, physics, id++);
+    if (is_solid(entity)) building->add(entity, physics, id);
+    ++id;
   }
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
     const double height = building->floors_[i].lowest;
