@@ -68,8 +68,11 @@ Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOpt
 
 /// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
 /// frame: an accelerometer's reading). Turns about the origin by the shortest arc, so heights keep their
-/// meaning. Errors: nothing horizontal within 30 degrees of the hint (or of z): says what was seen.
+/// meaning. Errors: nothing horizontal within 30 degrees of the hint (or of z): says what was seen; a cloud
+/// that seems to be upside down (more hangs from its ceiling than stands on its floor), unless the hint is to
+/// be trusted.
 Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud,
-                                    const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ());
+                                    const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ(),
+                                    bool trust_hint = false);
 
 }  // namespace parhelion

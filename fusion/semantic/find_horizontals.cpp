@@ -1,0 +1,351 @@
+// Horizontal surfaces: lines in the tiles' OXZ and OYZ pictures propose heights; in each cell of the plan the
+// points say whether something lies there; cells that touch at one height are a surface.
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "fusion/semantic/hough.hpp"
+#include "fusion/semantic/surface_search.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double min_line = 0.2;        // m; less than the tread of a step
+constexpr int min_layers = 3;           // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
+constexpr double max_slope = 0.052;     // 3 degrees: what is steeper is a ramp
+constexpr double same_height = 0.03;    // m, between cells of one surface
+constexpr int reach_cells = 2;          // a gap of one cell does not part a surface
+constexpr double min_area = 0.15;       // m^2; a tread of 0.2 m x 0.8 m
+constexpr double flat_over_beside = 2;  // a wall's slice has as many points beside as within
+
+/// One tile's pictures from the side; x is along the picture, in site pixels.
+class SidePictures {
+ public:
+  SidePictures(const Site& site, Tile tile) : site_(site) {
+    x0_ = (tile.x * tile_blocks - 1) * block_pixels - 1;
+    y0_ = (tile.y * tile_blocks - 1) * block_pixels - 1;
+    rows_ = static_cast<int>((site.z_high - site.z_low) / site.options.pixel) + 3;
+    for (ImageChain& chain : chains_) chain.input.reset(image_pixels, rows_);
+    const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
+    site.blocks.for_each_in(bx - 1, by - 1, bx + tile_blocks, by + tile_blocks,
+                            [&](const PlanBlocks::Block& block, std::size_t) { add(block); });
+  }
+
+  /// Lines that are level, as heights (m) over blocks: [block column or row 0..9] -> heights.
+  using Levels = std::array<std::vector<double>, tile_blocks + 2>;
+  Levels levels(Projection projection, StageImages* stages) {
+    ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
+    chain.run(min_layers);
+    const int offset = projection == Projection::oxz ? x0_ : y0_;
+    if (stages != nullptr)
+      chain.keep(projection, block_pixels + 1, 0, image_pixels - block_pixels - 1, rows_, offset, 0, *stages);
+    const double pixel = site_.options.pixel;
+    const int shortest = std::max(3, static_cast<int>(min_line / pixel));
+    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, site_.options.seed};
+    Levels result;
+    for (const PixelSegment& s : hough_segments(chain.skeleton, hough)) {
+      const int length = std::abs(s.x1 - s.x0), rise = std::abs(s.y1 - s.y0);
+      if (length < shortest || rise > std::max(1.0, max_slope * length)) continue;
+      spread(s, result);
+      if (stages != nullptr) {
+        const auto metres = [&](int x, int y) {
+          return Eigen::Vector2d((x + offset + 0.5) * pixel, site_.z_low + (y - 0.5) * pixel);
+        };
+        stages->hough[static_cast<int>(projection)].push_back({metres(s.x0, s.y0), metres(s.x1, s.y1)});
+      }
+    }
+    return result;
+  }
+
+ private:
+  void add(const PlanBlocks::Block& block) {
+    const double per_pixel = 1 / site_.options.pixel;
+    for (std::uint32_t i = block.begin; i < block.end; ++i) {
+      const Eigen::Vector3f& p = site_.blocks.sorted()[i];
+      const double height = (static_cast<double>(p.z()) - site_.z_low) * per_pixel;
+      if (!(height >= 0 && height < rows_ - 2)) continue;
+      const int z = static_cast<int>(height) + 1;
+      const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
+      const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
+      if (chains_[0].input.inside(x, z)) chains_[0].input.add(x, z, y * 64 / image_pixels);
+      if (chains_[1].input.inside(y, z)) chains_[1].input.add(y, z, x * 64 / image_pixels);
+    }
+  }
+
+  void spread(const PixelSegment& s, Levels& levels) const {
+    const auto [low, high] = std::minmax(s.x0, s.x1);
+    for (int b = (low - 1) / block_pixels; b <= (high - 1) / block_pixels; ++b) {
+      const double centre = std::clamp(1 + (b + 0.5) * block_pixels, low + 0.0, high + 0.0);
+      const double row = s.y0 + (s.y1 - s.y0) * (centre - s.x0) / (s.x1 - s.x0);
+      levels[static_cast<std::size_t>(b)].push_back(site_.z_low + (row - 0.5) * site_.options.pixel);
+    }
+  }
+
+  const Site& site_;
+  int x0_ = 0, y0_ = 0, rows_ = 0;
+  static thread_local std::array<ImageChain, 2> chains_;  // large; cleared by what was set
+};
+thread_local std::array<ImageChain, 2> SidePictures::chains_;
+
+/// Heights that differ by less than two pixels are one.
+std::vector<double> merged(std::vector<double> heights, double pixel) {
+  std::sort(heights.begin(), heights.end());
+  std::vector<double> result;
+  for (std::size_t i = 0; i < heights.size();) {
+    double sum = 0;
+    std::size_t end = i;
+    while (end < heights.size() && heights[end] - heights[i] < 2 * pixel) sum += heights[end++];
+    result.push_back(sum / static_cast<double>(end - i));
+    i = end;
+  }
+  return result;
+}
+
+/// How many points of the block lie at which height near `level`; the fullest stretch's middle.
+double densest(const Site& site, const PlanBlocks::Block& block, double level) {
+  constexpr int bins = 40;
+  const double near = site.options.near, width = 2 * near / bins;
+  std::array<int, bins> count{};
+  for (std::uint32_t i = block.begin; i < block.end; ++i) {
+    const double bin = (static_cast<double>(site.blocks.sorted()[i].z()) - level + near) / width;
+    if (bin >= 0 && bin < bins) ++count[static_cast<std::size_t>(bin)];
+  }
+  constexpr int window = 8;  // 2 cm of the default 10
+  int sum = std::accumulate(count.begin(), count.begin() + window, 0), most = sum, first = 0, last = 0;
+  for (int b = 1; b + window <= bins; ++b) {
+    sum += count[static_cast<std::size_t>(b + window - 1)] - count[static_cast<std::size_t>(b - 1)];
+    if (sum > most) {
+      most = sum;
+      first = b;
+    }
+    if (sum == most) last = b;
+  }
+  return level - near + ((first + std::max(first, last)) / 2.0 + window / 2.0) * width;
+}
+
+/// -1 seen from below, 1 from above, 0 not known.
+int seen_from(const PointCloud<Map>& cloud, std::uint32_t i) {
+  if (!cloud.viewpoints.empty()) {
+    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
+    const double above = cloud.viewpoints[scan].z() - static_cast<double>(cloud.points[i].z());
+    return above > 0 ? 1 : -1;
+  }
+  if (cloud.normals.empty() || std::abs(cloud.normals[i].z()) < 0.5F) return 0;
+  return cloud.normals[i].z() > 0 ? 1 : -1;
+}
+
+/// The block's cells at one height.
+void add_plates(const Site& site, const PlanBlocks::Block& block, double level, std::vector<Plate>& plates) {
+  const double near = site.options.near, per_cell = 1 / site.cell();
+  const double z = densest(site, block, level);
+  struct Sums {
+    double sum = 0, squares = 0;
+    Plate plate;
+  };
+  std::array<Sums, block_cells * block_cells> cells{};
+  for (std::uint32_t i = block.begin; i < block.end; ++i) {
+    const Eigen::Vector3f& p = site.blocks.sorted()[i];
+    const int cx = std::clamp(static_cast<int>(std::floor(p.x() * per_cell)) - block.x * block_cells, 0,
+                              block_cells - 1);
+    const int cy = std::clamp(static_cast<int>(std::floor(p.y() * per_cell)) - block.y * block_cells, 0,
+                              block_cells - 1);
+    Sums& cell = cells[static_cast<std::size_t>(cy * block_cells + cx)];
+    const double dz = static_cast<double>(p.z()) - z;
+    if (std::abs(dz) <= near) {
+      ++cell.plate.points;
+      cell.sum += dz;
+      cell.squares += dz * dz;
+      const int side = seen_from(site.cloud, site.blocks.order()[i]);
+      cell.plate.from_above += side > 0;
+      cell.plate.from_below += side < 0;
+    } else {
+      cell.plate.beside += std::abs(dz) <= 2 * near;
+      ++(dz > 0 ? cell.plate.column_above : cell.plate.column_below);
+    }
+  }
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    Plate plate = cells[c].plate;
+    if (plate.points == 0 || plate.points < plate.beside) continue;
+    const double mean = cells[c].sum / plate.points;
+    plate.x = block.x * block_cells + static_cast<int>(c % block_cells);
+    plate.y = block.y * block_cells + static_cast<int>(c / block_cells);
+    plate.z = static_cast<float>(z + mean);
+    plate.variance = static_cast<float>(std::max(0.0, cells[c].squares / plate.points - mean * mean));
+    plates.push_back(plate);
+  }
+}
+
+bool by_place(const Plate& a, const Plate& b) {
+  return std::tuple(a.y, a.x, a.z) < std::tuple(b.y, b.x, b.z);
+}
+
+/// Two proposals that met on the same surface: the plate with more points stays.
+void drop_doubles(std::vector<Plate>& plates, double apart) {
+  std::sort(plates.begin(), plates.end(), by_place);
+  std::size_t kept = 0;
+  for (const Plate& plate : plates) {
+    if (kept > 0) {
+      Plate& last = plates[kept - 1];
+      if (last.x == plate.x && last.y == plate.y && static_cast<double>(plate.z - last.z) < apart) {
+        if (plate.points > last.points) last = plate;
+        continue;
+      }
+    }
+    plates[kept++] = plate;
+  }
+  plates.resize(kept);
+}
+
+std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stages) {
+  SidePictures pictures(site, tile);
+  const auto along_x = pictures.levels(Projection::oxz, stages);
+  const auto along_y = pictures.levels(Projection::oyz, stages);
+  std::vector<Plate> plates;
+  const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
+  site.blocks.for_each_in(bx, by, bx + tile_blocks - 1, by + tile_blocks - 1,
+                          [&](const PlanBlocks::Block& block, std::size_t) {
+                            std::vector<double> heights = along_x[static_cast<std::size_t>(block.x - bx + 1)];
+                            const auto& more = along_y[static_cast<std::size_t>(block.y - by + 1)];
+                            heights.insert(heights.end(), more.begin(), more.end());
+                            for (const double height : merged(std::move(heights), site.options.pixel))
+                              add_plates(site, block, height, plates);
+                          });
+  drop_doubles(plates, site.options.near);
+  return plates;
+}
+
+std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/// Numbers the parts that touch; plates by place.
+std::vector<std::uint32_t> connect(const std::vector<Plate>& plates) {
+  std::vector<std::uint32_t> parent(plates.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  for (std::uint32_t i = 0; i < plates.size(); ++i) {
+    const Plate& plate = plates[i];
+    for (int dy = 0; dy <= reach_cells; ++dy) {
+      const Plate from{.x = plate.x + (dy == 0 ? 1 : -reach_cells), .y = plate.y + dy, .z = -1e9F};
+      auto it = std::lower_bound(plates.begin() + i, plates.end(), from, by_place);
+      for (; it != plates.end() && it->y == from.y && it->x <= plate.x + reach_cells; ++it) {
+        if (static_cast<double>(std::abs(it->z - plate.z)) > same_height) continue;
+        const auto a = root(parent, i), b = root(parent, static_cast<std::uint32_t>(it - plates.begin()));
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+    }
+  }
+  for (std::uint32_t i = 0; i < plates.size(); ++i) parent[i] = root(parent, i);
+  return parent;
+}
+
+/// Whether it is seen from below. Without viewpoints and normals: a ceiling has nothing above it, stands
+/// high over the lowest surface, and what is in its columns is below.
+bool is_seen_from_below(const Site& site, const HorizontalSurface& surface, const Plate& sums) {
+  if (sums.from_above + sums.from_below > 0) return sums.from_below > sums.from_above;
+  return surface.z > site.z_high - height_margin - 0.3 && surface.z > site.z_low + height_margin + 1.8 &&
+         sums.column_below > 5 * sums.column_above;
+}
+
+/// One surface from the plates [begin, end) of `members`; or none, where they are a slice of something else.
+bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<const std::uint32_t> members,
+                  HorizontalSurface& surface) {
+  const double cell = site.cell();
+  surface.area = static_cast<double>(members.size()) * cell * cell;
+  if (surface.area < min_area) return false;
+  Plate sums;
+  std::vector<std::pair<float, std::uint32_t>> heights;
+  double variance = 0;
+  std::uint64_t points = 0;
+  surface.low.setConstant(1e30);
+  surface.high.setConstant(-1e30);
+  for (const std::uint32_t m : members) {
+    const Plate& plate = plates[m];
+    heights.emplace_back(plate.z, plate.points);
+    points += plate.points;
+    sums.beside += plate.beside;
+    sums.from_above += plate.from_above;
+    sums.from_below += plate.from_below;
+    sums.column_above += plate.column_above;
+    sums.column_below += plate.column_below;
+    variance += static_cast<double>(plate.variance) * plate.points;
+    surface.low = surface.low.cwiseMin(Eigen::Vector2d(plate.x, plate.y) * cell);
+    surface.high = surface.high.cwiseMax(Eigen::Vector2d(plate.x + 1, plate.y + 1) * cell);
+  }
+  if (static_cast<double>(points) < flat_over_beside * sums.beside) return false;
+  std::sort(heights.begin(), heights.end());
+  std::uint64_t passed = 0;
+  for (const auto& [z, count] : heights) {
+    passed += count;
+    surface.z = static_cast<double>(z);
+    if (2 * passed >= points) break;
+  }
+  surface.points = static_cast<std::uint32_t>(points);
+  surface.thickness = 2 * std::sqrt(variance / static_cast<double>(points));
+  surface.faces_down = is_seen_from_below(site, surface, sums);
+  return true;
+}
+
+/// Plates by block, with their range per block.
+void index_by_block(const Site& site, HorizontalSearch& search) {
+  const auto block_of = [](std::int32_t cell) {
+    return cell >= 0 ? cell / block_cells : -((-cell + block_cells - 1) / block_cells);
+  };
+  const auto key = [&](const Plate& p) { return std::tuple(block_of(p.y), block_of(p.x), p.y, p.x, p.z); };
+  std::sort(search.plates.begin(), search.plates.end(),
+            [&](const Plate& a, const Plate& b) { return key(a) < key(b); });
+  std::uint32_t at = 0;
+  for (const PlanBlocks::Block& block : site.blocks.blocks()) {
+    search.first.push_back(at);
+    while (at < search.plates.size() && block_of(search.plates[at].y) == block.y &&
+           block_of(search.plates[at].x) == block.x)
+      ++at;
+  }
+  search.first.push_back(at);
+}
+
+}  // namespace
+
+HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
+  std::vector<std::vector<Plate>> of_tiles(site.tiles.size());
+  if (stages != nullptr) {
+    for (std::size_t t = 0; t < of_tiles.size(); ++t)
+      of_tiles[t] = plates_of_tile(site, site.tiles[t], stages);
+  } else {
+    tbb::parallel_for(std::size_t{0}, of_tiles.size(),
+                      [&](std::size_t t) { of_tiles[t] = plates_of_tile(site, site.tiles[t], nullptr); });
+  }
+  std::vector<Plate> plates;
+  for (const auto& of_tile : of_tiles) plates.insert(plates.end(), of_tile.begin(), of_tile.end());
+  of_tiles.clear();
+  std::sort(plates.begin(), plates.end(), by_place);
+
+  const std::vector<std::uint32_t> part = connect(plates);
+  std::vector<std::uint32_t> by_part(plates.size());
+  std::iota(by_part.begin(), by_part.end(), 0U);
+  std::stable_sort(by_part.begin(), by_part.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return part[a] < part[b]; });
+  HorizontalSearch search;
+  for (std::size_t i = 0; i < by_part.size();) {
+    std::size_t end = i;
+    while (end < by_part.size() && part[by_part[end]] == part[by_part[i]]) ++end;
+    const auto members = std::span(by_part).subspan(i, end - i);
+    HorizontalSurface surface;
+    if (make_surface(site, plates, members, surface)) {
+      for (const std::uint32_t m : members) {
+        plates[m].surface = static_cast<std::uint32_t>(search.surfaces.size());
+        search.plates.push_back(plates[m]);
+      }
+      search.surfaces.push_back(surface);
+    }
+    i = end;
+  }
+  index_by_block(site, search);
+  return search;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,165 @@
+// Vertical surfaces: what stands up is a line in the plan (OXY). The pictures propose, the points decide.
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "fusion/semantic/hough.hpp"
+#include "fusion/semantic/line_refiner.hpp"
+#include "fusion/semantic/surface_search.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double layer_height = 0.04;  // m; 64 of them wrap at 2.56 m
+constexpr int min_layers = 3;  // about 0.12 m: less than the riser of a step, more than a floor's noise
+
+struct TileLines {
+  std::vector<PlanLine> seeds;
+  std::vector<Eigen::Vector3f> evidence;  ///< x, y (m), weight of the pixels of the tile's core
+};
+
+class TilePlan {
+ public:
+  TilePlan(const Site& site, const HorizontalSearch& horizontals, Tile tile)
+      : site_(site), horizontals_(horizontals), tile_(tile) {
+    x0_ = (tile.x * tile_blocks - 1) * block_pixels - 1;
+    y0_ = (tile.y * tile_blocks - 1) * block_pixels - 1;
+  }
+
+  TileLines search(StageImages* stages) {
+    chain_.input.reset(image_pixels, image_pixels);
+    for_each_point(1, [&](const Eigen::Vector3f& p, int x, int y) {
+      chain_.input.add(x, y, static_cast<int>(std::floor(static_cast<double>(p.z()) / layer_height)));
+    });
+    chain_.run(min_layers);
+    TileLines result{seeds(stages), evidence()};
+    const int core = block_pixels + 1, end = image_pixels - block_pixels - 1;
+    if (stages != nullptr) chain_.keep(Projection::oxy, core, core, end, end, x0_, y0_, *stages);
+    return result;
+  }
+
+ private:
+  /// visit(point, x, y in the image) for those that lie on no horizontal surface.
+  template <class Visit>
+  void for_each_point(int margin, Visit&& visit) const {
+    const double per_pixel = 1 / site_.options.pixel;
+    const int bx = tile_.x * tile_blocks, by = tile_.y * tile_blocks;
+    site_.blocks.for_each_in(bx - margin, by - margin, bx + tile_blocks - 1 + margin,
+                             by + tile_blocks - 1 + margin,
+                             [&](const PlanBlocks::Block& block, std::size_t b) {
+                               const BlockPlates plates(site_, horizontals_, b);
+                               for (std::uint32_t i = block.begin; i < block.end; ++i) {
+                                 const Eigen::Vector3f& p = site_.blocks.sorted()[i];
+                                 if (plates.lies_flat(p)) continue;
+                                 const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
+                                 const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
+                                 if (chain_.input.inside(x, y)) visit(p, x, y);
+                               }
+                             });
+  }
+
+  Eigen::Vector2d metres(int x, int y) const {
+    return Eigen::Vector2d(x + x0_ + 0.5, y + y0_ + 0.5) * site_.options.pixel;
+  }
+
+  std::vector<PlanLine> seeds(StageImages* stages) const {
+    const int shortest = std::max(4, static_cast<int>(site_.options.min_length / site_.options.pixel));
+    const HoughOptions hough{shortest / 2, shortest / 2, shortest / 2, site_.options.seed};
+    std::vector<PlanLine> lines;
+    for (const PixelSegment& s : hough_segments(chain_.skeleton, hough)) {
+      const Eigen::Vector2d a = metres(s.x0, s.y0), b = metres(s.x1, s.y1), middle = (a + b) / 2;
+      const double side = site_.tile_side();
+      if (std::floor(middle.x() / side) != tile_.x || std::floor(middle.y() / side) != tile_.y) continue;
+      lines.push_back({middle, (b - a).normalized(), -(b - a).norm() / 2, (b - a).norm() / 2, 0});
+      if (stages != nullptr) stages->hough[static_cast<int>(Projection::oxy)].push_back({a, b});
+    }
+    return lines;
+  }
+
+  /// The filtered pixels of the core: the mean of their points, weighted by the layers that they fill, so
+  /// that a stretch close to the scanner weighs no more than one far away.
+  std::vector<Eigen::Vector3f> evidence() const {
+    static thread_local std::vector<std::uint32_t> slot;
+    slot.resize(static_cast<std::size_t>(image_pixels) * image_pixels);
+    const auto& set = chain_.filtered.set();
+    for (std::uint32_t k = 0; k < set.size(); ++k) slot[set[k]] = k;
+    std::vector<Eigen::Vector3d> sums(set.size(), Eigen::Vector3d::Zero());
+    for_each_point(0, [&](const Eigen::Vector3f& p, int x, int y) {
+      const std::uint32_t i = chain_.filtered.index(x, y);
+      if (!chain_.filtered.at(i)) return;
+      sums[slot[i]] += Eigen::Vector3d(static_cast<double>(p.x()), static_cast<double>(p.y()), 1);
+    });
+    std::vector<Eigen::Vector3f> result;
+    for (std::uint32_t k = 0; k < set.size(); ++k) {
+      const double count = sums[k].z();
+      if (count <= 0) continue;
+      result.emplace_back(static_cast<float>(sums[k].x() / count), static_cast<float>(sums[k].y() / count),
+                          static_cast<float>(std::popcount(chain_.input.layers(set[k]))));
+    }
+    return result;
+  }
+
+  const Site& site_;
+  const HorizontalSearch& horizontals_;
+  Tile tile_;
+  int x0_ = 0, y0_ = 0;
+  static thread_local ImageChain chain_;  // large; cleared by what was set
+};
+thread_local ImageChain TilePlan::chain_;
+
+/// Best supported first; each takes its evidence away from those that come later.
+std::vector<PlanLine> select(LineRefiner& refiner, std::vector<PlanLine> seeds) {
+  std::vector<std::optional<PlanLine>> refined(seeds.size());
+  tbb::parallel_for(std::size_t{0}, seeds.size(),
+                    [&](std::size_t i) { refined[i] = refiner.refine(seeds[i]); });
+  std::vector<PlanLine> lines;
+  for (const auto& line : refined) {
+    if (line) lines.push_back(*line);
+  }
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const PlanLine& a, const PlanLine& b) { return a.weight > b.weight; });
+  std::vector<PlanLine> chosen;
+  for (const PlanLine& line : lines) {
+    auto again = refiner.refine(line);
+    if (!again) continue;
+    refiner.extend_to_corners(*again);
+    refiner.claim(*again);
+    chosen.push_back(*again);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<VerticalSurface> find_verticals(const Site& site, const HorizontalSearch& horizontals,
+                                            StageImages* stages) {
+  std::vector<TileLines> of_tiles(site.tiles.size());
+  const auto search = [&](std::size_t t) {
+    of_tiles[t] = TilePlan(site, horizontals, site.tiles[t]).search(stages);
+  };
+  if (stages != nullptr) {
+    for (std::size_t t = 0; t < of_tiles.size(); ++t) search(t);
+  } else {
+    tbb::parallel_for(std::size_t{0}, of_tiles.size(), search);
+  }
+  TileLines all;
+  for (const TileLines& of_tile : of_tiles) {
+    all.seeds.insert(all.seeds.end(), of_tile.seeds.begin(), of_tile.seeds.end());
+    all.evidence.insert(all.evidence.end(), of_tile.evidence.begin(), of_tile.evidence.end());
+  }
+  of_tiles.clear();
+  LineRefiner refiner(all.evidence, site.options.pixel, site.options.near, site.options.min_length);
+  std::vector<VerticalSurface> surfaces;
+  for (const PlanLine& line : select(refiner, std::move(all.seeds))) {
+    VerticalSurface surface;
+    surface.start = line.p + line.low * line.d;
+    surface.end = line.p + line.high * line.d;
+    surfaces.push_back(surface);
+  }
+  return surfaces;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,28 @@
+// The progressive probabilistic Hough transform (Matas, Galambos, Kittler, CVIU 78, 2000): the paper's
+// CV_HOUGH_PROBABILISTIC, with a generator of its own so that its seed is ours. Internal to this room.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "fusion/semantic/pixel_set.hpp"
+
+namespace parhelion {
+
+/// In pixels; ends are pixels of the image.
+struct PixelSegment {
+  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool operator==(const PixelSegment&) const = default;
+};
+
+struct HoughOptions {
+  int votes = 10;       ///< of pixels on a line before it is followed
+  int min_length = 20;  ///< pixels
+  int max_gap = 10;     ///< pixels
+  std::uint64_t seed = 1;
+};
+
+/// Segments in the order in which they were found. A pixel is of at most one.
+std::vector<PixelSegment> hough_segments(const PixelSet& image, const HoughOptions& options);
+
+}  // namespace parhelion

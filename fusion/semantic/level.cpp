@@ -1,0 +1,209 @@
+// Which way is up: most planar patches of a building are level or upright, and its floors are wide.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+#include <unordered_map>
+
+#include "fusion/semantic/segmentation.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr std::size_t enough_points = 1'000'000;  // more change the answer by less than the noise
+constexpr double patch_side = 0.25;               // m; less than the tread of a step
+constexpr double reach = 1e5;                     // m; a patch number still fits
+constexpr double max_tilt = 30 * degree;
+
+struct Patch {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  int count = 0;
+
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
+  bool planar = false;
+};
+
+/// Cubes of the cloud with the plane through each one's points; in the order of first appearance.
+std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
+  std::vector<Patch> patches;
+  std::unordered_map<std::uint64_t, std::uint32_t> number;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / enough_points);
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const Eigen::Vector3d p = points[i].cast<double>();
+    if (!(p.cwiseAbs().maxCoeff() < reach)) continue;
+    std::uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      key = key << 21 | static_cast<std::uint64_t>(std::floor((p[axis] + reach) / patch_side));
+    const auto [it, is_new] = number.try_emplace(key, static_cast<std::uint32_t>(patches.size()));
+    if (is_new) patches.emplace_back();
+    Patch& patch = patches[it->second];
+    if (patch.count == 0) patch.mean = p;  // for now the first point, so that squares stay small
+    const Eigen::Vector3d offset = p - patch.mean;
+    patch.sum += offset;
+    patch.squares += offset * offset.transpose();
+    ++patch.count;
+  }
+  for (Patch& patch : patches) {
+    const Eigen::Vector3d shift = patch.sum / patch.count;
+    patch.mean += shift;
+    patch.squares = patch.squares / patch.count - shift * shift.transpose();
+    if (patch.count < 6) continue;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(patch.squares);
+    const Eigen::Vector3d lambda = solver.eigenvalues();
+    // Wide both ways (a twelfth of its side squared is full), and flat.
+    patch.planar = lambda[1] > patch_side * patch_side / 100 && lambda[0] < 0.1 * lambda[1];
+    patch.normal = solver.eigenvectors().col(0);
+  }
+  return patches;
+}
+
+/// The direction within `max_tilt` of the hint that most planar patches face; zero where none does.
+Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
+  constexpr double width = 4 * degree;
+  std::vector<Eigen::Vector3d> faced;
+  for (const Patch& patch : patches) {
+    const double along = patch.normal.dot(hint);
+    if (patch.planar && std::abs(along) > std::cos(max_tilt))
+      faced.push_back(along > 0 ? patch.normal : -patch.normal);
+  }
+  const auto votes = [&](const Eigen::Vector3d& up) {
+    return std::count_if(faced.begin(), faced.end(),
+                         [&](const Eigen::Vector3d& n) { return n.dot(up) > std::cos(width); });
+  };
+  Eigen::Vector3d best = Eigen::Vector3d::Zero();
+  std::ptrdiff_t most = 0;
+  const std::size_t step = std::max<std::size_t>(1, faced.size() / 200);
+  for (std::size_t i = 0; i < faced.size(); i += step) {
+    const auto count = votes(faced[i]);
+    if (count > most) {
+      most = count;
+      best = faced[i];
+    }
+  }
+  for (int round = 0; round < 5 && most > 0; ++round) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& n : faced) {
+      if (n.dot(best) > std::cos(width)) sum += n;
+    }
+    best = sum.normalized();
+  }
+  return most >= 4 ? best : Eigen::Vector3d::Zero();
+}
+
+struct Layer {
+  double height = 0;  ///< m
+  int patches = 0;
+};
+
+/// Heights at which level patches lie, most first.
+std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
+  constexpr double thickness = 0.10;  // m
+  std::vector<double> heights;
+  for (const Patch& patch : patches) {
+    if (patch.planar && std::abs(patch.normal.dot(up)) > std::cos(6 * degree))
+      heights.push_back(patch.mean.dot(up));
+  }
+  std::sort(heights.begin(), heights.end());
+  std::vector<Layer> layers;
+  while (!heights.empty()) {
+    std::size_t begin = 0, most = 0, from = 0;
+    for (std::size_t end = 0; end < heights.size(); ++end) {
+      while (heights[end] - heights[begin] > thickness) ++begin;
+      if (end + 1 - begin > most) {
+        most = end + 1 - begin;
+        from = begin;
+      }
+    }
+    if (most < 4) break;
+    const auto first = heights.begin() + static_cast<std::ptrdiff_t>(from);
+    layers.push_back({first[static_cast<std::ptrdiff_t>(most / 2)], static_cast<int>(most)});
+    heights.erase(first, first + static_cast<std::ptrdiff_t>(most));
+    if (layers.size() == 8) break;
+  }
+  return layers;
+}
+
+/// One plane direction for all layers together, each about its own centre: wide layers decide. The band that
+/// counts as a layer narrows to what noise needs.
+Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up) {
+  for (const double band : {0.15, 0.08, 0.05, 0.05, 0.05}) {
+    Eigen::Matrix3d together = Eigen::Matrix3d::Zero();
+    for (const Layer& layer : layers_of(patches, up)) {
+      Patch all;
+      for (const Patch& patch : patches) {
+        if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(6 * degree) ||
+            std::abs(patch.mean.dot(up) - layer.height) > band)
+          continue;
+        all.sum += patch.mean;
+        all.squares += patch.mean * patch.mean.transpose();
+        ++all.count;
+      }
+      if (all.count >= 4) together += all.squares - all.sum * all.sum.transpose() / all.count;
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(together);
+    if (solver.eigenvalues()[1] <= 0) return up;  // one row of patches: no plane
+    const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+    if (std::abs(normal.dot(up)) < std::cos(6 * degree)) return up;
+    up = normal.dot(up) > 0 ? normal : -normal;
+  }
+  return up;
+}
+
+/// Things stand on floors and few hang from ceilings: what speaks for the cloud being upside down, or
+/// nothing.
+std::string upside_down(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
+  constexpr double room_height = 1.8, beside = 0.2, tall = 1.2;  // m
+  const std::vector<Layer> layers = layers_of(patches, up);
+  if (layers.size() < 2) return "";
+  // The lowest and the highest of those that are wide.
+  double low = layers[0].height, high = layers[0].height;
+  for (const Layer& layer : layers) {
+    if (4 * layer.patches < layers[0].patches) continue;
+    low = std::min(low, layer.height);
+    high = std::max(high, layer.height);
+  }
+  if (high - low < room_height) return "";
+  int standing = 0, hanging = 0;
+  const double reach_up = std::min(tall, (high - low) / 2);
+  for (const Patch& patch : patches) {
+    // Walls are both; so is what is too thin to be seen.
+    if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * degree))) continue;
+    const double height = patch.mean.dot(up);
+    standing += height > low + beside && height < low + reach_up;
+    hanging += height < high - beside && height > high - reach_up;
+  }
+  if (hanging < 20 || hanging < 2 * standing) return "";
+  std::ostringstream words;
+  words << "the cloud seems to be upside down: " << hanging << " patches of things hang from its top and "
+        << standing << " stand on its bottom; expected the reverse: give the opposite up direction";
+  return words.str();
+}
+
+}  // namespace
+
+Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen::Vector3d& up_hint,
+                                    bool trust_hint) {
+  if (cloud.empty()) return Error{"levelling: the cloud is empty; expected the points of a scan"};
+  if (!(std::abs(up_hint.norm() - 1) < 1e-3))
+    return Error{"levelling: the up direction has length " + std::to_string(up_hint.norm()) + "; expected 1"};
+  const std::vector<Patch> patches = patches_of(cloud.points);
+  const Eigen::Vector3d faced = most_faced(patches, up_hint);
+  if (faced.isZero()) {
+    const auto planar =
+        std::count_if(patches.begin(), patches.end(), [](const Patch& p) { return p.planar; });
+    return Error{"levelling: no level surface within 30 degrees of the up direction; saw " +
+                 std::to_string(planar) + " planar patches of " + std::to_string(patches.size()) +
+                 " (0.25 m cubes): give the up direction of an accelerometer, or check the unit (metres)"};
+  }
+  const Eigen::Vector3d up = fit_layers(patches, faced);
+  if (!trust_hint) {
+    if (const std::string why = upside_down(patches, up); !why.empty()) return Error{"levelling: " + why};
+  }
+  return Transform<Map, Cloud>(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()),
+                               Eigen::Vector3d::Zero());
+}
+
+}  // namespace parhelion

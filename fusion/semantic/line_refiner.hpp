@@ -1,0 +1,55 @@
+// From a segment that the Hough transform proposes to the one that the points say: total least squares on the
+// pixels near it, grown as far as they go. Internal to this room.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "fusion/semantic/plan_blocks.hpp"
+
+namespace parhelion {
+
+/// The points p + t d of the plan with t in [low, high].
+struct PlanLine {
+  Eigen::Vector2d p = Eigen::Vector2d::Zero();
+  Eigen::Vector2d d = Eigen::Vector2d::UnitX();  ///< unit
+  double low = 0, high = 0;                      ///< m
+  double weight = 0;                             ///< of the evidence on it
+  double across(const Eigen::Vector2d& q) const { return d.x() * (q.y() - p.y()) - d.y() * (q.x() - p.x()); }
+  double along(const Eigen::Vector2d& q) const { return d.dot(q - p); }
+};
+
+class LineRefiner {
+ public:
+  /// Evidence: x, y (m) and weight of each pixel that some vertical surface may be in.
+  LineRefiner(std::span<const Eigen::Vector3f> evidence, double pixel, double near, double min_length);
+
+  /// Nothing where the evidence that is left does not make a segment. Safe to call from several threads
+  /// while nobody claims.
+  std::optional<PlanLine> refine(PlanLine line) const;
+
+  /// Over the evidence at its ends that others have claimed: walls that meet share their corner.
+  void extend_to_corners(PlanLine& line) const;
+
+  /// The line's evidence is no other's from now on.
+  void claim(const PlanLine& line);
+
+ private:
+  struct Hit {
+    double along, across, weight;
+    std::uint32_t index;
+  };
+  void gather(const PlanLine& line, double low, double high, double band, bool claimed_too,
+              std::vector<Hit>& hits) const;
+  bool fit(PlanLine& line, const std::vector<Hit>& hits) const;
+  bool grow(PlanLine& line, std::vector<Hit>& hits) const;
+  bool covered(const PlanLine& line, const std::vector<Hit>& hits) const;
+
+  double pixel_, near_, min_length_;
+  PlanBlocks evidence_;
+  std::vector<std::uint8_t> claimed_;  // per sorted evidence
+};
+
+}  // namespace parhelion

@@ -1,0 +1,79 @@
+// Binary images that are mostly empty, and what the paper does to them between projection and Hough transform
+// (section 2.2, figure 3). Work and clearing cost follow the number of set pixels. Internal to this room.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace parhelion {
+
+/// A binary image with its set pixels listed, ascending. No pixel of its border is ever set, so that every
+/// set pixel has eight neighbours.
+class PixelSet {
+ public:
+  /// Empty, `width` x `height`; keeps its memory where it can.
+  void reset(int width, int height);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool at(int x, int y) const { return on_[index(x, y)] != 0; }
+  bool at(std::size_t i) const { return on_[i] != 0; }
+  std::uint32_t index(int x, int y) const { return static_cast<std::uint32_t>(y * width_ + x); }
+  bool inside(int x, int y) const { return x > 0 && y > 0 && x < width_ - 1 && y < height_ - 1; }
+
+  /// The pixels that are set; ascending after sort().
+  const std::vector<std::uint32_t>& set() const { return set_; }
+  void add(std::uint32_t i) {
+    if (on_[i]) return;
+    on_[i] = 1;
+    set_.push_back(i);
+  }
+  void sort();
+  /// Unsets the pixels of `set()` for which `drop[k]` is not 0; k counts in `set()`.
+  void erase(const std::vector<std::uint8_t>& drop);
+
+  /// Offsets of the eight neighbours: north, then clockwise (rows grow southwards).
+  void neighbours(int (&offsets)[8]) const;
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<std::uint8_t> on_;
+  std::vector<std::uint32_t> set_;
+};
+
+/// Counts per pixel that do not grow with density: in which of 64 layers across the picture something lies.
+class LayerImage {
+ public:
+  void reset(int width, int height);
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool inside(int x, int y) const { return x > 0 && y > 0 && x < width_ - 1 && y < height_ - 1; }
+  void add(int x, int y, int layer) {
+    const auto i = static_cast<std::uint32_t>(y * width_ + x);
+    if (layers_[i] == 0) touched_.push_back(i);
+    layers_[i] |= std::uint64_t{1} << (layer & 63);
+  }
+  const std::vector<std::uint32_t>& touched() const { return touched_; }  ///< in no order
+  std::uint64_t layers(std::size_t i) const { return layers_[i]; }
+  /// How many layers the pixel and its eight neighbours reach together.
+  int count_around(std::size_t i) const;
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<std::uint64_t> layers_;
+  std::vector<std::uint32_t> touched_;
+};
+
+/// Pixels with something in them that see at least `layers` layers around them.
+void threshold(const LayerImage& image, int layers, PixelSet& result);
+
+/// Equation 3: a set pixel stays where some neighbour is set.
+void filter_isolated(const PixelSet& image, PixelSet& result);
+
+/// Maximum over a square of 3 x 3; what would be set in the border is not.
+void dilate(const PixelSet& image, PixelSet& result);
+
+/// Lines of one pixel's width (Guo and Hall, CACM 32(3), 1989), in place of the paper's Pavlidis.
+void thin(PixelSet& image);
+
+}  // namespace parhelion

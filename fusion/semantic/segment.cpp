@@ -1,0 +1,82 @@
+// The image way from cloud to surfaces, on one screen.
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/surface_search.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double tallest = 200;  // m; few buildings are taller, a room in millimetres is
+
+std::string check_options(const SegmentationOptions& o) {
+  const auto inside = [](double value, double low, double high) { return value >= low && value <= high; };
+  if (!inside(o.pixel, 0.002, 0.2)) return "pixel must be within 0.002 to 0.2 m";
+  if (!inside(o.near, o.pixel, 1)) return "near must be within one pixel to 1 m";
+  if (!inside(o.min_length, 4 * o.pixel, 10)) return "min_length must be within 4 pixels to 10 m";
+  if (o.threads < 0) return "threads must not be negative";
+  return "";
+}
+
+/// Heights that leave one in a thousand points out on either side, widened by a margin.
+std::pair<double, double> robust_heights(const std::vector<Eigen::Vector3f>& points) {
+  std::vector<float> z;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / 100'000);
+  for (std::size_t i = 0; i < points.size(); i += step) z.push_back(points[i].z());
+  const auto quantile = [&](double q) {
+    const auto at = z.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(z.size() - 1));
+    std::nth_element(z.begin(), at, z.end());
+    return static_cast<double>(*at);
+  };
+  return {quantile(0.001) - height_margin, quantile(0.999) + height_margin};
+}
+
+std::vector<Tile> tiles_of(const PlanBlocks& blocks) {
+  const auto floor_div = [](int a) {
+    return a >= 0 ? a / tile_blocks : -((-a + tile_blocks - 1) / tile_blocks);
+  };
+  std::vector<Tile> tiles;
+  for (const PlanBlocks::Block& block : blocks.blocks())
+    tiles.push_back({floor_div(block.x), floor_div(block.y)});
+  const auto before = [](const Tile& a, const Tile& b) { return std::pair{a.y, a.x} < std::pair{b.y, b.x}; };
+  const auto same = [](const Tile& a, const Tile& b) { return a.y == b.y && a.x == b.x; };
+  std::sort(tiles.begin(), tiles.end(), before);
+  tiles.erase(std::unique(tiles.begin(), tiles.end(), same), tiles.end());
+  return tiles;
+}
+
+Segmentation run(const PointCloud<Map>& cloud, const SegmentationOptions& options, double z_low,
+                 double z_high) {
+  PlanBlocks blocks(cloud.points, options.pixel * block_pixels);
+  Site site{cloud, options, std::move(blocks), {}, z_low, z_high};
+  site.tiles = tiles_of(site.blocks);
+  HorizontalSearch horizontals = find_horizontals(site, nullptr);
+  Segmentation result;
+  result.verticals = find_verticals(site, horizontals, nullptr);
+  result.horizontals = std::move(horizontals.surfaces);
+  assign_points(site, horizontals, result);
+  return result;
+}
+
+}  // namespace
+
+Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOptions& options) {
+  if (const std::string wrong = check_options(options); !wrong.empty())
+    return Error{"segmentation: " + wrong};
+  if (cloud.empty()) return Error{"segmentation: the cloud is empty; expected the points of a scan"};
+  const auto [z_low, z_high] = robust_heights(cloud.points);
+  if (z_high - z_low > tallest) {
+    std::ostringstream message;
+    message << "segmentation: the site is " << std::lround(z_high - z_low)
+            << " m high; expected metres: are the coordinates in millimetres?";
+    return Error{message.str()};
+  }
+  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : options.threads);
+  return arena.execute([&] { return run(cloud, options, z_low, z_high); });
+}
+
+}  // namespace parhelion

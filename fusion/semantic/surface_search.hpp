@@ -1,0 +1,113 @@
+// The two searches of the image way, over one site cut into tiles. Internal to this room.
+//
+// Each tile is seen with a margin of one block around it, wide enough that nothing in its core depends on
+// where the cut is; what is found belongs to the tile that its middle lies in.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fusion/cloud/point_cloud.hpp"
+#include "fusion/semantic/pixel_set.hpp"
+#include "fusion/semantic/plan_blocks.hpp"
+#include "fusion/semantic/segmentation.hpp"
+
+namespace parhelion {
+
+constexpr double height_margin = 0.5;  ///< m, kept free below the lowest and above the highest point
+constexpr int block_pixels = 64;       ///< side of a block
+constexpr int tile_blocks = 8;         ///< 512 pixels, the paper's picture
+constexpr int image_pixels = (tile_blocks + 2) * block_pixels + 2;  ///< a tile, its margins and a border
+constexpr int block_cells = 8;  ///< horizontal surfaces are found per cell
+
+struct Tile {
+  int x = 0, y = 0;  ///< in tiles from the origin
+};
+
+/// A cloud, sorted and measured for the searches.
+struct Site {
+  const PointCloud<Map>& cloud;
+  const SegmentationOptions& options;
+  PlanBlocks blocks;
+  std::vector<Tile> tiles;       ///< those with points, by y, then x
+  double z_low = 0, z_high = 0;  ///< m, of all points but stray ones, and the margin
+
+  double tile_side() const { return options.pixel * block_pixels * tile_blocks; }
+  double cell() const { return options.pixel * block_pixels / block_cells; }
+};
+
+/// What the picture of one stage shows of one tile's core.
+struct StagePixel {
+  std::int32_t x, y;  ///< pixels from the site's origin
+  std::uint8_t value;
+};
+enum class Stage : std::uint8_t { input, threshold, filtered, dilated, skeleton };
+enum class Projection : std::uint8_t { oxy, oxz, oyz };
+
+/// Collects pictures; empty pointers cost nothing.
+struct StageImages {
+  std::vector<StagePixel> pixels[3][5];  ///< [Projection][Stage]
+  struct Line {
+    Eigen::Vector2d a, b;  ///< m, in the picture's two axes
+  };
+  std::vector<Line> hough[3];
+};
+
+/// A cell of the plan at one height that a horizontal surface covers.
+struct Plate {
+  std::int32_t x = 0, y = 0;                         ///< cell, counted from the origin
+  float z = 0;                                       ///< m, mean of its points
+  float variance = 0;                                ///< m^2
+  std::uint32_t points = 0;                          ///< within `near` of z
+  std::uint32_t beside = 0;                          ///< as far again above and below
+  std::uint32_t from_above = 0, from_below = 0;      ///< points by the side that they were seen from
+  std::uint32_t column_above = 0, column_below = 0;  ///< the cell's other points
+  std::uint32_t surface = no_surface;                ///< into HorizontalSearch::surfaces
+};
+
+struct HorizontalSearch {
+  std::vector<HorizontalSurface> surfaces;
+  std::vector<Plate> plates;         ///< of these surfaces, by block (as in Site), then cell
+  std::vector<std::uint32_t> first;  ///< per block and one more: range in `plates`
+};
+/// The plates of one block, by cell.
+class BlockPlates {
+ public:
+  BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block);
+  /// Plates of the cell that `p` lies in.
+  std::span<const Plate> at(const Eigen::Vector3f& p) const;
+  /// Whether some plate explains the point without help: it is within its own spread.
+  bool lies_flat(const Eigen::Vector3f& p) const;
+
+ private:
+  std::span<const Plate> plates_;
+  std::array<std::uint16_t, block_cells * block_cells + 1> first_{};
+  int x0_ = 0, y0_ = 0;
+  double per_cell_ = 1, near_ = 0;
+};
+
+HorizontalSearch find_horizontals(const Site& site, StageImages* stages);
+
+/// Segments of the plan; what depends on single points (heights, thickness, count) is still empty.
+std::vector<VerticalSurface> find_verticals(const Site& site, const HorizontalSearch& horizontals,
+                                            StageImages* stages);
+
+/// Gives each point its surface and each surface its points' figures.
+void assign_points(const Site& site, const HorizontalSearch& horizontals, Segmentation& result);
+
+std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& verticals);
+
+/// The four images between projection and Hough transform.
+struct ImageChain {
+  LayerImage input;
+  PixelSet above_threshold, filtered, dilated, skeleton;
+  /// From `input` to `skeleton`.
+  void run(int layers);
+  void keep(Projection projection, int x0, int y0, int x1, int y1, int offset_x, int offset_y,
+            StageImages& stages) const;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,177 @@
+// The image way from clouds to surfaces.
+#include "fusion/semantic/segmentation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/fusion/semantic/clouds.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::CloudPainter;
+using testing::HasSubstr;
+
+/// How far a point of the plan is from a surface's segment.
+double distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
+  const Eigen::Vector2d d = surface.end - surface.start;
+  const double t = std::clamp(d.dot(p - surface.start) / d.squaredNorm(), 0.0, 1.0);
+  return (surface.start + t * d - p).norm();
+}
+
+/// The surface that runs within `off` of both ends, or null.
+const VerticalSurface* along(const Segmentation& s, const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                             double off) {
+  for (const VerticalSurface& surface : s.verticals) {
+    if (distance(surface, a) <= off && distance(surface, b) <= off) return &surface;
+  }
+  return nullptr;
+}
+
+const HorizontalSurface* at_height(const Segmentation& s, double z, double off) {
+  for (const HorizontalSurface& surface : s.horizontals) {
+    if (std::abs(surface.z - z) <= off) return &surface;
+  }
+  return nullptr;
+}
+
+TEST(Segmentation, OfARoomIsItsWallsFloorAndCeiling) {
+  CloudPainter painter(400, 0.005, 1);
+  painter.room({-2, -1.5}, {3, 2.5}, -1.3, 1.4);
+  const auto found = segment(painter.cloud());
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_EQ(found->verticals.size(), 4U);
+  EXPECT_EQ(found->horizontals.size(), 2U);
+  const std::vector<Eigen::Vector2d> corners = {{-2, -1.5}, {3, -1.5}, {3, 2.5}, {-2, 2.5}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto* wall = along(*found, corners[i], corners[(i + 1) % 4], 0.05);
+    ASSERT_NE(wall, nullptr) << "wall " << i;
+    EXPECT_NEAR(wall->z_low, -1.3, 0.06);
+    EXPECT_NEAR(wall->z_high, 1.4, 0.06);
+    EXPECT_LT(wall->thickness, 0.03);
+  }
+  const auto* floor = at_height(*found, -1.3, 0.005);
+  const auto* ceiling = at_height(*found, 1.4, 0.005);
+  ASSERT_NE(floor, nullptr);
+  ASSERT_NE(ceiling, nullptr);
+  EXPECT_FALSE(floor->faces_down);
+  EXPECT_TRUE(ceiling->faces_down);
+  EXPECT_NEAR(floor->area, 20, 2);
+  ASSERT_EQ(found->surface_of.size(), painter.cloud().size());
+  const auto left = std::count(found->surface_of.begin(), found->surface_of.end(), no_surface);
+  EXPECT_LT(static_cast<double>(left), 0.01 * static_cast<double>(painter.cloud().size()));
+}
+
+TEST(Segmentation, IsTheSameForAnyNumberOfThreads) {
+  CloudPainter painter(300, 0.01, 2);
+  painter.room({-9, -7}, {12, 8}, 0, 2.7);
+  painter.wall({0, -7}, {3, 8}, 0, 2.7);
+  painter.clutter({Eigen::Vector3d(-9, -7, 0), Eigen::Vector3d(12, 8, 2.7)}, 20'000);
+  SegmentationOptions options;
+  options.threads = 1;
+  const auto one = segment(painter.cloud(), options);
+  options.threads = 4;
+  const auto four = segment(painter.cloud(), options);
+  ASSERT_TRUE(one.ok() && four.ok());
+  EXPECT_EQ(one->surface_of, four->surface_of);
+  ASSERT_EQ(one->verticals.size(), four->verticals.size());
+  for (std::size_t i = 0; i < one->verticals.size(); ++i) {
+    EXPECT_EQ(one->verticals[i].start, four->verticals[i].start);
+    EXPECT_EQ(one->verticals[i].end, four->verticals[i].end);
+    EXPECT_EQ(one->verticals[i].z_high, four->verticals[i].z_high);
+  }
+}
+
+TEST(Segmentation, OfAWallAcrossTilesIsOneSegment) {
+  CloudPainter painter(400, 0.005, 3);
+  painter.wall({-14, 3}, {17, 6}, 0, 2.5);
+  const auto found = segment(painter.cloud());
+  ASSERT_TRUE(found.ok());
+  ASSERT_EQ(found->verticals.size(), 1U);
+  EXPECT_NE(along(*found, {-14, 3}, {17, 6}, 0.04), nullptr);
+}
+
+TEST(Segmentation, RefusesWhatItCannotWorkOn) {
+  EXPECT_THAT(segment({}).error().message, HasSubstr("empty"));
+  CloudPainter painter(400, 0.005, 4);
+  painter.room({0, 0}, {4, 3}, 0, 2.6);
+  SegmentationOptions options;
+  options.pixel = -1;
+  EXPECT_THAT(segment(painter.cloud(), options).error().message, HasSubstr("pixel"));
+  PointCloud<Map> millimetres = painter.cloud();
+  for (Eigen::Vector3f& p : millimetres.points) p *= 1000;
+  EXPECT_THAT(segment(millimetres).error().message, HasSubstr("millimetres"));
+}
+
+TEST(Segmentation, IsNotLostToAStrayPoint) {
+  CloudPainter painter(400, 0.005, 5);
+  painter.room({0, 0}, {4, 3}, 0, 2.6);
+  PointCloud<Map> cloud = painter.cloud();
+  cloud.points.insert(cloud.points.end(), {{1e6F, -1e6F, 3e5F}, {3e38F, 1, 1}, {1, 1, -3e38F}});
+  const auto found = segment(cloud);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  EXPECT_EQ(found->verticals.size(), 4U);
+  EXPECT_EQ(found->horizontals.size(), 2U);
+  EXPECT_EQ(found->surface_of.back(), no_surface);
+}
+
+TEST(Segmentation, OfDuplicatesOfOnePointHasNoSurface) {
+  PointCloud<Map> cloud;
+  cloud.points.assign(10'000, {1, 2, 3});
+  const auto found = segment(cloud);
+  ASSERT_TRUE(found.ok());
+  EXPECT_TRUE(found->verticals.empty());
+  EXPECT_TRUE(found->horizontals.empty());
+}
+
+PointCloud<Cloud> tilted_room(double degrees, bool furniture_on_top) {
+  CloudPainter painter(300, 0.005, 6);
+  painter.room({-3, -2}, {4, 3}, -1, 1.7);
+  for (const double x : {-2.0, 0.0, 2.0}) {
+    const double low = furniture_on_top ? 0.95 : -1, high = furniture_on_top ? 1.7 : -0.25;
+    painter.slab({x, -1}, {x + 1, 0}, furniture_on_top ? low : high);
+    painter.wall({x, -1}, {x + 0.7, -0.3}, low, high);
+    painter.clutter({Eigen::Vector3d(x, -1, low), Eigen::Vector3d(x + 1, 0, high)}, 2'000);
+  }
+  painter.turn(
+      Eigen::Isometry3d(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d(0.6, 0.8, 0))));
+  PointCloud<Cloud> cloud;
+  cloud.points = painter.cloud().points;
+  return cloud;
+}
+
+TEST(Level, TurnsATiltedRoomUpright) {
+  for (const double degrees : {0.0, 0.7, -3.0, 12.0, 25.0}) {
+    const auto T_map_cloud = level(tilted_room(degrees, false));
+    ASSERT_TRUE(T_map_cloud.ok()) << degrees << ": " << T_map_cloud.error().message;
+    const Eigen::Vector3d up =
+        T_map_cloud->rotation() *
+        Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d(0.6, 0.8, 0)) *
+        Eigen::Vector3d::UnitZ();
+    EXPECT_LT(std::acos(std::min(1.0, up.z())) * 180 / std::numbers::pi, 0.1) << degrees;
+  }
+}
+
+TEST(Level, SaysThatACloudIsUpsideDown) {
+  const auto found = level(tilted_room(2, true));
+  ASSERT_FALSE(found.ok());
+  EXPECT_THAT(found.error().message, HasSubstr("upside down"));
+  EXPECT_TRUE(level(tilted_room(2, true), Eigen::Vector3d::UnitZ(), true).ok());
+  EXPECT_FALSE(level(tilted_room(2, false), -Eigen::Vector3d::UnitZ()).ok());
+}
+
+TEST(Level, SaysWhatItSawWhereNothingIsLevel) {
+  CloudPainter painter(300, 0.005, 7);
+  painter.wall({0, 0}, {4, 0}, 0, 2.5);
+  PointCloud<Cloud> cloud;
+  cloud.points = painter.cloud().points;
+  EXPECT_THAT(level(cloud).error().message, HasSubstr("no level surface"));
+  EXPECT_THAT(level(PointCloud<Cloud>()).error().message, HasSubstr("empty"));
+  EXPECT_THAT(level(cloud, {0, 0, 2}).error().message, HasSubstr("length"));
+}
+
+}  // namespace
+}  // namespace parhelion
