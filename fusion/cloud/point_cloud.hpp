@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "protocols/frames.hpp"
@@ -36,6 +37,14 @@ PointCloud<A> transformed(const Transform<A, B>& T_a_b, const PointCloud<B>& clo
   result.viewpoints.reserve(cloud.viewpoints.size());
   for (const Eigen::Vector3d& viewpoint : cloud.viewpoints) result.viewpoints.push_back(T_a_b * viewpoint);
   return result;
+}
+
+/// The same coordinates under another frame's name, for where the two are equal by definition: a cloud that
+/// was written in frame A is read back in a file's own frame.
+template <class A, class B>
+PointCloud<A> renamed(PointCloud<B> cloud) {
+  return {std::move(cloud.points), std::move(cloud.normals), std::move(cloud.colours),
+          std::move(cloud.labels), std::move(cloud.scans),   std::move(cloud.viewpoints)};
 }
 
 }  // namespace parhelion

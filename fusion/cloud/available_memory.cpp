@@ -1,0 +1,44 @@
+#include "fusion/cloud/available_memory.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+
+namespace parhelion {
+namespace {
+
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+
+/// The number in a file of the control group; "max" and absence are no limit.
+std::uint64_t group_number(const char* path) {
+  std::ifstream file(path);
+  std::uint64_t number = 0;
+  return file >> number ? number : unlimited;
+}
+
+}  // namespace
+
+std::uint64_t available_memory() {
+  std::uint64_t available = unlimited;
+  std::ifstream memory("/proc/meminfo");
+  for (std::string line; std::getline(memory, line);) {
+    unsigned long long kibibytes = 0;
+    if (std::sscanf(line.c_str(), "MemAvailable: %llu kB", &kibibytes) == 1) available = kibibytes * 1024;
+  }
+  const std::uint64_t limit = group_number("/sys/fs/cgroup/memory.max");
+  const std::uint64_t used = group_number("/sys/fs/cgroup/memory.current");
+  if (limit != unlimited && used != unlimited) available = std::min(available, limit - std::min(limit, used));
+  return available;
+}
+
+Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::string& what) {
+  if (available == 0) available = available_memory();
+  if (bytes <= available) return {};
+  char figures[96];
+  std::snprintf(figures, sizeof figures, " needs %.2f GB of memory, %.2f GB are available",
+                static_cast<double>(bytes) / 1e9, static_cast<double>(available) / 1e9);
+  return Error{what + figures + ": thin the points out, or use a machine with more"};
+}
+
+}  // namespace parhelion

@@ -1,0 +1,86 @@
+// Collects the points of a file: unit, axes and finiteness are dealt with here, once for all formats.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "fusion/cloud/read_cloud.hpp"
+
+namespace parhelion {
+
+/// Number types of PLY and PCD.
+enum class Scalar : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
+std::size_t size_of(Scalar scalar);
+/// The number at `at`, whose bytes are in the other order where `swap`.
+double load(const char* at, Scalar scalar, bool swap);
+
+/// What a column of a file means to a cloud.
+enum class Column : std::uint8_t {
+  x,
+  y,
+  z,
+  nx,
+  ny,
+  nz,
+  red,
+  green,
+  blue,
+  label,
+  scan,
+  packed_colour,
+  ignored
+};
+constexpr std::size_t column_count = 12;  ///< without `ignored`
+using Record = std::array<double, column_count>;
+
+/// By the names that PLY and PCD files give.
+Column column_named(std::string_view name);
+
+/// The map from file axes to REP-103, unit included.
+Eigen::Matrix3d file_to_scanner(ScanFormat format, const ReadOptions& options);
+
+class CloudBuilder {
+ public:
+  CloudBuilder(std::string name, ScanFormat format, const ReadOptions& options);
+
+  /// The file has this column. Colours of another type than u8 are scaled: u16 / 257, floats * 255.
+  void declare(Column column, Scalar scalar = Scalar::f64);
+  bool has(Column column) const { return has_[static_cast<std::size_t>(column)]; }
+
+  /// Makes room for `points`, which the reader has made sure the file can hold, after a look at the memory;
+  /// `extra_bytes` are needed beside. Error: not enough of it.
+  Status reserve(std::uint64_t points, std::uint64_t extra_bytes = 0);
+
+  void add(const Record& record);
+  void add_viewpoint(const Eigen::Vector3d& file_point);
+  void note(std::string text) { scan_.notes.push_back(std::move(text)); }
+
+  /// Checks the whole. Error: no finite point.
+  Result<ScanFile> finish();
+
+  std::size_t viewpoints() const { return scan_.cloud.viewpoints.size(); }
+  const std::string& name() const { return scan_.name; }
+
+ private:
+  void add_attributes(const Record& record);
+  void drop_unfit_columns();
+  void note_suspected_unit();
+
+  ScanFile scan_;
+  Eigen::Matrix3d file_to_scanner_, axes_;
+  std::array<bool, column_count + 1> has_{};
+  double colour_scale_ = 1;
+  bool normals_ = false, colours_ = false;
+  bool labels_fit_ = true, scans_fit_ = true;
+  std::uint64_t memory_;
+};
+
+// One for each format, over the whole content of a file.
+Result<ScanFile> parse_ply(std::string_view bytes, CloudBuilder builder);
+Result<ScanFile> parse_pcd(std::string_view bytes, CloudBuilder builder);
+Result<ScanFile> parse_xyz(std::string_view bytes, CloudBuilder builder, bool uos);
+
+}  // namespace parhelion

@@ -1,0 +1,18 @@
+// LZF, the compression of PCD's binary_compressed (format as in Lehmann's liblzf).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// No LZF stream grows by more: 3 bytes make at most 264.
+constexpr std::uint64_t lzf_max_ratio = 88;
+
+/// Exactly `size` bytes, or an Error that names the byte of `compressed` where it went wrong.
+Result<std::string> lzf_decompress(std::string_view compressed, std::size_t size);
+
+}  // namespace parhelion

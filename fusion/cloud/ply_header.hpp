@@ -1,0 +1,41 @@
+// The header of a PLY file (Turk 1994).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fusion/cloud/cloud_builder.hpp"
+
+namespace parhelion {
+
+struct PlyProperty {
+  Column column = Column::ignored;
+  Scalar type = Scalar::f32;
+  std::optional<Scalar> count;  ///< type of the number of elements where it is a list
+};
+
+struct PlyElement {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  bool has_lists() const;
+  /// Bytes of one record; of a list only its count, so that no record is shorter.
+  std::uint64_t min_bytes() const;
+};
+
+struct PlyHeader {
+  enum class Encoding : std::uint8_t { ascii, little_endian, big_endian };
+  Encoding encoding = Encoding::ascii;
+  std::vector<PlyElement> elements;         ///< up to the vertices, which come last; others after are ignored
+  std::vector<Eigen::Vector3d> viewpoints;  ///< in the file's unit and axes
+  std::size_t body = 0;                     ///< offset of the first byte after the header
+  std::uint64_t lines = 0;
+};
+
+Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& name);
+
+}  // namespace parhelion
