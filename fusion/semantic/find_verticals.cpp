@@ -79,17 +79,18 @@ class TilePlan {
     return lines;
   }
 
-  /// The filtered pixels of the core: the mean of their points, weighted by the layers that they fill, so
-  /// that a stretch close to the scanner weighs no more than one far away.
+  /// The pixels of the core above the threshold: the mean of their points, weighted by the layers that they
+  /// fill, so that a stretch close to the scanner weighs no more than one far away. Not the filtered ones:
+  /// far away a wall is hit in single columns.
   std::vector<Eigen::Vector3f> evidence() const {
     static thread_local std::vector<std::uint32_t> slot;
     slot.resize(static_cast<std::size_t>(image_pixels) * image_pixels);
-    const auto& set = chain_.filtered.set();
+    const auto& set = chain_.above_threshold.set();
     for (std::uint32_t k = 0; k < set.size(); ++k) slot[set[k]] = k;
     std::vector<Eigen::Vector3d> sums(set.size(), Eigen::Vector3d::Zero());
     for_each_point(0, [&](const Eigen::Vector3f& p, int x, int y) {
-      const std::uint32_t i = chain_.filtered.index(x, y);
-      if (!chain_.filtered.at(i)) return;
+      const std::uint32_t i = chain_.above_threshold.index(x, y);
+      if (!chain_.above_threshold.at(i)) return;
       sums[slot[i]] += Eigen::Vector3d(static_cast<double>(p.x()), static_cast<double>(p.y()), 1);
     });
     std::vector<Eigen::Vector3f> result;
