@@ -16,7 +16,9 @@ namespace {
 
 constexpr double min_line = 0.2;        // m; less than the tread of a step
 constexpr int min_layers = 3;           // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
-constexpr double max_slope = 0.052;     // 3 degrees: what is steeper is a ramp
+constexpr double ridge_reach = 0.12;    // m; less than from step to step
+constexpr double ridge_share = 0.6;     // of the most layers in reach
+constexpr int max_rise = 3;             // degrees: what is steeper is a ramp
 constexpr double same_height = 0.03;    // m, between cells of one surface
 constexpr int reach_cells = 2;          // a gap of one cell does not part a surface
 constexpr double min_area = 0.15;       // m^2; a tread of 0.2 m x 0.8 m
@@ -39,17 +41,17 @@ class SidePictures {
   using Levels = std::array<std::vector<double>, tile_blocks + 2>;
   Levels levels(Projection projection, StageImages* stages) {
     ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
-    chain.run(min_layers);
+    threshold_ridges(chain.input, min_layers, static_cast<int>(ridge_reach / site_.options.pixel),
+                     ridge_share, chain.above_threshold);
+    chain.run();
     const int offset = projection == Projection::oxz ? x0_ : y0_;
     if (stages != nullptr)
       chain.keep(projection, block_pixels + 1, 0, image_pixels - block_pixels - 1, rows_, offset, 0, *stages);
     const double pixel = site_.options.pixel;
     const int shortest = std::max(3, static_cast<int>(min_line / pixel));
-    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, site_.options.seed};
+    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, max_rise, site_.options.seed};
     Levels result;
     for (const PixelSegment& s : hough_segments(chain.skeleton, hough)) {
-      const int length = std::abs(s.x1 - s.x0), rise = std::abs(s.y1 - s.y0);
-      if (length < shortest || rise > std::max(1.0, max_slope * length)) continue;
       spread(s, result);
       if (stages != nullptr) {
         const auto metres = [&](int x, int y) {

@@ -34,7 +34,8 @@ class TilePlan {
     for_each_point(1, [&](const Eigen::Vector3f& p, int x, int y) {
       chain_.input.add(x, y, static_cast<int>(std::floor(static_cast<double>(p.z()) / layer_height)));
     });
-    chain_.run(min_layers);
+    threshold(chain_.input, min_layers, chain_.above_threshold);
+    chain_.run();
     TileLines result{seeds(stages), evidence()};
     const int core = block_pixels + 1, end = image_pixels - block_pixels - 1;
     if (stages != nullptr) chain_.keep(Projection::oxy, core, core, end, end, x0_, y0_, *stages);
@@ -67,7 +68,10 @@ class TilePlan {
 
   std::vector<PlanLine> seeds(StageImages* stages) const {
     const int shortest = std::max(4, static_cast<int>(site_.options.min_length / site_.options.pixel));
-    const HoughOptions hough{shortest / 2, shortest / 2, shortest / 2, site_.options.seed};
+    const HoughOptions hough{.votes = shortest / 2,
+                             .min_length = shortest / 2,
+                             .max_gap = shortest / 2,
+                             .seed = site_.options.seed};
     std::vector<PlanLine> lines;
     for (const PixelSegment& s : hough_segments(chain_.skeleton, hough)) {
       const Eigen::Vector2d a = metres(s.x0, s.y0), b = metres(s.x1, s.y1), middle = (a + b) / 2;

@@ -108,8 +108,8 @@ std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& 
 struct ImageChain {
   LayerImage input;
   PixelSet above_threshold, filtered, dilated, skeleton;
-  /// From `input` to `skeleton`.
-  void run(int layers);
+  /// From `above_threshold` to `skeleton`.
+  void run();
   void keep(Projection projection, int x0, int y0, int x1, int y1, int offset_x, int offset_y,
             StageImages& stages) const;
 };
