@@ -50,6 +50,9 @@ class EglCompositor : public Compositor {
     if (!renderer) return renderer.error();
     compositor->renderer_ = std::move(*renderer);
     compositor->building_ = occluders_of(building);
+    compositor->mesh_ = building_mesh(building);
+    compositor->renderer_->set_mesh(compositor->mesh_);
+    compositor->mesh_.vertices = {};  // the driver has them
     return std::unique_ptr<Compositor>(std::move(compositor));
   }
 
@@ -72,6 +75,7 @@ class EglCompositor : public Compositor {
   std::unique_ptr<EglContext> context_;
   std::unique_ptr<LayerRenderer> renderer_;
   std::vector<OccluderBox> building_;
+  BuildingMesh mesh_;
   std::list<CameraProjection> projections_;  ///< newest first; a warp map is computed once a camera
   JpegCodec codec_;
   DrawList bodies_;
@@ -110,6 +114,7 @@ void EglCompositor::list_bodies(const RenderJob& job, const CameraProjection& ca
 void EglCompositor::list_occluders(const RenderJob& job, const CameraProjection& camera,
                                    const Transform<Map, CameraOptical>& T_map_optical) {
   add_occluders(bodies_, camera, T_map_optical, building_, job.world);
+  add_mesh_occluders(bodies_, camera, T_map_optical, mesh_);
   if (!job.scan || is_stand_in(job.image) || !job.T_map_laser.finite()) return;
   const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
   for (const OccluderBox& strip : scan_occluders(*job.scan, job.laser, job.T_map_laser, job.floor_z,

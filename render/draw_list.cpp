@@ -193,6 +193,7 @@ void DrawList::clear(std::size_t views) {
   for (auto& bucket : shapes) bucket.clear();
   shadows.clear();
   occluders.clear();
+  mesh_chunks.clear();
   entities.clear();
   view_rects.assign(views, {});
   farthest = 0;
@@ -281,6 +282,39 @@ void add_occluder(DrawList& list, const CameraProjection& projection,
     list.occluders.push_back(make_instance(T_optical_box, {half.cast<float>(), 0.F}, Material{}, 0));
     return;
   }
+}
+
+std::vector<std::uint32_t> seen_chunks(const CameraProjection& projection,
+                                       const Transform<Map, CameraOptical>& T_map_optical,
+                                       const BuildingMesh& mesh, const std::vector<PixelRect>& rects,
+                                       double farthest) {
+  std::vector<std::uint32_t> seen;
+  const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
+  for (std::uint32_t i = 0; i < mesh.chunks.size(); ++i) {
+    const Eigen::AlignedBox3d& box = mesh.chunks[i].box;
+    if (box.exteriorDistance(T_map_optical.translation()) > farthest) continue;
+    const auto T_optical_box =
+        T_optical_map * Transform<Map, ShapeFrame>(Eigen::Quaterniond::Identity(), box.center());
+    bool met = false;
+    for (std::size_t v = 0; v < projection.views().size() && !met; ++v) {
+      const PixelRect rect = projected_box(projection.views()[v], T_optical_box, box.sizes() / 2);
+      met = !rect.intersected(rects[v]).empty();
+    }
+    if (met) seen.push_back(i);
+  }
+  return seen;
+}
+
+Instance mesh_instance(const Transform<Map, CameraOptical>& T_map_optical, const Material& material) {
+  return make_instance(Transform<CameraOptical, ShapeFrame>(T_map_optical.inverse().isometry()),
+                       {Eigen::Vector3f::Ones(), 0.F}, material, 0);
+}
+
+void add_mesh_occluders(DrawList& list, const CameraProjection& projection,
+                        const Transform<Map, CameraOptical>& T_map_optical, const BuildingMesh& mesh) {
+  if (mesh.chunks.empty()) return;
+  list.mesh_chunks = seen_chunks(projection, T_map_optical, mesh, list.view_rects, list.farthest);
+  list.mesh = mesh_instance(T_map_optical, Material{});
 }
 
 }  // namespace parhelion

@@ -10,6 +10,7 @@
 #include "protocols/model.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/world.hpp"
+#include "render/building_mesh.hpp"
 #include "render/camera_model.hpp"
 #include "render/mesh.hpp"
 
@@ -48,6 +49,8 @@ struct DrawList {
   std::array<std::vector<Instance>, kMeshes> shapes;  ///< by mesh_index
   std::vector<ShadowVertex> shadows;                  ///< triangles
   std::vector<Instance> occluders;                    ///< plain boxes
+  std::vector<std::uint32_t> mesh_chunks;             ///< of the building's mesh, that may hide something
+  Instance mesh{};                                    ///< where the building's mesh is
   std::vector<std::string> entities;                  ///< names, by Instance::entity - 1
   std::vector<PixelRect> view_rects;                  ///< what is touched of each view
   double farthest = 0;                                ///< m along the ray, no drawn point is farther
@@ -82,6 +85,18 @@ void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view
 /// Adds a box (half extents, m) as an occluder, where it may stand before something drawn.
 void add_occluder(DrawList& list, const CameraProjection& projection,
                   const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half);
+
+/// Adds the chunks of the building's mesh that may stand before something drawn.
+void add_mesh_occluders(DrawList& list, const CameraProjection& projection,
+                        const Transform<Map, CameraOptical>& T_map_optical, const BuildingMesh& mesh);
+
+/// The chunks that a rectangle of some view may show (`rects`: one a view), ascending.
+std::vector<std::uint32_t> seen_chunks(const CameraProjection& projection,
+                                       const Transform<Map, CameraOptical>& T_map_optical,
+                                       const BuildingMesh& mesh, const std::vector<PixelRect>& rects,
+                                       double farthest);
+/// The mesh, which is in the map frame, as an instance of one colour.
+Instance mesh_instance(const Transform<Map, CameraOptical>& T_map_optical, const Material& material);
 
 Instance make_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const ShapeScale& scale,
                        const Material& material, std::size_t entity);

@@ -42,6 +42,20 @@ void LayerRenderer::draw_instances(std::size_t mesh, const std::vector<Instance>
                             offset_of(meshes_[mesh].offset), static_cast<GLsizei>(instances.size()));
 }
 
+void LayerRenderer::draw_mesh(const std::vector<std::uint32_t>& chunks, const Instance& placed) {
+  if (chunks.empty()) return;
+  gl_.BindVertexArray(mesh_array_);
+  gl_.BindBuffer(GL_ARRAY_BUFFER, instance_buffer_);
+  gl_.BufferData(GL_ARRAY_BUFFER, sizeof(Instance), &placed, GL_STREAM_DRAW);
+  for (std::size_t i = 0; i < chunks.size();) {
+    const std::uint32_t first = mesh_chunks_[chunks[i]].first;
+    std::uint32_t count = 0;  // neighbours in the buffer are one call
+    for (; i < chunks.size() && mesh_chunks_[chunks[i]].first == first + count; ++i)
+      count += mesh_chunks_[chunks[i]].count;
+    gl_.DrawArrays(GL_TRIANGLES, static_cast<GLint>(first), static_cast<GLsizei>(count));
+  }
+}
+
 void LayerRenderer::draw_shadows(const std::vector<ShadowVertex>& shadows, bool over_scenery) {
   if (shadows.empty()) return;
   gl_.BindVertexArray(shadow_array_);
@@ -92,10 +106,11 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
     gl_.DrawBuffers(2, colour_only);
     draw_scenery(view, *scenery, far, R_optical_map);
   }
-  if (use_occluders && !list.occluders.empty()) {
+  if (use_occluders && !(list.occluders.empty() && list.mesh_chunks.empty())) {
     gl_.DrawBuffers(2, none);
     use(depth_, view, far, 0, nullptr);
     draw_instances(plain_box_, list.occluders);
+    draw_mesh(list.mesh_chunks, list.mesh);
   }
   if (!list.shadows.empty()) {
     gl_.DrawBuffers(2, colour_only);
@@ -236,6 +251,7 @@ void LayerRenderer::read_depth(const CameraProjection& projection, const DrawLis
     use(depth_, view, far, 0, nullptr);
     if (what == Depth::occluders) {
       draw_instances(plain_box_, list.occluders);
+      draw_mesh(list.mesh_chunks, list.mesh);
     } else {
       for (std::size_t mesh = 0; mesh < kMeshes; ++mesh) draw_instances(mesh, list.shapes[mesh]);
     }

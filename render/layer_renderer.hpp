@@ -37,6 +37,8 @@ void smooth_edges(Layer& layer, bool everywhere = false);
 struct Scenery {
   std::vector<Instance> boxes;  ///< Instance::metallic is opacity, roughness above 1.5 a floor
   std::vector<Instance> glass;
+  std::vector<std::uint32_t> mesh_chunks;  ///< of the building's mesh
+  Instance mesh{};
   std::vector<ShadowVertex> shadows;  ///< of the building on its floor
   Transform<Map, CameraOptical> T_map_optical;
   double floor_z = 0;  ///< m, map
@@ -47,6 +49,9 @@ class LayerRenderer {
  public:
   static Result<std::unique_ptr<LayerRenderer>> create(EglContext& context);
   ~LayerRenderer();
+
+  /// The mesh that the chunks of lists to come belong to; in the map frame.
+  void set_mesh(const BuildingMesh& mesh);
 
   /// Starts drawing; the driver may go on while the caller does other work. `R_optical_map` turns the lights.
   void draw(const CameraProjection& projection, const DrawList& list, const Eigen::Matrix3d& R_optical_map,
@@ -74,11 +79,15 @@ class LayerRenderer {
   Status make_program(Program& program, const char* vertex, const std::string& fragment);
   void make_meshes();
   void make_instance_array();
+  void attribute(GLuint location, GLint size, std::size_t stride, std::size_t offset, GLuint divisor);
+  void shape_attributes();
+  void instance_attributes();
   Status ensure(Target& target, int width, int height, int samples, bool colour, bool depth);
   void release(Target& target);
   void use(const Program& program, const PinholeView& view, double far, double bias,
            const Eigen::Matrix3d* R_optical_map);
   void draw_instances(std::size_t mesh, const std::vector<Instance>& instances);
+  void draw_mesh(const std::vector<std::uint32_t>& chunks, const Instance& placed);
   void draw_shadows(const std::vector<ShadowVertex>& shadows, bool over_scenery);
   void draw_view(const PinholeView& view, const PixelRect& rect, const DrawList& list,
                  const Eigen::Matrix3d& R_optical_map, bool use_occluders, const Scenery* scenery);
@@ -104,6 +113,8 @@ class LayerRenderer {
   std::size_t plain_box_ = 0;
   GLuint vertex_buffer_ = 0, index_buffer_ = 0, instance_buffer_ = 0, shadow_buffer_ = 0;
   GLuint shape_array_ = 0, shadow_array_ = 0, empty_array_ = 0;
+  GLuint mesh_array_ = 0, mesh_buffer_ = 0;
+  std::vector<MeshChunk> mesh_chunks_;
   Target multisampled_, resolved_, single_;
   struct ViewPixels {
     PixelRect rect;

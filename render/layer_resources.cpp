@@ -50,10 +50,10 @@ Result<std::unique_ptr<LayerRenderer>> LayerRenderer::create(EglContext& context
 LayerRenderer::~LayerRenderer() {
   context_.make_current();
   for (Target* target : {&multisampled_, &resolved_, &single_}) release(*target);
-  const GLuint buffers[] = {vertex_buffer_, index_buffer_, instance_buffer_, shadow_buffer_};
-  gl_.DeleteBuffers(4, buffers);
-  const GLuint arrays[] = {shape_array_, shadow_array_, empty_array_};
-  gl_.DeleteVertexArrays(3, arrays);
+  const GLuint buffers[] = {vertex_buffer_, index_buffer_, instance_buffer_, shadow_buffer_, mesh_buffer_};
+  gl_.DeleteBuffers(5, buffers);
+  const GLuint arrays[] = {shape_array_, shadow_array_, empty_array_, mesh_array_};
+  gl_.DeleteVertexArrays(4, arrays);
   for (const Program* program : {&lit_, &depth_, &shadow_, &backdrop_, &scenery_})
     gl_.DeleteProgram(program->id);
 }
@@ -126,16 +126,21 @@ void LayerRenderer::make_meshes() {
                  indices.data(), GL_STATIC_DRAW);
 }
 
-void LayerRenderer::make_instance_array() {
-  const auto attribute = [&](GLuint location, GLint size, std::size_t stride, std::size_t offset,
-                             GLuint divisor) {
-    gl_.EnableVertexAttribArray(location);
-    gl_.VertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(stride),
-                            offset_of(offset));
-    gl_.VertexAttribDivisor(location, divisor);
-  };
+void LayerRenderer::attribute(GLuint location, GLint size, std::size_t stride, std::size_t offset,
+                              GLuint divisor) {
+  gl_.EnableVertexAttribArray(location);
+  gl_.VertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(stride),
+                          offset_of(offset));
+  gl_.VertexAttribDivisor(location, divisor);
+}
+
+/// Of the vertex buffer that is bound.
+void LayerRenderer::shape_attributes() {
   attribute(0, 3, sizeof(MeshVertex), offsetof(MeshVertex, core), 0);
   attribute(1, 3, sizeof(MeshVertex), offsetof(MeshVertex, direction), 0);
+}
+
+void LayerRenderer::instance_attributes() {
   gl_.BindBuffer(GL_ARRAY_BUFFER, instance_buffer_);
   constexpr std::size_t kFloat = sizeof(float);
   for (GLuint column = 0; column < 3; ++column)
@@ -144,6 +149,11 @@ void LayerRenderer::make_instance_array() {
   attribute(6, 4, sizeof(Instance), offsetof(Instance, scale), 1);
   attribute(7, 4, sizeof(Instance), offsetof(Instance, albedo), 1);
   attribute(8, 2, sizeof(Instance), offsetof(Instance, metallic), 1);
+}
+
+void LayerRenderer::make_instance_array() {
+  shape_attributes();
+  instance_attributes();
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.GenVertexArrays(1, &shadow_array_);
   gl_.BindVertexArray(shadow_array_);
@@ -152,6 +162,21 @@ void LayerRenderer::make_instance_array() {
   attribute(1, 2, sizeof(ShadowVertex), offsetof(ShadowVertex, local), 0);
   attribute(2, 2, sizeof(ShadowVertex), offsetof(ShadowVertex, half), 0);
   attribute(3, 4, sizeof(ShadowVertex), offsetof(ShadowVertex, corner), 0);
+}
+
+void LayerRenderer::set_mesh(const BuildingMesh& mesh) {
+  context_.make_current();
+  if (mesh_array_ == 0) {
+    gl_.GenVertexArrays(1, &mesh_array_);
+    gl_.GenBuffers(1, &mesh_buffer_);
+  }
+  mesh_chunks_ = mesh.chunks;
+  gl_.BindVertexArray(mesh_array_);
+  gl_.BindBuffer(GL_ARRAY_BUFFER, mesh_buffer_);
+  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.vertices.size() * sizeof(MeshVertex)),
+                 mesh.vertices.data(), GL_STATIC_DRAW);
+  shape_attributes();
+  instance_attributes();
 }
 
 void LayerRenderer::release(Target& target) {

@@ -25,6 +25,7 @@ void LayerRenderer::draw_scenery(const PinholeView& view, const Scenery& scenery
   use(scenery_, view, far, 0, &R_optical_map);
   place(scenery_, R_optical_map.transpose());
   draw_instances(plain_box_, scenery.boxes);
+  draw_mesh(scenery.mesh_chunks, scenery.mesh);
   use(shadow_, view, far, kOcclusionBias, nullptr);
   draw_shadows(scenery.shadows, true);
   if (scenery.glass.empty()) return;

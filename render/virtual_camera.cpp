@@ -81,6 +81,9 @@ class EglVirtualCamera : public VirtualCamera {
       camera->parts_.push_back(std::move(part));
     }
     camera->floor_z_ = floor_of(camera->parts_);
+    camera->mesh_ = building_mesh(building);
+    camera->renderer_->set_mesh(camera->mesh_);
+    camera->mesh_.vertices = {};  // the driver has them
     return std::unique_ptr<VirtualCamera>(std::move(camera));
   }
 
@@ -96,6 +99,7 @@ class EglVirtualCamera : public VirtualCamera {
   std::unique_ptr<EglContext> context_;
   std::unique_ptr<LayerRenderer> renderer_;
   std::vector<BuildingPart> parts_;
+  BuildingMesh mesh_;
   double floor_z_ = 0;
   std::list<CameraProjection> projections_;
   JpegCodec codec_;
@@ -209,6 +213,12 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   list_.farthest = std::max(list_.farthest, kSight);
   for (std::size_t v = 0; v < camera.views().size(); ++v)
     list_.view_rects[v] = camera.view_rect(v, {0, 0, intrinsics->width, intrinsics->height});
+  Material material;
+  material.albedo = colour_of(EntityLabel::unknown);
+  material.roughness = 0.85F;
+  scenery_.mesh = mesh_instance(T_map_optical, material);
+  scenery_.mesh.metallic = 1;  // opaque
+  scenery_.mesh_chunks = seen_chunks(camera, T_map_optical, mesh_, list_.view_rects, kSight);
   renderer_->draw(camera, list_, T_map_optical.rotation().transpose(), false, &scenery_);
   if (!renderer_->read(camera, list_, layer_)) return image;
 

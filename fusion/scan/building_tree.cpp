@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <vector>
 
@@ -18,6 +19,10 @@ struct Box {
   Matrix3d R_box_map;
   Vector3d center, half;
   float reflectivity;
+};
+
+struct Triangle {
+  std::array<Eigen::Vector3f, 3> corners;  ///< map, m
 };
 
 /// Embree's rays are floats; ours go along, so that the answer does not depend on where the map's origin is.
@@ -41,20 +46,24 @@ struct BuildingTree::Scene {
   std::unique_ptr<RTCDeviceTy, ReleaseDevice> device;
   std::unique_ptr<RTCSceneTy, ReleaseScene> scene;
   std::vector<Box> boxes;
+  std::vector<Triangle> triangles;     ///< primitives after the boxes
   Vector3d middle = Vector3d::Zero();  ///< map, m: the tree's floats are relative to it
 
   static void bounds(const RTCBoundsFunctionArguments* args);
   static void intersect(const RTCIntersectFunctionNArguments* args);
   void add(const ModelEntity& entity);
+  void add(const ModelMesh& mesh);
+  void extent(unsigned primitive, Vector3d& low, Vector3d& high) const;
   void build();
 };
 
 void BuildingTree::Scene::bounds(const RTCBoundsFunctionArguments* args) {
   const auto& self = *static_cast<const Scene*>(args->geometryUserPtr);
-  const Box& box = self.boxes[args->primID];
+  Vector3d low, high;
+  self.extent(args->primID, low, high);
   // A tree of floats is off by 0.1 mm at a kilometre; a millimetre more and none of its tests can miss a box.
-  const Vector3d reach = box.R_box_map.transpose().cwiseAbs() * box.half + Vector3d::Constant(1e-3);
-  const Vector3d low = box.center - self.middle - reach, high = box.center - self.middle + reach;
+  low -= self.middle + Vector3d::Constant(1e-3);
+  high -= self.middle - Vector3d::Constant(1e-3);
   RTCBounds& out = *args->bounds_o;
   out.lower_x = static_cast<float>(low.x()), out.upper_x = static_cast<float>(high.x());
   out.lower_y = static_cast<float>(low.y()), out.upper_y = static_cast<float>(high.y());
@@ -65,28 +74,63 @@ void BuildingTree::Scene::intersect(const RTCIntersectFunctionNArguments* args) 
   if (args->valid[0] == 0) return;
   const auto& self = *static_cast<const Scene*>(args->geometryUserPtr);
   auto& query = *reinterpret_cast<Query*>(args->context);
-  const Box& box = self.boxes[args->primID];
-  const Vector3d origin = box.R_box_map * (query.origin - box.center);
-  const double range = box_chord(origin, box.R_box_map * query.direction, box.half).range();
+  double range = 0;
+  float reflectivity = kMeshReflectivity;
+  if (args->primID < self.boxes.size()) {
+    const Box& box = self.boxes[args->primID];
+    const Vector3d origin = box.R_box_map * (query.origin - box.center);
+    range = box_chord(origin, box.R_box_map * query.direction, box.half).range();
+    reflectivity = box.reflectivity;
+  } else {
+    const auto& [a, b, c] = self.triangles[args->primID - self.boxes.size()].corners;
+    range =
+        triangle_range(query.origin, query.direction, a.cast<double>(), b.cast<double>(), c.cast<double>());
+  }
   if (!(range < query.range)) return;
   query.range = range;
-  query.reflectivity = box.reflectivity;
+  query.reflectivity = reflectivity;
   // The next boxes need not be farther than this; a little more, as the tree is in floats.
   auto& ray = *reinterpret_cast<RTCRayHit*>(args->rayhit);
   ray.ray.tfar = std::min(ray.ray.tfar, static_cast<float>(range) + 2e-3F);
 }
 
 void BuildingTree::Scene::add(const ModelEntity& entity) {
-  if (entity.is_virtual || !is_solid(entity) || !entity.T_map_body.finite() || !entity.size.allFinite()) return;
+  if (entity.is_virtual || !is_solid(entity) || !entity.T_map_body.finite() || !entity.size.allFinite())
+    return;
   boxes.push_back({entity.T_map_body.rotation().transpose(), entity.T_map_body.translation(), entity.size / 2,
                    entity.material.laser_reflectivity});
 }
 
+void BuildingTree::Scene::add(const ModelMesh& mesh) {
+  for (const auto& [a, b, c] : mesh.triangles) {
+    if (std::max({a, b, c}) >= mesh.vertices.size()) continue;
+    const Triangle triangle{{mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]}};
+    if (triangle.corners[0].allFinite() && triangle.corners[1].allFinite() && triangle.corners[2].allFinite())
+      triangles.push_back(triangle);
+  }
+}
+
+void BuildingTree::Scene::extent(unsigned primitive, Vector3d& low, Vector3d& high) const {
+  if (primitive < boxes.size()) {
+    const Box& box = boxes[primitive];
+    const Vector3d reach = box.R_box_map.transpose().cwiseAbs() * box.half;
+    low = box.center - reach;
+    high = box.center + reach;
+    return;
+  }
+  const auto& [a, b, c] = triangles[primitive - boxes.size()].corners;
+  low = a.cwiseMin(b).cwiseMin(c).cast<double>();
+  high = a.cwiseMax(b).cwiseMax(c).cast<double>();
+}
+
 void BuildingTree::Scene::build() {
-  Vector3d low = boxes.front().center, high = low;
-  for (const Box& box : boxes) {
-    low = low.cwiseMin(box.center);
-    high = high.cwiseMax(box.center);
+  const auto count = static_cast<unsigned>(boxes.size() + triangles.size());
+  Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (unsigned i = 0; i < count; ++i) {
+    Vector3d from, to;
+    extent(i, from, to);
+    low = low.cwiseMin(from);
+    high = high.cwiseMax(to);
   }
   middle = (low + high) / 2;
   device.reset(rtcNewDevice("threads=1"));
@@ -94,7 +138,7 @@ void BuildingTree::Scene::build() {
   scene.reset(rtcNewScene(device.get()));
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(boxes.size()));
+  rtcSetGeometryUserPrimitiveCount(geometry, count);
   rtcSetGeometryUserData(geometry, this);
   rtcSetGeometryBoundsFunction(geometry, bounds, nullptr);
   rtcSetGeometryIntersectFunction(geometry, intersect);
@@ -111,7 +155,8 @@ BuildingTree& BuildingTree::operator=(BuildingTree&&) noexcept = default;
 
 BuildingTree::BuildingTree(const SemanticModel& model) : scene_(std::make_unique<Scene>()) {
   for (const ModelEntity& entity : model.entities) scene_->add(entity);
-  if (scene_->boxes.empty()) {
+  for (const ModelMesh& mesh : model.meshes) scene_->add(mesh);
+  if (scene_->boxes.empty() && scene_->triangles.empty()) {
     scene_.reset();
     return;
   }

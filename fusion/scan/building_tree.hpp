@@ -1,5 +1,5 @@
-// The static building in Embree's bounding-volume tree: the tree finds the boxes, exact arithmetic meets
-// them.
+// The static building in Embree's bounding-volume tree: the tree finds boxes and triangles, exact arithmetic
+// meets them.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,6 +10,9 @@
 
 namespace parhelion {
 
+/// Of a model's meshes, whose material no scan tells.
+inline constexpr float kMeshReflectivity = 0.5F;
+
 class BuildingTree {
  public:
   struct Hit {
@@ -19,13 +22,13 @@ class BuildingTree {
 
   /// Empty: nothing is hit.
   BuildingTree();
-  /// All entities that are not is_virtual. Poses that are not finite are left out.
+  /// All solid entities that are not is_virtual, and all meshes. What is not finite is left out.
   explicit BuildingTree(const SemanticModel& model);
   ~BuildingTree();
   BuildingTree(BuildingTree&&) noexcept;
   BuildingTree& operator=(BuildingTree&&) noexcept;
 
-  /// Nearest box along a ray of the map frame (unit direction), up to max_range (m).
+  /// Nearest box or triangle along a ray of the map frame (unit direction), up to max_range (m).
   Hit cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double max_range) const;
 
  private:

@@ -1,9 +1,11 @@
 // The slow exact twins: as simple as can be, sharing no geometry with the fast path. Surfaces are met one by
 // one: each face of a box, the side and the caps of a cylinder, the pieces of a capsule.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "fusion/scan/building_tree.hpp"
 #include "fusion/scan/ray_caster.hpp"
 
 namespace parhelion {
@@ -37,6 +39,21 @@ double box(const Ray& ray, const Vector3d& size) {
     }
   }
   return nearest;
+}
+
+/// Where the ray meets the triangle's plane, if that point is on the inner side of its three edges.
+double triangle(const Ray& ray, const ModelMesh& mesh, const std::array<std::uint32_t, 3>& corners) {
+  std::array<Vector3d, 3> p;
+  for (std::size_t i = 0; i < 3; ++i) p[i] = mesh.vertices[corners[i]].cast<double>();
+  const Vector3d normal = (p[1] - p[0]).cross(p[2] - p[0]);
+  const double slope = normal.dot(ray.direction);
+  if (slope == 0) return kNone;
+  const double t = normal.dot(p[0] - ray.origin) / slope;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d edge = p[(i + 1) % 3] - p[i];
+    if (normal.dot(edge.cross(ray.at(t) - p[i])) < -1e-9 * normal.squaredNorm()) return kNone;
+  }
+  return t >= 0 ? t : kNone;
 }
 
 double sphere(const Ray& ray, const Vector3d& center, double radius) {
@@ -150,6 +167,10 @@ void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const S
       if (entity.is_virtual || !is_solid(entity)) continue;
       nearest.offer(box(seen_from(entity.T_map_body, ray), entity.size), -1,
                     entity.material.laser_reflectivity);
+    }
+    for (const ModelMesh& mesh : model.meshes) {
+      for (const auto& corners : mesh.triangles)
+        nearest.offer(triangle(ray, mesh, corners), -1, kMeshReflectivity);
     }
     hits[i] = nearest.within(max_range);
   }

@@ -48,7 +48,8 @@ class RayCaster {
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
 
-  /// The static building, from the semantic model (all entities that are not is_virtual).
+  /// The static building, from the semantic model (all solid entities that are not
+  /// is_virtual, and all meshes).
   void set_building(const SemanticModel& model);
   /// hits.size() == beams.time.size(). The origin's own body is left out by not being in `bodies`. A body
   /// whose pose is not finite is nowhere. Of surfaces at one range the body with the lowest index is named.

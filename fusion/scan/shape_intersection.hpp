@@ -97,6 +97,23 @@ inline Chord shape_chord(ShapeKind kind, const Eigen::Vector3d& size, const Eige
   return Chord::none();
 }
 
+/// Distance along a line to a triangle, met from either side; +inf where it is missed or lies behind (Moeller
+/// and Trumbore 1997). Its edges belong to it, with a hair's breadth more: no ray slips between two
+/// triangles.
+inline double triangle_range(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                             const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  constexpr double hair = 1e-9;
+  const Eigen::Vector3d ab = b - a, ac = c - a, p = direction.cross(ac);
+  const double determinant = ab.dot(p);
+  if (determinant == 0) return none;
+  const Eigen::Vector3d from_a = origin - a, q = from_a.cross(ab);
+  const double u = from_a.dot(p) / determinant, v = direction.dot(q) / determinant;
+  if (!(u >= -hair && v >= -hair && u + v <= 1 + hair)) return none;
+  const double t = ac.dot(q) / determinant;
+  return t >= 0 ? t : none;
+}
+
 /// Radius of a sphere about the shape's centre that holds it, m.
 inline double bounding_radius(ShapeKind kind, const Eigen::Vector3d& size) {
   switch (kind) {

@@ -5,7 +5,8 @@
 
 namespace parhelion {
 
-void ImageChain::run() {
+void ImageChain::run(int layers) {
+  threshold(input, layers, above_threshold);
   filter_isolated(above_threshold, filtered);
   dilate(filtered, dilated);
   skeleton.reset(dilated.width(), dilated.height());

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/model_mesh.hpp"
+#include "server/simulation/mesh_parts.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -45,6 +48,11 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
     if (is_solid(entity)) building->add(entity, physics, id);
     ++id;
   }
+  for (const ModelMesh& mesh : model.meshes) {
+    if (Status status = check_mesh(mesh); !status)
+      return Error{"model mesh '" + mesh.name + "': " + status.error().message};
+    if (!mesh.empty()) building->add(mesh, physics);
+  }
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
     const double height = building->floors_[i].lowest;
     building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
@@ -81,6 +89,14 @@ void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
   state.id = id;
   state.T_map_body = entity.T_map_body;
   states_.push_back(state);
+}
+
+void Building::add(const ModelMesh& mesh, Physics& physics) {
+  const PhysicsHandle handle = physics.add_fixed_mesh(mesh);
+  for (MeshPart& part : mesh_parts(mesh)) {
+    obstacles_.push_back(
+        {std::move(part.footprint), part.bottom, part.top, mesh.name, EntityLabel::unknown, false, handle});
+  }
 }
 
 double Building::Floor::height(const Eigen::Vector2d& p) const {

@@ -43,6 +43,7 @@ class Building {
   /// ascending index.
   void near(const Eigen::Vector2d& p, double range, double bottom, double top,
             std::vector<const FixedObstacle*>& found) const;
+  /// Of a mesh, which is many obstacles with one handle, the first.
   const FixedObstacle* by_handle(PhysicsHandle handle) const;
 
  private:
@@ -55,6 +56,7 @@ class Building {
     double height(const Eigen::Vector2d& p) const;
   };
   void add(const ModelEntity& entity, Physics& physics, BodyId id);
+  void add(const ModelMesh& mesh, Physics& physics);
   void build_grid();
 
   std::vector<std::shared_ptr<const BodyDefinition>> definitions_;

@@ -35,6 +35,7 @@ Eigen::Isometry3d from_bullet(const btTransform& transform) {
 }
 
 struct RigidBody {
+  std::unique_ptr<btTriangleMesh> triangles;  // of a mesh shape, which only refers to them
   std::unique_ptr<btCollisionShape> shape;
   std::unique_ptr<btRigidBody> body;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of mass, in the body's frame
@@ -151,6 +152,20 @@ PhysicsHandle Physics::add_fixed_box(const Transform<Map, Body>& T_map_body, con
   return world_->add(std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(size / 2))), 0,
                      T_map_body.isometry(), Eigen::Vector3d::Zero(), floor ? kFloor : kFixed,
                      floor ? kFree : kFree | kUpright);
+}
+
+PhysicsHandle Physics::add_fixed_mesh(const ModelMesh& mesh) {
+  auto triangles = std::make_unique<btTriangleMesh>();
+  const auto vertex = [&](std::uint32_t i) {
+    return to_bullet(Eigen::Vector3d(mesh.vertices[i].cast<double>()));
+  };
+  for (const auto& triangle : mesh.triangles)
+    triangles->addTriangle(vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2]));
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true);
+  const PhysicsHandle handle = world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(),
+                                           Eigen::Vector3d::Zero(), kFixed, kFree | kUpright);
+  world_->at(handle).triangles = std::move(triangles);
+  return handle;
 }
 
 PhysicsHandle Physics::add_floor(double z) {

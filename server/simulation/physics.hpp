@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "protocols/frames.hpp"
+#include "protocols/model.hpp"
 #include "protocols/scene.hpp"
 
 namespace parhelion {
@@ -41,6 +42,8 @@ class Physics {
   /// A box that never moves; `floor`: walked on, not bumped into.
   PhysicsHandle add_fixed_box(const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size,
                               bool floor);
+  /// Triangles (map frame, m) that never move and stop what comes from either side; at least one.
+  PhysicsHandle add_fixed_mesh(const ModelMesh& mesh);
   /// An infinite floor at height z, m.
   PhysicsHandle add_floor(double z);
   /// Moves freely under gravity: a box (full lengths) or an upright cylinder (diameter, diameter, height).

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "render/depth_image.hpp"
+#include "tests/box_mesh.hpp"
 #include "tests/render/scenes.hpp"
 
 namespace parhelion {
@@ -134,6 +135,36 @@ TEST(Occlusion, WhatTheLaserSeesAndTheModelDoesNotExplainHides) {
   ASSERT_TRUE(explained.ok());
   job.scan->ranges.assign(101, 1.5F);
   EXPECT_GT(visible_pixels(**explained, job), all / 2);
+}
+
+TEST(Occlusion, AMeshHidesWhatABoxOfItsShapeHides) {
+  for (const double x : {1.5, 2.0}) {
+    SemanticModel boxes;
+    boxes.entities = {wall("shelf", x, 0.4, M_PI / 2, 0.8, 1.0)};
+    const SemanticModel meshes = test::with_mesh(boxes, "shelf");
+    auto by_boxes = Compositor::create(boxes), by_meshes = Compositor::create(meshes),
+         bare = Compositor::create({});
+    ASSERT_TRUE(by_boxes.ok() && by_meshes.ok() && bare.ok());
+    const RenderJob job = robot_job(jpeg_image(), 3);
+    const auto a = (*by_boxes)->compose_pixels(job), b = (*by_meshes)->compose_pixels(job);
+    ASSERT_TRUE(a.ok() && b.ok());
+    EXPECT_LT(visible_pixels(**by_boxes, job), visible_pixels(**bare, job)) << "it hides something";
+    EXPECT_GT(visible_pixels(**by_boxes, job), 0U) << "and not everything";
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < a->mask.size(); ++i) apart += a->mask[i] != b->mask[i];
+    EXPECT_LE(apart, 10U) << "rounding at the edges";
+  }
+}
+
+TEST(Occlusion, WhatIsDeletedAndTheFreeSpaceOfADoorHideNothing) {
+  SemanticModel model;
+  model.entities = {wall("ghost", 1.5, 0, M_PI / 2, 4), wall("opening", 1.6, 0, M_PI / 2, 4)};
+  model.entities[0].deleted = true;
+  model.entities[1].label = EntityLabel::free_space;
+  auto compositor = Compositor::create(model), bare = Compositor::create({});
+  ASSERT_TRUE(compositor.ok() && bare.ok());
+  const RenderJob job = robot_job(jpeg_image(), 3);
+  EXPECT_EQ(visible_pixels(**compositor, job), visible_pixels(**bare, job));
 }
 
 TEST(Occlusion, ADoorThatMovedHidesWhereItIsNow) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fusion/scan/ray_caster.hpp"
+#include "tests/box_mesh.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
 namespace parhelion {
@@ -70,6 +71,67 @@ TEST(RayCasterTwin, agrees_with_the_exact_twin_on_buildings) {
   }
   EXPECT_GT(sum.hits, sum.beams / 6);
   EXPECT_LE(sum.other_body, 5U);
+}
+
+TEST(RayCasterTwin, agrees_with_the_exact_twin_on_meshes) {
+  constexpr int kBeams = 361, kScenes = 100;
+  RayCaster caster;
+  Comparison sum;
+  std::vector<RangeHit> fast(kBeams), twin(kBeams);
+  for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+    RandomScene scene = random_scene(seed, kBeams, 0, static_cast<int>(seed % 20));
+    Draw draw(seed + 1000);
+    const Eigen::Vector3d middle = scene.laser.T_map_laser_start.translation();
+    ModelMesh& mesh = scene.building.meshes.emplace_back();
+    for (std::uint32_t t = 0; t < 60; ++t) {
+      const Eigen::Vector3d at =
+          middle + Eigen::Vector3d(draw.real(-9, 9), draw.real(-9, 9), draw.real(-1, 1));
+      for (int k = 0; k < 3; ++k) mesh.vertices.push_back((at + draw.vector(2)).cast<float>());
+      mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    mesh.triangles.push_back({0, 0, 1});  // has no area
+    caster.set_building(scene.building);
+    caster.cast_building(scene.laser, scene.beams, scene.max_range, fast);
+    cast_building_exact(scene.laser, scene.beams, scene.building, scene.max_range, twin);
+    compare(fast, twin, sum);
+    ASSERT_EQ(sum.apart, 0U) << "scene " << seed;
+  }
+  EXPECT_GT(sum.hits, sum.beams / 4);
+}
+
+TEST(RayCasterTwin, meets_a_box_and_its_mesh_alike_from_outside) {
+  ModelEntity box;
+  box.name = "shelf";
+  box.T_map_body = Transform<Map, Body>::planar(3, 0.4, 0.3, 0.1);
+  box.size = {0.8, 1.4, 2};
+  SemanticModel boxes, meshes;
+  boxes.entities.push_back(box);
+  meshes.meshes.push_back(test::box_mesh(box));
+  const std::vector<float> time(721, 0.F);
+  const BeamSet beams{-3.14F, 0.00872F, time};
+  std::vector<RangeHit> a(721), b(721);
+  RayCaster caster;
+  caster.set_building(boxes);
+  caster.cast_building({}, beams, 30, a);
+  caster.set_building(meshes);
+  caster.cast_building({}, beams, 30, b);
+  std::size_t hits = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(std::isinf(a[i].range), std::isinf(b[i].range)) << i;
+    if (std::isinf(a[i].range)) continue;
+    EXPECT_NEAR(a[i].range, b[i].range, 1e-5F);
+    ++hits;
+  }
+  EXPECT_GT(hits, 30U);
+  box.deleted = true;
+  boxes.entities = {box};
+  box.deleted = false;
+  box.label = EntityLabel::free_space;
+  boxes.entities.push_back(box);
+  caster.set_building(boxes);
+  caster.cast_building({}, beams, 30, a);
+  cast_building_exact({}, beams, boxes, 30, b);
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_TRUE(std::isinf(a[i].range) && std::isinf(b[i].range));
 }
 
 /// Boxes, poses and bearings on a lattice: beams run along faces and through edges, where rounding decides.

@@ -1,0 +1,137 @@
+#include "fusion/semantic/build_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+namespace parhelion {
+namespace {
+
+constexpr double kHighestRoom = 100;  ///< m, of a cloud: more is a wrong unit
+constexpr double kLowestRoom = 0.5;   ///< m: less is a wrong unit or no building
+
+std::string metres(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g m", value);
+  return text;
+}
+
+/// Heights between which 98 of 100 points lie: an outlier says nothing of the unit.
+Eigen::AlignedBox3d extent_of(const PointCloud<Cloud>& cloud) {
+  Eigen::AlignedBox3d extent;
+  const std::size_t stride = std::max<std::size_t>(1, cloud.size() / 20'000);
+  std::array<std::vector<float>, 3> sample;
+  for (std::size_t i = 0; i < cloud.size(); i += stride) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      sample[axis].push_back(cloud.points[i][static_cast<Eigen::Index>(axis)]);
+  }
+  Eigen::Vector3d low, high;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::sort(sample[axis].begin(), sample[axis].end());
+    const std::size_t n = sample[axis].size();
+    low[static_cast<Eigen::Index>(axis)] = static_cast<double>(sample[axis][n / 100]);
+    high[static_cast<Eigen::Index>(axis)] = static_cast<double>(sample[axis][n - 1 - n / 100]);
+  }
+  return {low, high};
+}
+
+Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vector<std::string>& notes) {
+  const Eigen::Vector3d size = extent.sizes();
+  if (size.maxCoeff() > max_extent || size.z() > kHighestRoom) {
+    return Error{"the cloud is " + metres(size.x()) + " by " + metres(size.y()) + " and " + metres(size.z()) +
+                 " high: were millimetres or centimetres taken for metres? Say --unit mm or --unit cm"};
+  }
+  if (size.z() < kLowestRoom && size.maxCoeff() < 10 * kLowestRoom) {
+    notes.push_back("the cloud is only " + metres(size.maxCoeff()) + " large and " + metres(size.z()) +
+                    " high: is its unit larger than a metre?");
+  }
+  return {};
+}
+
+/// In place: a cloud of fifty million points must not be there twice.
+PointCloud<Map> placed(PointCloud<Cloud>&& cloud, const Transform<Map, Cloud>& T_map_cloud) {
+  PointCloud<Map> result{std::move(cloud.points), std::move(cloud.normals), std::move(cloud.colours),
+                         std::move(cloud.labels), std::move(cloud.scans),   std::move(cloud.viewpoints)};
+  const Eigen::Matrix3f R = T_map_cloud.rotation().cast<float>();
+  const Eigen::Vector3f p = T_map_cloud.translation().cast<float>();
+  for (Eigen::Vector3f& point : result.points) point = R * point + p;
+  for (Eigen::Vector3f& normal : result.normals) normal = R * normal;
+  for (Eigen::Vector3d& viewpoint : result.viewpoints) viewpoint = T_map_cloud * viewpoint;
+  return result;
+}
+
+void raise(BuiltModel& built, double by) {
+  const Eigen::Translation3d up(0, 0, by);
+  for (ModelEntity& entity : built.model.entities)
+    entity.T_map_body = Transform<Map, Body>(up * entity.T_map_body.isometry());
+  for (ModelMesh& mesh : built.model.meshes) {
+    for (Eigen::Vector3f& vertex : mesh.vertices) vertex.z() += static_cast<float>(by);
+  }
+  for (Eigen::Vector3f& point : built.cloud.points) point.z() += static_cast<float>(by);
+  for (Eigen::Vector3d& viewpoint : built.cloud.viewpoints) viewpoint.z() += by;
+  built.model.T_map_cloud = Transform<Map, Cloud>(up * built.model.T_map_cloud.isometry());
+  built.shift = by;
+}
+
+}  // namespace
+
+std::optional<double> ground_floor(const SemanticModel& model) {
+  double largest = 0;
+  const auto area = [](const ModelEntity& e) { return e.size.x() * e.size.y(); };
+  for (const ModelEntity& entity : model.entities) {
+    if (entity.label == EntityLabel::floor && is_solid(entity)) largest = std::max(largest, area(entity));
+  }
+  std::optional<double> height;
+  for (const ModelEntity& entity : model.entities) {
+    if (entity.label != EntityLabel::floor || !is_solid(entity) || area(entity) < largest / 4) continue;
+    const double top = entity.T_map_body.translation().z() + entity.size.z() / 2;
+    height = height ? std::min(*height, top) : top;
+  }
+  return height;
+}
+
+Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& options,
+                               const std::function<void(const char*, int)>& progress) {
+  const auto begin = [&](const char* stage, int done) {
+    if (progress) progress(stage, done);
+  };
+  if (cloud.empty()) return Error{"the cloud has no points"};
+  BuiltModel built;
+  if (Status status = check_size(extent_of(cloud), options.max_extent, built.notes); !status)
+    return status.error();
+  begin("level", 0);
+  const auto T_map_cloud = level(cloud);
+  if (!T_map_cloud) return T_map_cloud.error();
+  built.model.T_map_cloud = *T_map_cloud;
+  built.cloud = placed(std::move(cloud), *T_map_cloud);
+  begin("segment", 1);
+  auto segmentation = segment(built.cloud, options.segmentation);
+  if (!segmentation) return segmentation.error();
+  begin("label", 2);
+  auto net = label_entities(built.cloud, *segmentation, options.net);
+  if (!net) return net.error();
+  built.net = std::move(*net);
+  segmentation = Segmentation{};  // its memory is needed no longer
+  built.model.entities = std::move(built.net.entities);
+  built.model.relations = std::move(built.net.relations);
+  begin("mesh", 3);
+  auto mesh = unknown_mesh(built.cloud, built.net.labels, options.mesh);
+  if (!mesh) return mesh.error();
+  if (mesh->cube > options.mesh.cube * 1.001)
+    built.notes.push_back("the mesh of what is unknown has cubes of " + metres(mesh->cube) +
+                          " to stay small");
+  if (!mesh->mesh.empty()) built.model.meshes.push_back(std::move(mesh->mesh));
+  begin("finish", 4);
+  built.cloud.labels = std::move(built.net.labels);
+  const auto floor = ground_floor(built.model);
+  built.floor = floor.value_or(0);
+  if (options.floor_to_zero) {
+    if (!floor) return Error{"--floor-to-zero: no floor was found in the cloud"};
+    raise(built, -*floor);
+  }
+  return built;
+}
+
+}  // namespace parhelion

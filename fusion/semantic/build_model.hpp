@@ -1,0 +1,46 @@
+// From a registered cloud to the semantic model of the site: level, segment, label, mesh what is left.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fusion/cloud/point_cloud.hpp"
+#include "fusion/semantic/segmentation.hpp"
+#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/unknown_mesh.hpp"
+#include "protocols/model.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct ModelOptions {
+  SegmentationOptions segmentation;
+  SemanticNetOptions net;
+  UnknownMeshOptions mesh;
+  bool floor_to_zero = false;  ///< the map's z = 0 is the ground floor; else heights are those of the cloud
+  double max_extent = 2000;    ///< m: what is larger was given in the wrong unit
+};
+
+struct BuiltModel {
+  SemanticModel model;    ///< T_map_cloud says how the cloud was levelled and moved
+  PointCloud<Map> cloud;  ///< levelled, in the model's frame; labels: EntityLabel per point
+  SemanticNet net;        ///< its entities are in `model`
+  std::vector<std::string>
+      notes;         ///< what a person should know: a unit that looks wrong, a mesh made coarser
+  double floor = 0;  ///< m, top of the ground floor in the levelled cloud's coordinates
+  double shift = 0;  ///< m, added to the levelled cloud's heights: map z = levelled z + shift
+};
+
+/// `progress` (may be empty) is told the stage that begins: its name and how many are done of five.
+/// Errors: an empty cloud; nothing level in it; a cloud that is larger than `max_extent` or higher than a
+/// tower: says which unit it looks like.
+Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& options = {},
+                               const std::function<void(const char*, int)>& progress = {});
+
+/// Height of the ground floor's top: the lowest floor of the model with at least a quarter of the largest
+/// one's area; nullopt where the model has no floor.
+std::optional<double> ground_floor(const SemanticModel& model);
+
+}  // namespace parhelion
