@@ -51,12 +51,13 @@ std::vector<std::string> ChannelMap::inputs() const {
   return names;
 }
 
-Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
-                                const SemanticModel& model) {
-  if (scenario.level != 3) {
-    return Error{"scenario '" + scenario.name + "': level " + std::to_string(scenario.level) +
-                 " is not supported yet, only level 3 (a real robot, live or recorded)"};
-  }
+Status check_level(const Scenario& scenario) {
+  if (scenario.level == 3) return {};
+  return Error{"scenario '" + scenario.name + "': level " + std::to_string(scenario.level) +
+               " is not supported yet, only level 3 (a real robot, live or recorded)"};
+}
+
+Status check_robot(const RobotDescription& robot) {
   if (!robot.laser) {
     return Error{"robot description '" + robot.name +
                  "' has no laser: level 3 injects into its scans; add a 'laser' section"};
@@ -66,6 +67,13 @@ Result<Configuration> configure(const Scenario& scenario, const RobotDescription
                  std::to_string(robot.footprint.size()) +
                  " corners: contacts need at least three; add a 'footprint'"};
   }
+  return {};
+}
+
+Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
+                                const SemanticModel& model) {
+  if (const Status level = check_level(scenario); !level) return level.error();
+  if (const Status usable = check_robot(robot); !usable) return usable.error();
   return Configuration{scenario, robot, model, ChannelMap(scenario)};
 }
 

@@ -58,8 +58,12 @@ struct Configuration {
   ChannelMap channels{Scenario{}};
 };
 
-/// Checks that the parts fit together: level 3 needs a robot with a laser, agents stand in the map, a model's
-/// map id.
+/// Whether this server can run such a scenario, and such a robot: level 3, which needs a laser and a
+/// footprint.
+Status check_level(const Scenario& scenario);
+Status check_robot(const RobotDescription& robot);
+
+/// Checks that the parts fit together, as check_level and check_robot say.
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
                                 const SemanticModel& model);
 

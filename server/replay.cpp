@@ -8,6 +8,7 @@
 #include "protocols/arrival_order.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "server/render_thread.hpp"
+#include "server/session_files.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -76,33 +77,30 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
   }
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};
-  RobotDescription robot = recorded ? recorded->robot : RobotDescription{};
+  std::optional<RobotDescription> robot;
+  if (recorded) robot = recorded->robot;  // which may have come from a file, so ROBOT does not count
   if (options.scenario) {
-    const auto given = load_scenario(*options.scenario);
+    auto files = load_session_files(*options.scenario, options.robot.value_or(""));
+    if (!files) return files.error();
+    scenario = std::move(files->scenario);
+    model = std::move(files->model);
+    if (files->robot) robot = std::move(files->robot);
+  } else if (options.robot) {
+    auto given = load_usable_robot(*options.robot);
     if (!given) return given.error();
-    scenario = *given;
-    model = {};
-    if (!scenario.model.empty()) {
-      const auto loaded = load_model(scenario.model);
-      if (!loaded) return loaded.error();
-      model = *loaded;
-    }
+    robot = std::move(*given);
   }
-  const std::string robot_file = options.robot ? *options.robot : options.scenario ? scenario.robot : "";
-  if (!robot_file.empty()) {
-    const auto loaded = load_robot_description(robot_file);
-    if (!loaded) return loaded.error();
-    robot = *loaded;
-  } else if (preview.robot_yaml && !recorded) {  // a session's own may have come from a file
-    const auto loaded = parse_robot_description(*preview.robot_yaml, options.log + " (ROBOT)");
-    if (!loaded) return loaded.error();
-    robot = *loaded;
-  } else if (!recorded) {
+  if (!robot && preview.robot_yaml) {
+    auto said = parse_robot_description(*preview.robot_yaml, options.log + " (ROBOT)");
+    if (!said) return said.error();
+    robot = std::move(*said);
+  }
+  if (!robot) {
     return Error{options.log +
                  ": no ROBOT message; give --robot FILE (extrinsics, range limits, beam times)"};
   }
   if (options.seed) scenario.seed = *options.seed;
-  return configure(scenario, robot, model);
+  return configure(scenario, *robot, model);
 }
 
 /// One pass over the log.

@@ -9,6 +9,7 @@
 #include <ctime>
 
 #include "server/loop.hpp"
+#include "server/session_files.hpp"
 #include "tools/command.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
@@ -38,24 +39,13 @@ std::string session_name() {
 }
 
 Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, const ServeOptions& options) {
-  const auto scenario = load_scenario(arguments.scenario);
-  if (!scenario) return scenario.error();
-  SemanticModel model;
-  if (!scenario->model.empty()) {
-    auto loaded = load_model(scenario->model);
-    if (!loaded) return loaded.error();
-    model = std::move(*loaded);
-  }
-  const std::string robot_file = arguments.robot.empty() ? scenario->robot : arguments.robot;
-  if (!robot_file.empty()) {
-    const auto robot = load_robot_description(robot_file);
-    if (!robot) return robot.error();
-    return configure(*scenario, *robot, model);
-  }
-  const auto robot = wait_for_robot(bus, *scenario, options);
+  const auto files = load_session_files(arguments.scenario, arguments.robot);
+  if (!files) return files.error();
+  if (files->robot) return configure(files->scenario, *files->robot, files->model);
+  const auto robot = wait_for_robot(bus, files->scenario, options);
   if (!robot) return robot.error();
   if (!*robot) return Error{"stopped before a robot description came"};
-  return configure(*scenario, **robot, model);
+  return configure(files->scenario, **robot, files->model);
 }
 
 Exit run_once(const Arguments& arguments) {

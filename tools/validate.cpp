@@ -8,6 +8,7 @@
 #include "protocols/scenario.hpp"
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/schema.hpp"
+#include "server/session_files.hpp"
 #include "tools/validate_log.hpp"
 
 namespace parhelion {
@@ -17,30 +18,32 @@ std::string count(std::size_t n, const char* one, const char* many) {
   return std::to_string(n) + ' ' + (n == 1 ? one : many);
 }
 
-/// Errors of a file that another one names say so.
-void add_named(const std::string& by, const Error& error, Verdict& verdict) {
-  verdict.errors.push_back(error.message + " (named by " + by + ")");
+/// For a scenario whose robot is said on ROBOT: enough of one to see whether everything else can begin.
+RobotDescription any_robot() {
+  RobotDescription robot;
+  robot.laser.emplace();
+  robot.footprint = {{-0.3, -0.3}, {0.3, -0.3}, {0.3, 0.3}, {-0.3, 0.3}};
+  return robot;
 }
 
+/// What serve and replay would say.
 Verdict validate_scenario(const std::string& path) {
   Verdict verdict;
   const auto scenario = load_scenario(path);
   if (!scenario) return {"", {}, {scenario.error().message}};
   verdict.summary = "scenario '" + scenario->name + "', level " + std::to_string(scenario->level) + ", " +
                     count(scenario->agents.size(), "agent", "agents");
-  if (!scenario->model.empty()) {
-    const auto model = load_model(scenario->model);
-    if (!model) add_named(path, model.error(), verdict);
+  const auto files = load_session_files(path, "");
+  if (!files) {
+    verdict.errors.push_back(files.error().message);
+    return verdict;
   }
-  if (!scenario->robot.empty()) {
-    const auto robot = load_robot_description(scenario->robot);
-    if (!robot) add_named(path, robot.error(), verdict);
-  }
-  for (const AgentDefinition& agent : scenario->agents) {
-    if (agent.laser.empty()) continue;
-    const auto laser = load_laser_preset(agent.laser);
-    if (!laser) verdict.errors.push_back(path + ": agent '" + agent.name + "': " + laser.error().message);
-  }
+  if (!files->robot)
+    verdict.notes.push_back("names no robot description: serve and replay take the one on channel ROBOT");
+  const auto configuration =
+      configure(files->scenario, files->robot ? *files->robot : any_robot(), files->model);
+  const Status begun = configuration ? check_start(*configuration, path) : configuration.error();
+  if (!begun) verdict.errors.push_back(begun.error().message);
   return verdict;
 }
 
@@ -53,11 +56,15 @@ Verdict validate_model(const std::string& path) {
 Verdict validate_robot(const std::string& path) {
   const auto robot = load_robot_description(path);
   if (!robot) return {"", {}, {robot.error().message}};
+  Verdict verdict;
   std::string parts;
   if (robot->laser) parts += ", laser";
   if (robot->camera) parts += ", camera";
   if (robot->depth) parts += ", depth camera";
-  return {"robot description '" + robot->name + "'" + parts, {}, {}};
+  verdict.summary = "robot description '" + robot->name + "'" + parts;
+  const auto usable = load_usable_robot(path);
+  if (!usable) verdict.errors.push_back(usable.error().message);
+  return verdict;
 }
 
 Verdict validate_preset(const std::string& path) {

@@ -12,6 +12,7 @@
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
+#include "server/configuration.hpp"
 
 namespace parhelion {
 namespace {
@@ -140,7 +141,18 @@ class LogCheck {
     }
     if (const Status status = check->second(message.channel, message.payload); !status) {
       refuse(count, status.error().message);
+    } else if (type == "robot_t" && note_on_robot_.empty()) {
+      look_at_robot(message);
     }
+  }
+
+  /// A log without scans is a sound log; that the server could not use its robot is worth a note.
+  void look_at_robot(const Message& message) {
+    RobotMessage robot_message;
+    if (!decode(message.channel, message.payload, robot_message)) return;
+    const auto robot = parse_robot_description(robot_message.yaml, message.channel);
+    const Status usable = robot ? check_robot(*robot) : robot.error();
+    if (!usable) note_on_robot_ = "replay will want --robot FILE: " + usable.error().message;
   }
 
   void refuse(ChannelCount& count, const std::string& why) {
@@ -163,6 +175,7 @@ class LogCheck {
                         std::to_string(count.messages) +
                         " messages cannot be used; first: " + count.first_refusal);
     }
+    if (!note_on_robot_.empty()) out.notes.push_back(note_on_robot_);
     if (backward_ > 0)
       out.notes.push_back(std::to_string(backward_) + " events with an earlier stamp than the one before");
     if (damaged_ > errors_shown)
@@ -179,6 +192,7 @@ class LogCheck {
   std::string path_;
   std::map<std::string, ChannelCount> channels_;
   std::vector<std::string> errors_;
+  std::string note_on_robot_;
   std::uint64_t events_ = 0, damaged_ = 0, backward_ = 0;
   ArrivalTime first_, last_;
 };

@@ -12,11 +12,14 @@
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
+#include "server/replay.hpp"
 #include "tests/recordings.hpp"
+#include "tests/server/synthetic.hpp"
 
 namespace parhelion {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -47,29 +50,64 @@ TEST_F(Validate, NamesWhatEachFileIs) {
   EXPECT_THAT(validate_file(file("empty", "")).errors, ElementsAre(HasSubstr("the file is empty")));
 }
 
-TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
-  file("model.yaml", to_yaml(SemanticModel()));
-  file("robot.yaml", to_yaml(RobotDescription()));
-  const auto good = validate_file(file("s.yaml", "level: 3\nmodel: model.yaml\nrobot: robot.yaml\n"));
-  EXPECT_THAT(good.errors, IsEmpty());
-  EXPECT_THAT(good.summary, HasSubstr("scenario '', level 3, 0 agents"));
-
-  file("robot.yaml", "mass: 0 kg\n");
-  const auto bad = validate_file(file("s.yaml",
-                                      "model: none.yaml\nrobot: robot.yaml\nagents:\n"
-                                      "  - {name: a, kind: box, pose: {x: 1 m}, laser: lms201}\n"));
-  EXPECT_THAT(bad.errors, ElementsAre(HasSubstr("none.yaml: cannot be opened"),
-                                      HasSubstr("robot.yaml:1: 'mass': expected mass > 0 kg"),
-                                      HasSubstr("agent 'a': no laser preset is called 'lms201'")));
-  EXPECT_THAT(validate_file(file("s.yaml", "agnets: []\n")).errors,
-              ElementsAre(HasSubstr("did you mean 'agents'?")));
-}
-
 std::string write_log(const std::string& path, const std::vector<Message>& messages) {
   auto writer = LogWriter::create(path, true);
   EXPECT_TRUE(writer);
   EXPECT_TRUE(writer->write(messages));
   return path;
+}
+
+/// A robot that level 3 can use.
+const char* const usable_robot =
+    "laser: {preset: lms-200, pose: {x: 0 m}}\nfootprint: [[-0.3 m, -0.3 m], [0.3 m, -0.3 m], [0.3 m, 0.3 "
+    "m], [-0.3 m, 0.3 "
+    "m]]\n";
+
+TEST_F(Validate, ScenarioIsCheckedWithTheFilesThatItNames) {
+  file("model.yaml", to_yaml(SemanticModel()));
+  file("robot.yaml", usable_robot);
+  const auto good = validate_file(file("s.yaml", "level: 3\nmodel: model.yaml\nrobot: robot.yaml\n"));
+  EXPECT_THAT(good.errors, IsEmpty());
+  EXPECT_THAT(good.summary, HasSubstr("scenario '', level 3, 0 agents"));
+
+  file("robot.yaml", "mass: 0 kg\n");
+  EXPECT_THAT(validate_file(file("s.yaml", "model: none.yaml\nrobot: robot.yaml\n")).errors,
+              ElementsAre(HasSubstr("none.yaml: cannot be opened")));
+  EXPECT_THAT(validate_file(file("s.yaml", "model: model.yaml\nrobot: robot.yaml\n")).errors,
+              ElementsAre(HasSubstr("robot.yaml:1: 'mass': expected mass > 0 kg")));
+  EXPECT_THAT(validate_file(file("s.yaml",
+                                 "agents:\n  - {name: a, kind: box, pose: {x: 1 m}}\n"
+                                 "  - {name: b, kind: robot, pose: {x: 4 m}, laser: lms201}\n"))
+                  .errors,
+              ElementsAre(AllOf(HasSubstr("s.yaml:3: "), HasSubstr("no laser preset is called 'lms201'"))));
+  EXPECT_THAT(validate_file(file("s.yaml", "agnets: []\n")).errors,
+              ElementsAre(HasSubstr("did you mean 'agents'?")));
+}
+
+TEST_F(Validate, WhatServeAndReplayRefuseIsRefusedInTheirWords) {
+  file("no_footprint.yaml", "laser: {preset: lms-200, pose: {x: 0 m}}\n");
+  file("no_laser.yaml", "name: r\n");
+  const std::pair<const char*, const char*> cases[] = {
+      {"name: x\nlevel: 1\n", "s.yaml:2: scenario 'x': level 1 is not supported yet"},
+      {"robot: no_footprint.yaml\n", "no_footprint.yaml:1: robot description 'robot' has a footprint of 0"},
+      {"robot: no_laser.yaml\n", "no_laser.yaml:1: robot description 'r' has no laser"},
+      {"name: x\nagents:\n  - {name: a, kind: box, pose: {x: 1 m}}\n"
+       "  - {name: b, kind: box, pose: {x: 1 m}}\n",
+       "s.yaml:4: scenario agent 'b': "}};
+  const std::string log = write_log((folder_ / "s.lcm").string(), test::drive(1));
+  for (const auto& [text, words] : cases) {
+    const std::string path = file("s.yaml", text);
+    const auto verdict = validate_file(path);
+    ASSERT_THAT(verdict.errors, ElementsAre(HasSubstr(words)));
+    ReplayOptions options;
+    options.log = log;
+    options.scenario = path;
+    const auto report = replay(options);
+    ASSERT_FALSE(report) << text;
+    EXPECT_THAT(verdict.errors[0], HasSubstr(report.error().message));
+  }
+  EXPECT_THAT(validate_file((folder_ / "no_footprint.yaml").string()).errors,
+              ElementsAre(HasSubstr("has a footprint of 0 corners")));
 }
 
 Message message(const char* channel, std::int64_t arrival_us, const Scan& scan) {

@@ -1,0 +1,28 @@
+// The files that a session starts from. What serve, replay and validate say of them is one and the same.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "server/configuration.hpp"
+
+namespace parhelion {
+
+struct SessionFiles {
+  Scenario scenario;
+  SemanticModel model;                    ///< empty where the scenario names none
+  std::optional<RobotDescription> robot;  ///< none: the ROBOT channel says it
+};
+
+/// Reads the scenario at `path`, the model that it names, and the robot description at `robot` or, where that
+/// is empty, the one that the scenario names. Errors name file and line; also for what is well written but
+/// cannot be run.
+Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot);
+
+/// A robot description that a session can use.
+Result<RobotDescription> load_usable_robot(const std::string& path);
+
+/// Whether the session could begin: builds its world and puts the agents of the scenario at `path` into it.
+Status check_start(const Configuration& configuration, const std::string& path);
+
+}  // namespace parhelion
