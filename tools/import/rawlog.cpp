@@ -1,30 +1,21 @@
-// MRPT rawlogs, both formats. The only file here that includes MRPT.
-#include <mrpt/io/CStream.h>
+// MRPT rawlogs, both formats. With rawlog_reader.cpp the only file here that includes MRPT.
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CActionRobotMovement3D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationOdometry.h>
-#include <mrpt/obs/CSensoryFrame.h>
-#include <mrpt/serialization/CArchive.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <functional>
 #include <limits>
-#include <new>
-#include <set>
-#include <utility>
 
 #include "protocols/channels.hpp"
 #include "tools/import/first_stamp.hpp"
-#include "tools/import/gzip_file.hpp"
 #include "tools/import/importers.hpp"
 #include "tools/import/isolation.hpp"
 #include "tools/import/laser_evidence.hpp"
+#include "tools/import/rawlog_reader.hpp"
 #include "tools/import/recording_writer.hpp"
 
 namespace parhelion {
@@ -32,146 +23,7 @@ namespace {
 
 namespace obs = mrpt::obs;
 
-constexpr std::uint64_t parent_headroom = 1ULL << 30, child_headroom = 1ULL << 29;  // bytes
-constexpr int most_crashes = 200;
-
-/// MRPT's own gzip stream can't step back to where a damaged object began.
-class Stream final : public mrpt::io::CStream {
- public:
-  explicit Stream(GzipFile& file) : file_(file) {}
-  std::size_t Read(void* buffer, std::size_t count) override { return file_.read(buffer, count); }
-  std::size_t Write(const void*, std::size_t) override { return 0; }
-  std::uint64_t Seek(std::int64_t offset, TSeekOrigin origin) override {
-    const auto from = origin == sFromCurrent ? static_cast<std::int64_t>(file_.position()) : 0;
-    file_.seek(static_cast<std::uint64_t>(std::max<std::int64_t>(0, from + offset)));
-    return file_.position();
-  }
-  std::uint64_t getTotalBytesCount() const override { return std::numeric_limits<std::uint64_t>::max(); }
-  std::uint64_t getPosition() const override { return file_.position(); }
-
- private:
-  GzipFile& file_;
-};
-
-/// A top-level object starts with 0x80 | length of its class name.
-bool is_top_level_class(std::string name) {
-  if (name.starts_with("mrpt::obs::")) name = name.substr(11);
-  return name == "CSensoryFrame" || name == "CActionCollection" || name.starts_with("CObservation");
-}
-
-/// Moves to the next place where a top-level object may begin.
-bool resynchronize(GzipFile& file) {
-  for (int byte = file.next_byte(); byte >= 0; byte = file.next_byte()) {
-    const int length = byte & 0x7F;
-    if ((byte & 0x80) == 0 || length < 12 || length > 60) continue;
-    const std::uint64_t start = file.position();
-    std::string name(static_cast<std::size_t>(length), '\0');
-    const bool found = file.read(name.data(), name.size()) == name.size() && is_top_level_class(name);
-    file.seek(found ? start - 1 : start);
-    if (found) return true;
-  }
-  return false;
-}
-
-struct RawlogVisitor {
-  virtual ~RawlogVisitor() = default;
-  virtual Status action(const obs::CActionCollection& actions, Place place) = 0;
-  virtual Status observation(const obs::CObservation& observation, Place place) = 0;
-  virtual void other(const std::string& class_name) = 0;
-  virtual void damage(Place place, const std::string& what) = 0;
-  virtual void read_one() {}
-};
-
-Status visit(const mrpt::serialization::CSerializable& object, RawlogVisitor& visitor, Place place) {
-  if (const auto* actions = dynamic_cast<const obs::CActionCollection*>(&object)) {
-    return visitor.action(*actions, place);
-  }
-  if (const auto* frame = dynamic_cast<const obs::CSensoryFrame*>(&object)) {
-    for (const auto& part : *frame) {
-      if (Status done = visitor.observation(*part, place); !done) return done;
-    }
-    return {};
-  }
-  if (const auto* one = dynamic_cast<const obs::CObservation*>(&object))
-    return visitor.observation(*one, place);
-  visitor.other(object.GetRuntimeClass()->className);
-  return {};
-}
-
-std::string first_line_of(const std::exception& error) {
-  // MRPT's messages are several lines long, "Message:" first.
-  std::string text = error.what();
-  if (const auto at = text.find("Message:"); at != std::string::npos) text = text.substr(at + 8);
-  text = text.substr(0, text.find('\n'));
-  text.erase(0, text.find_first_not_of(' '));
-  return text.substr(0, 160);
-}
-
-/// How much of the file can be believed.
-struct Trust {
-  bool intact = false;               ///< its checksum is right: MRPT wrote all of it
-  std::set<std::uint64_t> crashing;  ///< bytes at which objects start that MRPT can't survive
-};
-
-struct Reading {
-  std::string path;
-  const Trust& trust;
-  std::function<void(std::uint64_t)> before_object;  ///< told where each object starts
-  std::function<void(double)> progress;              ///< told bytes done, of the file as it lies on disk
-};
-
-/// One object; what is wrong with it, or empty.
-Result<std::string> read_object(mrpt::serialization::CArchive& archive, RawlogVisitor& visitor, Place place) {
-  try {
-    const auto object = archive.ReadObject();
-    if (!object) return std::string("no object here");
-    visitor.read_one();
-    if (const Status done = visit(*object, visitor, place); !done) return done.error();
-    return std::string();
-  } catch (const std::bad_alloc&) {
-    return std::string("a count that can't be");
-  } catch (const std::exception& error) {
-    return first_line_of(error);
-  }
-}
-
-/// Every object of the file, in its order. After a damaged one reading goes on at the next that can be
-/// recognised.
-Status read_rawlog(const Reading& reading, RawlogVisitor& visitor) {
-  GzipFile file(reading.path);
-  if (!file.is_open()) return Error{reading.path + ": can't be opened: " + std::strerror(errno)};
-  Stream stream(file);
-  auto archive = mrpt::serialization::archiveFrom(stream);
-  bool damaged = false;
-  for (Place place = 1;; ++place) {
-    const std::uint64_t start = file.position();
-    if (file.next_byte() < 0) {
-      if (file.damaged() && !damaged) {
-        visitor.damage(place, "the compressed data ends or is damaged at byte " + std::to_string(start) +
-                                  " of the inflated file; what follows can't be read");
-      }
-      return {};
-    }
-    file.seek(start);
-    if (reading.before_object) reading.before_object(start);
-    const auto what = reading.trust.crashing.count(start) > 0
-                          ? Result<std::string>(std::string("MRPT can't read it"))
-                          : read_object(archive, visitor, place);
-    if (!what) return what.error();
-    // The parts of a damaged object look like objects too: one refusal for all that can't be read in a row.
-    const bool was_damaged = std::exchange(damaged, !what->empty());
-    if (damaged) {
-      if (!was_damaged) {
-        visitor.damage(place, "object at byte " + std::to_string(start) +
-                                  " of the inflated file can't be read: " + *what);
-      }
-      file.seek(start + 1);
-      if (!resynchronize(file)) return {};
-    }
-    if (reading.progress && place % 64 == 0)
-      reading.progress(static_cast<double>(file.compressed_position()));
-  }
-}
+constexpr std::uint64_t parent_headroom = 1ULL << 30;  // bytes
 
 /// MRPT counts 100 ns since 1601; 0 is its word for "not set". What no clock says is refused when it is
 /// written.
@@ -384,31 +236,14 @@ Result<RobotDescription> describe(const ImportOptions& options, const LaserSeen&
   return describe_robot(options, std::move(*laser), notes);
 }
 
-/// MRPT crashes on some damage. A file without a right checksum is read in child processes until none
-/// crashes; where one did, the object is left alone.
-Result<Trust> judge(const std::string& path) {
-  Trust trust;
-  trust.intact = GzipFile::intact(path);
-  for (int crashes = 0; !trust.intact && crashes < most_crashes; ++crashes) {
-    const auto end = run_in_child([&](const std::function<void(std::uint64_t)>& report) {
-      const AllocationLimit limit(child_headroom);
-      Survey survey;
-      const Status read = read_rawlog({path, trust, report, {}}, survey);
-      static_cast<void>(read.ok());
-    });
-    if (!end) return end.error();
-    if (end->completed) return trust;
-    if (!end->last || !trust.crashing.insert(*end->last).second) break;
-  }
-  if (trust.intact) return trust;
-  return Error{path + ": too damaged to be read"};
-}
-
 }  // namespace
 
 Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportProgress& progress) {
   const std::string path = options.input.string();
-  const auto trust = judge(path);
+  const auto trust = judge_rawlog(path, [](const RawlogReading& reading) {
+    Survey survey;
+    (void)read_rawlog(reading, survey);
+  });
   if (!trust) return trust.error();
   std::optional<AllocationLimit> limit;
   if (!trust->intact) limit.emplace(parent_headroom);
