@@ -59,9 +59,9 @@ Exit run(Arguments& arguments) {
   if (!result) return fail(result.error().message);
   std::printf("\n%s\nsession  %s\nmap      %s\n", summary(result->report).c_str(), result->session.c_str(),
               result->map_picture.c_str());
-  if (!result->camera_picture.empty()) {
-    std::printf("camera   %s (a stand-in rendered from the model)\n", result->camera_picture.c_str());
-  }
+  const std::string& picture = result->camera_picture;
+  std::printf("camera   %s%s%s%s\n", picture.c_str(), picture.empty() ? "" : " (", result->camera.c_str(),
+              picture.empty() ? "" : ")");
   if (!arguments.report.empty()) {
     const Status written = write_text(arguments.report, to_json(result->report), options.overwrite);
     if (!written) return fail(written.error().message);

@@ -79,6 +79,8 @@ class Demo {
   GridMap map_;
   SemanticModel model_;
   Witness witness_;
+  std::string replayed_ = files_.localized;
+  std::string camera_note_;
   DemoResult result_;
 };
 
@@ -147,7 +149,15 @@ Status Demo::make_scenario() {
 }
 
 Status Demo::add_camera() {
-  const auto images = add_stand_in_camera(files_.localized, files_.with_camera, options_.overwrite, model_,
+  const auto camera = VirtualCamera::create(model_);
+  if (!camera) {  // no EGL: the scans are worth showing without it
+    camera_note_ = "none: the recording has none, and no stand-in can be rendered: " + camera.error().message;
+    say("camera     " + camera_note_);
+    return {};
+  }
+  camera_note_ = "stand-in: rendered from the extruded model";
+  replayed_ = files_.with_camera;
+  const auto images = add_stand_in_camera(files_.localized, files_.with_camera, options_.overwrite, **camera,
                                           camera_rate, progress("camera"));
   if (!images) return images.error();
   say("camera     the recording has none: " + std::to_string(*images) +
@@ -157,14 +167,14 @@ Status Demo::add_camera() {
 
 Status Demo::replay_with_agents() {
   ReplayOptions options;
-  options.log = files_.with_camera;
+  options.log = replayed_;
   options.scenario = files_.scenario;
   options.session = result_.session;
   options.overwrite = options_.overwrite;
   options.rate = options_.fast ? 0 : 1;
   options.bus = options_.bus;
   options.stop = options_.stop;
-  options.notes = {{"camera", "stand-in: rendered from the extruded model"}};
+  options.notes = {{"camera", camera_note_}};
   const auto show = progress("replay");
   options.progress = [&](const ReplayProgress& at) {
     show(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
@@ -176,6 +186,7 @@ Status Demo::replay_with_agents() {
   auto report = replay(options);
   if (!report) return report.error();
   result_.report = std::move(*report);
+  result_.camera = camera_note_;
   return {};
 }
 

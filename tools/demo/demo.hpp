@@ -25,6 +25,7 @@ struct DemoOptions {
 struct DemoResult {
   Report report;
   std::string session, map_picture, camera_picture;  ///< paths; camera_picture empty where no agent was seen
+  std::string camera;                                ///< what CAMERA was, or why there was none
 };
 
 Result<DemoResult> run_demo(const DemoOptions& options);

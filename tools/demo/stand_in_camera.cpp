@@ -8,7 +8,6 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
-#include "render/compositor.hpp"
 
 namespace parhelion {
 namespace {
@@ -103,14 +102,12 @@ CameraDescription stand_in_camera(double height) {
 }
 
 Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::string& out, bool overwrite,
-                                          const SemanticModel& model, double rate,
+                                          VirtualCamera& camera, double rate,
                                           const std::function<void(double done, double total)>& progress) {
   auto recording = read(in);
   if (!recording) return recording.error();
   recording->robot.camera = stand_in_camera(1.0);
-  auto camera = VirtualCamera::create(model);
-  if (!camera) return camera.error();
-  std::vector<Message> events = shoot(*recording, **camera, rate, progress);
+  std::vector<Message> events = shoot(*recording, camera, rate, progress);
   const std::uint64_t images = events.size();
 
   for (Message& event : recording->events) {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "protocols/image.hpp"
-#include "protocols/model.hpp"
 #include "protocols/status.hpp"
+#include "render/compositor.hpp"
 
 namespace parhelion {
 
@@ -15,9 +15,9 @@ CameraDescription stand_in_camera(double height);
 
 /// Copies the log `in` to `out` with CAMERA at `rate` Hz wherever POSE_COV tells where the robot was, and
 /// with the camera in its ROBOT description. Arrival: 5 ms after the image's stamp. Returns the number of
-/// images.
+/// images. `camera` shows the model.
 Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::string& out, bool overwrite,
-                                          const SemanticModel& model, double rate,
+                                          VirtualCamera& camera, double rate,
                                           const std::function<void(double done, double total)>& progress);
 
 }  // namespace parhelion
