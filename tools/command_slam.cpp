@@ -2,7 +2,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 
 #include "protocols/bus/bus.hpp"
@@ -12,6 +11,7 @@
 #include "tools/place_argument.hpp"
 #include "tools/progress.hpp"
 #include "tools/slam_log.hpp"
+#include "tools/text_file.hpp"
 
 namespace parhelion {
 namespace {
@@ -70,9 +70,8 @@ Exit over_log(const Arguments& arguments) {
     std::fprintf(stderr, "parhelion slam: %s\n", finding.c_str());
   std::printf("%s\n", report->summary.c_str());
   if (!arguments.summary.empty()) {
-    std::ofstream file(arguments.summary);
-    file << to_json(*report);
-    if (!file.flush()) return failed({arguments.summary + ": could not be written"});
+    const Status written = write_text(arguments.summary, to_json(*report), options.overwrite);
+    if (!written) return failed(written.error());
   }
   return Exit::done;
 }
@@ -173,7 +172,7 @@ class LiveSlam {
     if (!slam_ || !options_.map.empty() || options_.save_map.empty()) return {};
     Progress loops("closing loops", "%");
     slam_->finish();
-    return save_map_files(*slam_, options_.save_map);
+    return save_map_files(*slam_, options_.save_map, options_.overwrite);
   }
 
   const SlamLogOptions& options_;
@@ -202,6 +201,10 @@ Exit run(Arguments& arguments) {
   if (!parse_delay(arguments.delay, options.pose_delay))
     return usage("--pose-delay '" + arguments.delay + "': expected a time such as 20ms, 0.02s, at most 60s");
   const bool localizing = !options.map.empty();
+  for (const Status& free : {check_map_files(localizing ? "" : options.save_map, options.overwrite),
+                             check_writable(arguments.summary, options.overwrite)}) {
+    if (!free) return failed(free.error());
+  }
   if (localizing && !options.save_map.empty()) return usage("--save-map goes with mapping: leave --map away");
   if (options.input.empty() && (!options.output.empty() || !arguments.summary.empty()))
     return usage("-o and --summary go with --log");
@@ -221,7 +224,7 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->footer(footer);
   command->add_option("--log", options.input, "LCM log to read; without it: live on the bus");
   command->add_option("-o,--output", options.output, "LCM log to write: IN's events and POSE_COV, POSE");
-  command->add_flag("--force", options.overwrite, "Overwrite OUT");
+  command->add_flag("--force", options.overwrite, "Overwrite files that exist");
   command->add_option("--map", options.map,
                       ".simplemap or ROS map YAML to localize in; without it a map is built");
   command->add_option("--start", arguments->start, std::string(place_format) + "; without it: anywhere");

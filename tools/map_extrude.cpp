@@ -24,7 +24,19 @@ struct Arguments {
   bool overwrite = false;
 };
 
+Status draw(const Arguments& arguments, const PlanPicture& picture) {
+  const std::filesystem::path path = arguments.picture;
+  return write_beside(path, {path.filename().string()}, [&](const std::filesystem::path& folder) {
+    return draw_plan(picture, (folder / path.filename()).string());
+  });
+}
+
 Status run(const Arguments& arguments) {
+  for (const std::string& path : {arguments.output, arguments.picture}) {
+    if (const Status free = check_writable(path, arguments.overwrite); !free) return free;
+  }
+  if (!arguments.picture.empty() && std::filesystem::path(arguments.picture).extension() != ".png")
+    return Error{arguments.picture + ": pictures are PNG; give it a name that ends in .png"};
   const auto map = load_ros_map(arguments.map);
   if (!map) return map.error();
   const auto model = extrude(*map, arguments.options);
@@ -45,7 +57,7 @@ Status run(const Arguments& arguments) {
                      std::to_string(figures.unknown) + " blocks";
   picture.map = &*map;
   picture.model = &*model;
-  return draw_plan(picture, arguments.picture);
+  return draw(arguments, picture);
 }
 
 }  // namespace
@@ -62,7 +74,7 @@ void add_map_extrude(CLI::App& map, Exit& exit) {
       ->capture_default_str();
   command->add_flag("--ceiling", arguments->options.ceiling, "Add a ceiling");
   command->add_option("--picture", arguments->picture, "Picture of map and model (PNG)");
-  command->add_flag("--force", arguments->overwrite, "Overwrite MODEL");
+  command->add_flag("--force", arguments->overwrite, "Overwrite MODEL and the picture");
   command->callback([arguments, &exit] {
     const Status status = run(*arguments);
     if (!status) std::fprintf(stderr, "parhelion map extrude: %s\n", status.error().message.c_str());

@@ -1,16 +1,13 @@
 #include "tools/slam_log.hpp"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
-#include <deque>
-#include <nlohmann/json.hpp>
 
-#include "fusion/semantic/plan_picture.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "tools/slam_log_writer.hpp"
+#include "tools/slam_report.hpp"
+#include "tools/text_file.hpp"
 
 namespace parhelion {
 namespace {
@@ -21,27 +18,6 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 /// Of mapping's progress; the rest closes loops.
 constexpr double reading_share = 0.5;
-
-std::string summary_line(const SlamLogReport& report) {
-  char text[512];
-  std::snprintf(text, sizeof text,
-                "%llu scans over %.1f s in %.1f s: %llu tracking, %llu initializing, %llu lost; step p50 "
-                "%.2f p90 %.2f p99 %.2f "
-                "max %.2f ms; loops %.1f s; %s trajectory; map %.12s",
-                static_cast<unsigned long long>(report.scans), report.log_seconds, report.seconds,
-                static_cast<unsigned long long>(report.tracking),
-                static_cast<unsigned long long>(report.initializing),
-                static_cast<unsigned long long>(report.lost), report.step.p50 / 1e3, report.step.p90 / 1e3,
-                report.step.p99 / 1e3, report.step.max / 1e3, report.loop_seconds,
-                report.causal ? "causal" : "final", report.map_id.c_str());
-  return text;
-}
-
-/// A word of SLAM and when it reaches the server.
-struct Word {
-  ArrivalTime arrival;
-  PoseEstimate estimate;
-};
 
 class LogSlam {
  public:
@@ -57,11 +33,15 @@ class LogSlam {
     report_.map = slam_->grid_map();
     report_.map_id = report_.map.id;
     if (mapping_ && !options_.save_map.empty()) {
-      if (const Status saved = save_map_files(*slam_, options_.save_map); !saved) return saved.error();
+      const Status saved = save_map_files(*slam_, options_.save_map, options_.overwrite);
+      if (!saved) return saved.error();
     }
-    count_words();
+    count(words_, report_);
     if (!options_.output.empty()) {
-      if (const Status written = write(); !written) return written.error();
+      const SlamWords said{words_, robot_, mapping_, report_.causal, report_.map_id};
+      const auto replaced = write_slam_log(options_, said);
+      if (!replaced) return replaced.error();
+      report_.replaced = *replaced;
     }
     report_.step = percentiles(std::move(steps_));
     report_.seconds = since(start);
@@ -78,10 +58,8 @@ class LogSlam {
     if (!options_.output.empty() && std::filesystem::equivalent(options_.input, options_.output, ignored)) {
       return Error{options_.output.string() + ": is the input; choose another name for the output"};
     }
-    if (!options_.output.empty() && !options_.overwrite && std::filesystem::exists(options_.output)) {
-      return Error{options_.output.string() + ": exists; choose another name or use --force"};
-    }
-    return {};
+    if (const Status free = check_writable(options_.output, options_.overwrite); !free) return free;
+    return mapping_ ? check_map_files(options_.save_map, options_.overwrite) : Status{};
   }
 
   Error nothing_said() const {
@@ -186,130 +164,18 @@ class LogSlam {
     }
   }
 
-  void count_words() {
-    report_.answered = words_.size();
-    for (const Word& word : words_) {
-      switch (word.estimate.state) {
-        case SlamState::initializing:
-          ++report_.initializing;
-          break;
-        case SlamState::tracking:
-          ++report_.tracking;
-          break;
-        case SlamState::lost:
-          ++report_.lost;
-          break;
-      }
-    }
-  }
-
-  ServerStatus status() const {
-    ServerStatus status;
-    status.stamp = words_.front().estimate.stamp;
-    status.values.emplace_back("seed", static_cast<double>(options_.slam.seed));
-    status.values.emplace_back("pose_delay_ms", options_.pose_delay.seconds() * 1e3);
-    status.notes.emplace_back("slam", mapping_ ? "mapping" : "localization");
-    status.notes.emplace_back("trajectory", report_.causal
-                                                ? "causal: what a live run says"
-                                                : "final: computed with later scans, not for injection");
-    status.notes.emplace_back("map_id", report_.map_id);
-    return status;
-  }
-
-  /// The word's events; 1 us apart, so that arrivals stay apart.
-  static Status write_word(LogWriter& writer, const Word& word) {
-    std::vector<std::uint8_t> bytes;
-    encode(word.estimate, bytes);
-    if (Status written = writer.write(channel::pose_cov, word.arrival, bytes); !written) return written;
-    if (word.estimate.state != SlamState::tracking) return {};  // POSE has no way to say so
-    encode(PoseStamped{word.estimate.stamp, word.estimate.T_map_base}, bytes);
-    return writer.write(channel::pose, word.arrival + microseconds(1), bytes);
-  }
-
-  Status write() {
-    const std::string part = options_.output.string() + ".part";
-    Status written = write_to(part);
-    std::error_code failed;
-    if (written) {
-      std::filesystem::rename(part, options_.output, failed);
-      if (failed) written = Error{options_.output.string() + ": " + failed.message()};
-    }
-    if (!written) std::filesystem::remove(part, failed);
-    return written;
-  }
-
-  Status write_to(const std::string& path) {
-    auto reader = LogReader::open(options_.input.string());
-    if (!reader) return reader.error();
-    auto writer = LogWriter::create(path, true);
-    if (!writer) return writer.error();
-    std::size_t next_word = 0;
-    bool first = true;
-    for (;;) {
-      auto event = reader->next();
-      if (!event) continue;  // counted in the first reading
-      if (!event->has_value()) break;
-      Message& message = **event;
-      if (first && !options_.robot.empty()) {
-        if (Status written = write_robot(*writer, message.arrival); !written) return written;
-      }
-      if (first) {
-        std::vector<std::uint8_t> bytes;
-        encode(status(), bytes);
-        if (Status written = writer->write(slam_status_channel, message.arrival, bytes); !written)
-          return written;
-        first = false;
-      }
-      for (; next_word < words_.size() && words_[next_word].arrival < message.arrival; ++next_word) {
-        if (Status written = write_word(*writer, words_[next_word]); !written) return written;
-      }
-      if (replaced(message.channel)) continue;
-      if (Status written = writer->write(message.channel, message.arrival, message.payload); !written)
-        return written;
-    }
-    for (; next_word < words_.size(); ++next_word) {
-      if (Status written = write_word(*writer, words_[next_word]); !written) return written;
-    }
-    return writer->sync();
-  }
-
-  bool replaced(const std::string& channel_name) {
-    if (channel_name == channel::robot) return !options_.robot.empty();
-    if (channel_name != channel::pose_cov && channel_name != channel::pose &&
-        channel_name != slam_status_channel)
-      return false;
-    ++report_.replaced;
-    return true;
-  }
-
-  Status write_robot(LogWriter& writer, ArrivalTime arrival) const {
-    std::vector<std::uint8_t> bytes;
-    encode(RobotMessage{words_.front().estimate.stamp, to_yaml(robot_)}, bytes);
-    return writer.write(channel::robot, arrival, bytes);
-  }
-
   const SlamLogOptions& options_;
   const SlamProgress& progress_;
   bool mapping_;
   RobotDescription robot_;
   std::unique_ptr<Slam> slam_;
-  std::vector<Word> words_;
+  std::vector<SlamWord> words_;
   std::vector<double> steps_;
   ArrivalTime first_scan_;
   SlamLogReport report_;
 };
 
 }  // namespace
-
-StepPercentiles percentiles(std::vector<double> microseconds) {
-  if (microseconds.empty()) return {};
-  std::sort(microseconds.begin(), microseconds.end());
-  const auto at = [&](double share) {
-    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(microseconds.size())));
-    return microseconds[std::max<std::size_t>(rank, 1) - 1];
-  };
-  return {at(0.5), at(0.9), at(0.99), microseconds.back()};
-}
 
 Result<SlamLogReport> map_log(const SlamLogOptions& options, const SlamProgress& progress) {
   return LogSlam(options, progress, true).run();
@@ -319,49 +185,11 @@ Result<SlamLogReport> localize_log(const SlamLogOptions& options, const SlamProg
   return LogSlam(options, progress, false).run();
 }
 
-Status save_map_files(const Slam& slam, const std::filesystem::path& prefix) {
-  if (Status saved = slam.save_simplemap(prefix.string() + ".simplemap"); !saved) return saved;
-  const GridMap map = slam.grid_map();
-  if (Status saved = save_ros_map(map, prefix.string()); !saved) return saved;
-  PlanPicture picture;
-  picture.title = "Map " + prefix.filename().string();
-  char text[128];
-  std::snprintf(text, sizeof text, "%.1f x %.1f m, %g m a cell, id %.12s", map.width * map.resolution,
-                map.height * map.resolution, map.resolution, map.id.c_str());
-  picture.subtitle = text;
-  picture.map = &map;
-  PlanPath path{"path driven", {31, 111, 235}, {}};
-  for (const Eigen::Vector3d& pose : map.path) path.points.emplace_back(pose.head<2>());
-  picture.paths.push_back(std::move(path));
-  return draw_plan(picture, prefix.string() + ".png");
-}
-
 Status check_raw_channel(const std::string& channel) {
   if (channel.rfind("MR_", 0) != 0) return {};
   return Error{
       "channel " + channel +
       " carries virtual returns or commands; SLAM is fed the raw scan and odometry only (SCAN, ODOMETRY)"};
-}
-
-std::string to_json(const SlamLogReport& report) {
-  nlohmann::ordered_json json;
-  json["scans"] = report.scans;
-  json["odometry"] = report.odometry;
-  json["answered"] = report.answered;
-  json["tracking"] = report.tracking;
-  json["lost"] = report.lost;
-  json["initializing"] = report.initializing;
-  json["refused"] = report.refused;
-  json["replaced"] = report.replaced;
-  json["causal"] = report.causal;
-  json["map_id"] = report.map_id;
-  json["step_us"] = {
-      {"p50", report.step.p50}, {"p90", report.step.p90}, {"p99", report.step.p99}, {"max", report.step.max}};
-  json["loop_seconds"] = report.loop_seconds;
-  json["seconds"] = report.seconds;
-  json["log_seconds"] = report.log_seconds;
-  json["findings"] = report.findings;
-  return json.dump(2) + "\n";
 }
 
 }  // namespace parhelion

@@ -20,8 +20,8 @@ inline constexpr const char* slam_status_channel = "SLAM_STATUS";
 
 struct SlamLogOptions {
   std::filesystem::path input;
-  std::filesystem::path output;  ///< empty: no log is written (a map may still be saved)
-  bool overwrite = false;
+  std::filesystem::path output;    ///< empty: no log is written (a map may still be saved)
+  bool overwrite = false;          ///< output and map
   std::filesystem::path robot;     ///< overrides the log's ROBOT, in OUT too; empty: the log's own
   std::filesystem::path map;       ///< localize_log: .simplemap or ROS map YAML
   std::filesystem::path save_map;  ///< map_log: PREFIX of .simplemap, .yaml, .pgm, .png; empty: none
@@ -62,9 +62,11 @@ Result<SlamLogReport> map_log(const SlamLogOptions& options, const SlamProgress&
 /// Localizes in options.map.
 Result<SlamLogReport> localize_log(const SlamLogOptions& options, const SlamProgress& progress = {});
 
-/// PREFIX.simplemap, .yaml, .pgm and .png. `loops closed` is the caller's business: call Slam::finish()
-/// before.
-Status save_map_files(const Slam& slam, const std::filesystem::path& prefix);
+/// PREFIX.simplemap, .yaml, .pgm and .png: all four or, on an error, none that was not there before. Closing
+/// loops is the caller's business: call Slam::finish() before.
+Status save_map_files(const Slam& slam, const std::filesystem::path& prefix, bool overwrite);
+/// An error where one of them exists and may not be overwritten, or their folder is not there.
+Status check_map_files(const std::filesystem::path& prefix, bool overwrite);
 
 /// An error where a channel carries virtual returns: SLAM is fed the raw scan and nothing else.
 Status check_raw_channel(const std::string& channel);

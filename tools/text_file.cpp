@@ -7,15 +7,42 @@
 
 namespace parhelion {
 
+namespace fs = std::filesystem;
+
+Status check_writable(const fs::path& path, bool overwrite) {
+  if (path.empty() || path == "-") return {};
+  std::error_code ignored;
+  if (!overwrite && fs::exists(path, ignored))
+    return Error{path.string() + ": exists already; choose another name or give --force"};
+  const fs::path folder = path.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, ignored))
+    return Error{path.string() + ": there is no folder " + folder.string() + "; make it first"};
+  return {};
+}
+
+Status write_beside(const fs::path& path, const std::vector<std::string>& files,
+                    const std::function<Status(const fs::path& folder)>& write) {
+  const fs::path target = path.parent_path();
+  const fs::path folder = path.string() + ".part";
+  std::error_code failed;
+  fs::create_directory(folder, failed);
+  if (failed) return Error{path.string() + ": cannot be written: " + failed.message()};
+  Status written = write(folder);
+  for (const std::string& file : files) {
+    if (!written) break;
+    fs::rename(folder / file, target / file, failed);
+    if (failed) written = Error{(target / file).string() + ": cannot be written: " + failed.message()};
+  }
+  fs::remove_all(folder, failed);
+  return written;
+}
+
 Status write_text(const std::string& path, const std::string& text, bool overwrite) {
   if (path == "-") {
     std::fwrite(text.data(), 1, text.size(), stdout);
     return {};
   }
-  std::error_code ignored;
-  if (!overwrite && std::filesystem::exists(path, ignored)) {
-    return Error{path + ": exists already; choose another name or give --force"};
-  }
+  if (const Status free = check_writable(path, overwrite); !free) return free;
   const std::string temporary = path + ".part";
   std::FILE* file = std::fopen(temporary.c_str(), "wb");
   if (file == nullptr) return Error{temporary + ": cannot be written: " + std::strerror(errno)};

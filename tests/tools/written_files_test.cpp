@@ -1,0 +1,162 @@
+// What the commands write: whole or not at all, and nothing overwritten unasked.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "protocols/bus/log_file.hpp"
+#include "tests/recordings.hpp"
+#include "tests/server/synthetic.hpp"
+#include "tests/tools/process.hpp"
+#include "tools/text_file.hpp"
+#include "tools/topic_text.hpp"
+
+namespace parhelion {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// For this process and its children: a file of more than `bytes` is a full disk.
+class SmallDisk {
+ public:
+  explicit SmallDisk(rlim_t bytes) : signal_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &small);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  ~SmallDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, signal_);
+  }
+
+ private:
+  rlimit before_{};
+  void (*signal_)(int);
+};
+
+std::string write_drive(const test::Folder& folder) {
+  const std::string path = folder / "drive.lcm";
+  auto writer = LogWriter::create(path, false);
+  EXPECT_TRUE(writer);
+  EXPECT_TRUE(writer->write(test::drive(4)));
+  return path;
+}
+
+std::set<std::string> names_in(const std::string& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
+  return names;
+}
+
+TEST(WrittenFiles, SavedMapsAreNotOverwrittenWithoutForce) {
+  const test::Folder folder;
+  const std::string log = write_drive(folder);
+  const std::string site = folder / "site";
+  std::ofstream(site + ".pgm") << "mine";
+  const auto refused = test::run({"slam", "--log", log, "--save-map", site}, folder / "said.txt");
+  EXPECT_EQ(refused.exit, 1);
+  EXPECT_THAT(refused.output, AllOf(HasSubstr("site.pgm: exists already"), HasSubstr("--force")));
+  EXPECT_EQ(test::text_of(site + ".pgm"), "mine");
+  EXPECT_FALSE(std::filesystem::exists(site + ".yaml"));
+  const auto forced = test::run({"slam", "--log", log, "--save-map", site, "--force"}, folder / "said.txt");
+  EXPECT_EQ(forced.exit, 0) << forced.output;
+  for (const char* end : {".simplemap", ".yaml", ".pgm", ".png"})
+    EXPECT_GT(std::filesystem::file_size(site + end), 100U) << end;
+  EXPECT_FALSE(std::filesystem::exists(site + ".part"));
+}
+
+TEST(WrittenFiles, AFullDiskLeavesNoHalfMapAndSparesTheOldOne) {
+  const test::Folder folder;
+  const std::string log = write_drive(folder);
+  std::filesystem::create_directory(folder / "maps");
+  const std::string site = folder / "maps/site";
+  ASSERT_EQ(test::run({"slam", "--log", log, "--save-map", site}, folder / "said.txt").exit, 0);
+  const std::string before = test::text_of(site + ".pgm");
+  const auto names = names_in(folder / "maps");
+  EXPECT_EQ(names.size(), 4U);
+  const std::vector<std::string> again{"slam", "--log", log, "--save-map", site, "--force"};
+  std::size_t failures = 0;
+  for (const rlim_t bytes : {rlim_t{20}, rlim_t{2000}, rlim_t{6000}, rlim_t{20'000}}) {
+    test::Ran ran;
+    {
+      const SmallDisk full(bytes);
+      const std::string said = folder / "said.txt";
+      std::filesystem::remove(said);
+      ran = test::run(again, said);
+    }
+    EXPECT_EQ(names_in(folder / "maps"), names) << bytes;
+    EXPECT_EQ(test::text_of(site + ".pgm"), before) << bytes;
+    if (ran.exit == 0) continue;
+    ++failures;
+    EXPECT_EQ(ran.exit, 1) << ran.output;
+  }
+  EXPECT_GE(failures, 2U) << "the disk was never full";
+}
+
+TEST(WrittenFiles, ExtrudeChecksThePicturesNameBeforeItWritesTheModel) {
+  const test::Folder folder;
+  const std::string site = folder / "site", model = folder / "model.yaml";
+  ASSERT_EQ(test::run({"slam", "--log", write_drive(folder), "--save-map", site}, folder / "said.txt").exit,
+            0);
+  const std::string bad[] = {folder / "model.jpg", folder / "nowhere/model.png", site + ".png"};
+  for (const std::string& picture : bad) {
+    const auto ran =
+        test::run({"map", "extrude", site + ".yaml", "-o", model, "--picture", picture}, folder / "said.txt");
+    EXPECT_EQ(ran.exit, 1);
+    EXPECT_THAT(ran.output, HasSubstr(picture));
+    EXPECT_FALSE(std::filesystem::exists(model)) << picture;
+  }
+  EXPECT_EQ(test::run({"map", "extrude", site + ".yaml", "-o", model, "--picture", folder / "model.png"},
+                      folder / "said.txt")
+                .exit,
+            0);
+  EXPECT_GT(std::filesystem::file_size(folder / "model.png"), 1000U);
+}
+
+TEST(WrittenFiles, WriteBesideKeepsAllOrNothing) {
+  const test::Folder folder;
+  const std::filesystem::path path = folder / "x";
+  const auto write_one = [](const std::filesystem::path& into) -> Status {
+    std::ofstream(into / "x.a") << "a";
+    return Error{"no more room"};
+  };
+  const Status failed = write_beside(path, {"x.a", "x.b"}, write_one);
+  EXPECT_EQ(failed.error().message, "no more room");
+  EXPECT_THAT(names_in(path.parent_path()), IsEmpty());
+  EXPECT_FALSE(check_writable(path / "y", true)) << "its folder is not there";
+}
+
+TEST(TopicEcho, ARobotDescriptionIsPrintedAsItsYaml) {
+  const Message message = test::message(
+      "ROBOT", 5, RobotMessage{SensorTime::from_utime(test::start_us), "name: r2\nsource: \"\x1b[2J\"\n"});
+  EXPECT_THAT(echo_text(message),
+              AllOf(HasSubstr("robot_t"), HasSubstr("\n    name: r2\n    source: \"?[2J\"")));
+}
+
+TEST(DemoWithoutEgl, GoesOnWithoutTheCameraAndSaysWhy) {
+  PARHELION_NEEDS_RECORDING(test::sena_rawlog());
+  const test::Folder folder;
+  setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/none.json", 1);
+  const auto ran = test::run({"demo", "--headless", "--fast", "--silent", "--folder", folder / "demo",
+                              "--report", folder / "report.json"},
+                             folder / "demo.txt");
+  unsetenv("__EGL_VENDOR_LIBRARY_FILENAMES");
+  EXPECT_EQ(ran.exit, 0) << ran.output;
+  EXPECT_THAT(ran.output,
+              HasSubstr("camera   none: the recording has none, and no stand-in can be rendered"));
+  EXPECT_THAT(test::text_of(folder / "report.json"), HasSubstr("no stand-in can be rendered"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "demo/map.png"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "demo/camera.jpg"));
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,113 @@
+#include "tools/slam_log_writer.hpp"
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+
+namespace parhelion {
+namespace {
+
+class SlamLogWriter {
+ public:
+  SlamLogWriter(const SlamLogOptions& options, const SlamWords& said) : options_(options), said_(said) {}
+
+  Result<std::uint64_t> write() {
+    const std::string part = options_.output.string() + ".part";
+    Status written = write_to(part);
+    std::error_code failed;
+    if (written) {
+      std::filesystem::rename(part, options_.output, failed);
+      if (failed) written = Error{options_.output.string() + ": " + failed.message()};
+    }
+    if (!written) std::filesystem::remove(part, failed);
+    if (!written) return written.error();
+    return replaced_;
+  }
+
+ private:
+  ServerStatus status() const {
+    ServerStatus status;
+    status.stamp = said_.words.front().estimate.stamp;
+    status.values.emplace_back("seed", static_cast<double>(options_.slam.seed));
+    status.values.emplace_back("pose_delay_ms", options_.pose_delay.seconds() * 1e3);
+    status.notes.emplace_back("slam", said_.mapping ? "mapping" : "localization");
+    status.notes.emplace_back("trajectory", said_.causal
+                                                ? "causal: what a live run says"
+                                                : "final: computed with later scans, not for injection");
+    status.notes.emplace_back("map_id", said_.map_id);
+    return status;
+  }
+
+  /// The word's events; 1 us apart, so that arrivals stay apart.
+  static Status write_word(LogWriter& writer, const SlamWord& word) {
+    std::vector<std::uint8_t> bytes;
+    encode(word.estimate, bytes);
+    if (Status written = writer.write(channel::pose_cov, word.arrival, bytes); !written) return written;
+    if (word.estimate.state != SlamState::tracking) return {};  // POSE has no way to say so
+    encode(PoseStamped{word.estimate.stamp, word.estimate.T_map_base}, bytes);
+    return writer.write(channel::pose, word.arrival + microseconds(1), bytes);
+  }
+
+  Status write_to(const std::string& path) {
+    auto reader = LogReader::open(options_.input.string());
+    if (!reader) return reader.error();
+    auto writer = LogWriter::create(path, true);
+    if (!writer) return writer.error();
+    std::size_t next_word = 0;
+    bool first = true;
+    for (;;) {
+      auto event = reader->next();
+      if (!event) continue;  // counted in the first reading
+      if (!event->has_value()) break;
+      Message& message = **event;
+      if (first && !options_.robot.empty()) {
+        if (Status written = write_robot(*writer, message.arrival); !written) return written;
+      }
+      if (first) {
+        std::vector<std::uint8_t> bytes;
+        encode(status(), bytes);
+        if (Status written = writer->write(slam_status_channel, message.arrival, bytes); !written)
+          return written;
+        first = false;
+      }
+      for (; next_word < said_.words.size() && said_.words[next_word].arrival < message.arrival;
+           ++next_word) {
+        if (Status written = write_word(*writer, said_.words[next_word]); !written) return written;
+      }
+      if (is_replaced(message.channel)) continue;
+      if (Status written = writer->write(message.channel, message.arrival, message.payload); !written)
+        return written;
+    }
+    for (; next_word < said_.words.size(); ++next_word) {
+      if (Status written = write_word(*writer, said_.words[next_word]); !written) return written;
+    }
+    return writer->sync();
+  }
+
+  bool is_replaced(const std::string& channel_name) {
+    if (channel_name == channel::robot) return !options_.robot.empty();
+    if (channel_name != channel::pose_cov && channel_name != channel::pose &&
+        channel_name != slam_status_channel)
+      return false;
+    ++replaced_;
+    return true;
+  }
+
+  Status write_robot(LogWriter& writer, ArrivalTime arrival) const {
+    std::vector<std::uint8_t> bytes;
+    encode(RobotMessage{said_.words.front().estimate.stamp, to_yaml(said_.robot)}, bytes);
+    return writer.write(channel::robot, arrival, bytes);
+  }
+
+  const SlamLogOptions& options_;
+  const SlamWords& said_;
+  std::uint64_t replaced_ = 0;
+};
+
+}  // namespace
+
+Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamWords& said) {
+  return SlamLogWriter(options, said).write();
+}
+
+}  // namespace parhelion

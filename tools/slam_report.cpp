@@ -1,0 +1,73 @@
+#include "tools/slam_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace parhelion {
+
+void count(std::span<const SlamWord> words, SlamLogReport& report) {
+  report.answered = words.size();
+  for (const SlamWord& word : words) {
+    switch (word.estimate.state) {
+      case SlamState::initializing:
+        ++report.initializing;
+        break;
+      case SlamState::tracking:
+        ++report.tracking;
+        break;
+      case SlamState::lost:
+        ++report.lost;
+        break;
+    }
+  }
+}
+
+std::string summary_line(const SlamLogReport& report) {
+  char text[512];
+  std::snprintf(text, sizeof text,
+                "%llu scans over %.1f s in %.1f s: %llu tracking, %llu initializing, %llu lost; step p50 "
+                "%.2f p90 %.2f p99 %.2f "
+                "max %.2f ms; loops %.1f s; %s trajectory; map %.12s",
+                static_cast<unsigned long long>(report.scans), report.log_seconds, report.seconds,
+                static_cast<unsigned long long>(report.tracking),
+                static_cast<unsigned long long>(report.initializing),
+                static_cast<unsigned long long>(report.lost), report.step.p50 / 1e3, report.step.p90 / 1e3,
+                report.step.p99 / 1e3, report.step.max / 1e3, report.loop_seconds,
+                report.causal ? "causal" : "final", report.map_id.c_str());
+  return text;
+}
+
+StepPercentiles percentiles(std::vector<double> microseconds) {
+  if (microseconds.empty()) return {};
+  std::sort(microseconds.begin(), microseconds.end());
+  const auto at = [&](double share) {
+    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(microseconds.size())));
+    return microseconds[std::max<std::size_t>(rank, 1) - 1];
+  };
+  return {at(0.5), at(0.9), at(0.99), microseconds.back()};
+}
+
+std::string to_json(const SlamLogReport& report) {
+  nlohmann::ordered_json json;
+  json["scans"] = report.scans;
+  json["odometry"] = report.odometry;
+  json["answered"] = report.answered;
+  json["tracking"] = report.tracking;
+  json["lost"] = report.lost;
+  json["initializing"] = report.initializing;
+  json["refused"] = report.refused;
+  json["replaced"] = report.replaced;
+  json["causal"] = report.causal;
+  json["map_id"] = report.map_id;
+  json["step_us"] = {
+      {"p50", report.step.p50}, {"p90", report.step.p90}, {"p99", report.step.p99}, {"max", report.step.max}};
+  json["loop_seconds"] = report.loop_seconds;
+  json["seconds"] = report.seconds;
+  json["log_seconds"] = report.log_seconds;
+  json["findings"] = report.findings;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace parhelion
