@@ -16,7 +16,9 @@ namespace {
 
 constexpr double min_line = 0.2;        // m; less than the tread of a step
 constexpr int min_layers = 3;           // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
-constexpr double max_slope = 0.052;     // 3 degrees: what is steeper is a ramp
+constexpr double ridge_reach = 0.12;    // m; less than from step to step
+constexpr double ridge_share = 0.6;     // of the most layers in reach
+constexpr int max_rise = 3;             // degrees: what is steeper is a ramp
 constexpr double same_height = 0.03;    // m, between cells of one surface
 constexpr int reach_cells = 2;          // a gap of one cell does not part a surface
 constexpr double min_area = 0.15;       // m^2; a tread of 0.2 m x 0.8 m
@@ -39,17 +41,17 @@ class SidePictures {
   using Levels = std::array<std::vector<double>, tile_blocks + 2>;
   Levels levels(Projection projection, StageImages* stages) {
     ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
-    chain.run(min_layers);
+    threshold_ridges(chain.input, min_layers, static_cast<int>(ridge_reach / site_.options.pixel),
+                     ridge_share, chain.above_threshold);
+    chain.run();
     const int offset = projection == Projection::oxz ? x0_ : y0_;
     if (stages != nullptr)
       chain.keep(projection, block_pixels + 1, 0, image_pixels - block_pixels - 1, rows_, offset, 0, *stages);
     const double pixel = site_.options.pixel;
     const int shortest = std::max(3, static_cast<int>(min_line / pixel));
-    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, site_.options.seed};
+    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, max_rise, site_.options.seed};
     Levels result;
     for (const PixelSegment& s : hough_segments(chain.skeleton, hough)) {
-      const int length = std::abs(s.x1 - s.x0), rise = std::abs(s.y1 - s.y0);
-      if (length < shortest || rise > std::max(1.0, max_slope * length)) continue;
       spread(s, result);
       if (stages != nullptr) {
         const auto metres = [&](int x, int y) {
@@ -243,21 +245,28 @@ std::vector<std::uint32_t> connect(const std::vector<Plate>& plates) {
   return parent;
 }
 
-/// Whether it is seen from below. Without viewpoints and normals: a ceiling has nothing above it, stands
-/// high over the lowest surface, and what is in its columns is below.
-bool is_seen_from_below(const Site& site, const HorizontalSurface& surface, const Plate& sums) {
-  if (sums.from_above + sums.from_below > 0) return sums.from_below > sums.from_above;
-  return surface.z > site.z_high - height_margin - 0.3 && surface.z > site.z_low + height_margin + 1.8 &&
-         sums.column_below > 5 * sums.column_above;
+/// Whether it is seen from below. Without viewpoints and normals: a ceiling stands high over the lowest wide
+/// surface, and what is in its columns is below. `sums` per surface.
+void find_facing(std::vector<HorizontalSurface>& surfaces, const std::vector<Plate>& sums) {
+  double widest = 0, lowest = 1e30;
+  for (const HorizontalSurface& s : surfaces) widest = std::max(widest, s.area);
+  for (const HorizontalSurface& s : surfaces) {
+    if (s.area >= 0.1 * widest) lowest = std::min(lowest, s.z);
+  }
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Plate& sum = sums[i];
+    surfaces[i].faces_down = sum.from_above + sum.from_below > 0
+                                 ? sum.from_below > sum.from_above
+                                 : surfaces[i].z > lowest + 1.8 && sum.column_below > 5 * sum.column_above;
+  }
 }
 
 /// One surface from the plates [begin, end) of `members`; or none, where they are a slice of something else.
 bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<const std::uint32_t> members,
-                  HorizontalSurface& surface) {
+                  HorizontalSurface& surface, Plate& sums) {
   const double cell = site.cell();
   surface.area = static_cast<double>(members.size()) * cell * cell;
   if (surface.area < min_area) return false;
-  Plate sums;
   std::vector<std::pair<float, std::uint32_t>> heights;
   double variance = 0;
   std::uint64_t points = 0;
@@ -286,7 +295,6 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
   }
   surface.points = static_cast<std::uint32_t>(points);
   surface.thickness = 2 * std::sqrt(variance / static_cast<double>(points));
-  surface.faces_down = is_seen_from_below(site, surface, sums);
   return true;
 }
 
@@ -330,20 +338,24 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   std::stable_sort(by_part.begin(), by_part.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return part[a] < part[b]; });
   HorizontalSearch search;
+  std::vector<Plate> sums;
   for (std::size_t i = 0; i < by_part.size();) {
     std::size_t end = i;
     while (end < by_part.size() && part[by_part[end]] == part[by_part[i]]) ++end;
     const auto members = std::span(by_part).subspan(i, end - i);
     HorizontalSurface surface;
-    if (make_surface(site, plates, members, surface)) {
+    Plate sum;
+    if (make_surface(site, plates, members, surface, sum)) {
       for (const std::uint32_t m : members) {
         plates[m].surface = static_cast<std::uint32_t>(search.surfaces.size());
         search.plates.push_back(plates[m]);
       }
       search.surfaces.push_back(surface);
+      sums.push_back(sum);
     }
     i = end;
   }
+  find_facing(search.surfaces, sums);
   index_by_block(site, search);
   return search;
 }

@@ -34,7 +34,8 @@ class TilePlan {
     for_each_point(1, [&](const Eigen::Vector3f& p, int x, int y) {
       chain_.input.add(x, y, static_cast<int>(std::floor(static_cast<double>(p.z()) / layer_height)));
     });
-    chain_.run(min_layers);
+    threshold(chain_.input, min_layers, chain_.above_threshold);
+    chain_.run();
     TileLines result{seeds(stages), evidence()};
     const int core = block_pixels + 1, end = image_pixels - block_pixels - 1;
     if (stages != nullptr) chain_.keep(Projection::oxy, core, core, end, end, x0_, y0_, *stages);
@@ -67,7 +68,10 @@ class TilePlan {
 
   std::vector<PlanLine> seeds(StageImages* stages) const {
     const int shortest = std::max(4, static_cast<int>(site_.options.min_length / site_.options.pixel));
-    const HoughOptions hough{shortest / 2, shortest / 2, shortest / 2, site_.options.seed};
+    const HoughOptions hough{.votes = shortest / 2,
+                             .min_length = shortest / 2,
+                             .max_gap = shortest / 2,
+                             .seed = site_.options.seed};
     std::vector<PlanLine> lines;
     for (const PixelSegment& s : hough_segments(chain_.skeleton, hough)) {
       const Eigen::Vector2d a = metres(s.x0, s.y0), b = metres(s.x1, s.y1), middle = (a + b) / 2;
@@ -79,17 +83,18 @@ class TilePlan {
     return lines;
   }
 
-  /// The filtered pixels of the core: the mean of their points, weighted by the layers that they fill, so
-  /// that a stretch close to the scanner weighs no more than one far away.
+  /// The pixels of the core above the threshold: the mean of their points, weighted by the layers that they
+  /// fill, so that a stretch close to the scanner weighs no more than one far away. Not the filtered ones:
+  /// far away a wall is hit in single columns.
   std::vector<Eigen::Vector3f> evidence() const {
     static thread_local std::vector<std::uint32_t> slot;
     slot.resize(static_cast<std::size_t>(image_pixels) * image_pixels);
-    const auto& set = chain_.filtered.set();
+    const auto& set = chain_.above_threshold.set();
     for (std::uint32_t k = 0; k < set.size(); ++k) slot[set[k]] = k;
     std::vector<Eigen::Vector3d> sums(set.size(), Eigen::Vector3d::Zero());
     for_each_point(0, [&](const Eigen::Vector3f& p, int x, int y) {
-      const std::uint32_t i = chain_.filtered.index(x, y);
-      if (!chain_.filtered.at(i)) return;
+      const std::uint32_t i = chain_.above_threshold.index(x, y);
+      if (!chain_.above_threshold.at(i)) return;
       sums[slot[i]] += Eigen::Vector3d(static_cast<double>(p.x()), static_cast<double>(p.y()), 1);
     });
     std::vector<Eigen::Vector3f> result;

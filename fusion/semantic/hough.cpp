@@ -12,12 +12,15 @@ namespace parhelion {
 namespace {
 
 constexpr int angles = 180;  // of the normal: 1 degree
+constexpr int upright = 90;  // the normal of a row
 
 class Transform2d {
  public:
   Transform2d(const PixelSet& image, const HoughOptions& options)
       : image_(image), options_(options), left_(image.set().size(), 1), voted_(image.set().size(), 0) {
     radius_ = static_cast<int>(std::ceil(std::hypot(image.width(), image.height()))) + 1;
+    first_ = std::max(0, upright - options.max_rise);
+    end_ = std::min(angles, upright + options.max_rise + 1);
     votes_.assign(static_cast<std::size_t>(angles) * static_cast<std::size_t>(2 * radius_ + 1), 0);
     for (int a = 0; a < angles; ++a) {
       const double angle = a * std::numbers::pi / angles;
@@ -69,7 +72,7 @@ class Transform2d {
     const int x = x_of(image_.set()[k]), y = y_of(image_.set()[k]);
     int best = -1;
     int most = options_.votes - 1;
-    for (int a = 0; a < angles; ++a) {
+    for (int a = first_; a < end_; ++a) {
       const int count = ++votes(a, x, y);
       if (count > most) {
         most = count;
@@ -81,7 +84,7 @@ class Transform2d {
   }
 
   void unvote(int x, int y) {
-    for (int a = 0; a < angles; ++a) --votes(a, x, y);
+    for (int a = first_; a < end_; ++a) --votes(a, x, y);
   }
 
   /// Index in set() of the nearest pixel that is left within one pixel of (x, y), across the line; or -1.
@@ -135,7 +138,7 @@ class Transform2d {
 
   const PixelSet& image_;
   const HoughOptions& options_;
-  int radius_;
+  int radius_, first_ = 0, end_ = angles;   // angles [first, end) are voted for
   std::vector<std::uint8_t> left_, voted_;  // per pixel of set()
   std::vector<std::uint16_t> votes_;
   std::array<float, angles> cosine_{}, sine_{};

@@ -19,6 +19,7 @@ struct HoughOptions {
   int votes = 10;       ///< of pixels on a line before it is followed
   int min_length = 20;  ///< pixels
   int max_gap = 10;     ///< pixels
+  int max_rise = 90;    ///< degrees off the rows that a line may run
   std::uint64_t seed = 1;
 };
 

@@ -5,8 +5,7 @@
 
 namespace parhelion {
 
-void ImageChain::run(int layers) {
-  threshold(input, layers, above_threshold);
+void ImageChain::run() {
   filter_isolated(above_threshold, filtered);
   dilate(filtered, dilated);
   skeleton.reset(dilated.width(), dilated.height());

@@ -15,6 +15,8 @@ constexpr double degree = std::numbers::pi / 180;
 constexpr std::size_t enough_points = 1'000'000;  // more change the answer by less than the noise
 constexpr double patch_side = 0.25;               // m; less than the tread of a step
 constexpr double reach = 1e5;                     // m; a patch number still fits
+constexpr double level_within = 6 * degree;
+constexpr double upright_within = 4 * degree;
 constexpr double max_tilt = 30 * degree;
 
 struct Patch {
@@ -60,6 +62,10 @@ std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
   return patches;
 }
 
+bool is_upright(const Patch& patch, const Eigen::Vector3d& up) {
+  return patch.planar && std::abs(patch.normal.dot(up)) < std::sin(upright_within);
+}
+
 /// The direction within `max_tilt` of the hint that most planar patches face; zero where none does.
 Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
   constexpr double width = 4 * degree;
@@ -69,9 +75,13 @@ Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vecto
     if (patch.planar && std::abs(along) > std::cos(max_tilt))
       faced.push_back(along > 0 ? patch.normal : -patch.normal);
   }
+  // Upright patches vote too: half, since many more directions are at right angles to them.
   const auto votes = [&](const Eigen::Vector3d& up) {
-    return std::count_if(faced.begin(), faced.end(),
-                         [&](const Eigen::Vector3d& n) { return n.dot(up) > std::cos(width); });
+    const auto level_ones = std::count_if(
+        faced.begin(), faced.end(), [&](const Eigen::Vector3d& n) { return n.dot(up) > std::cos(width); });
+    const auto upright = std::count_if(patches.begin(), patches.end(),
+                                       [&](const Patch& patch) { return is_upright(patch, up); });
+    return level_ones < 4 ? 0 : 2 * level_ones + upright;
   };
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   std::ptrdiff_t most = 0;
@@ -90,7 +100,7 @@ Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vecto
     }
     best = sum.normalized();
   }
-  return most >= 4 ? best : Eigen::Vector3d::Zero();
+  return best;
 }
 
 struct Layer {
@@ -103,7 +113,7 @@ std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vec
   constexpr double thickness = 0.10;  // m
   std::vector<double> heights;
   for (const Patch& patch : patches) {
-    if (patch.planar && std::abs(patch.normal.dot(up)) > std::cos(6 * degree))
+    if (patch.planar && std::abs(patch.normal.dot(up)) > std::cos(level_within))
       heights.push_back(patch.mean.dot(up));
   }
   std::sort(heights.begin(), heights.end());
@@ -126,30 +136,58 @@ std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vec
   return layers;
 }
 
-/// One plane direction for all layers together, each about its own centre: wide layers decide. The band that
-/// counts as a layer narrows to what noise needs.
+/// One plane direction for all layers together, each about its own centre, at right angles to what stands
+/// upright: wide layers decide, and walls where there are none. The band that counts as a layer narrows to
+/// what noise needs.
 Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up) {
+  constexpr double noise_height = 0.02;      // m, of a patch's centre: floors are no better
+  constexpr double noise_turn = 3 * degree;  // of its normal
   for (const double band : {0.15, 0.08, 0.05, 0.05, 0.05}) {
-    Eigen::Matrix3d together = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d together = Eigen::Matrix3d::Zero();  // both kinds in units of their own noise
+    for (const Patch& patch : patches) {
+      if (is_upright(patch, up))
+        together += patch.normal * patch.normal.transpose() / (noise_turn * noise_turn);
+    }
     for (const Layer& layer : layers_of(patches, up)) {
       Patch all;
       for (const Patch& patch : patches) {
-        if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(6 * degree) ||
+        if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(level_within) ||
             std::abs(patch.mean.dot(up) - layer.height) > band)
           continue;
         all.sum += patch.mean;
         all.squares += patch.mean * patch.mean.transpose();
         ++all.count;
       }
-      if (all.count >= 4) together += all.squares - all.sum * all.sum.transpose() / all.count;
+      if (all.count >= 4) {
+        together += (all.squares - all.sum * all.sum.transpose() / all.count) / (noise_height * noise_height);
+      }
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(together);
     if (solver.eigenvalues()[1] <= 0) return up;  // one row of patches: no plane
     const Eigen::Vector3d normal = solver.eigenvectors().col(0);
-    if (std::abs(normal.dot(up)) < std::cos(6 * degree)) return up;
+    if (std::abs(normal.dot(up)) < std::cos(level_within)) return up;
     up = normal.dot(up) > 0 ? normal : -normal;
   }
   return up;
+}
+
+/// The middle of what is level, point by point: there, heights stay as the cloud has them.
+Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
+  Eigen::Vector3d pivot;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<std::pair<double, int>> values;
+    std::int64_t total = 0, passed = 0;
+    for (const Patch& patch : patches) {
+      if (!patch.planar || std::abs(patch.normal.dot(up)) < std::cos(level_within)) continue;
+      values.emplace_back(patch.mean[axis], patch.count);
+      total += patch.count;
+    }
+    std::sort(values.begin(), values.end());
+    std::size_t i = 0;
+    while (i + 1 < values.size() && 2 * (passed + values[i].second) < total) passed += values[i++].second;
+    pivot[axis] = values.empty() ? 0 : values[i].first;
+  }
+  return pivot;
 }
 
 /// Things stand on floors and few hang from ceilings: what speaks for the cloud being upside down, or
@@ -202,8 +240,9 @@ Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen:
   if (!trust_hint) {
     if (const std::string why = upside_down(patches, up); !why.empty()) return Error{"levelling: " + why};
   }
-  return Transform<Map, Cloud>(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()),
-                               Eigen::Vector3d::Zero());
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d pivot = pivot_of(patches, up);
+  return Transform<Map, Cloud>(turn, pivot - turn * pivot);
 }
 
 }  // namespace parhelion

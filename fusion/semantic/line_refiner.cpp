@@ -10,6 +10,7 @@ constexpr double block_side = 0.32;   // m; small against a wall, large against 
 constexpr double max_gap = 0.5;       // m; narrower than any doorway
 constexpr double coverage_bin = 0.1;  // m; closer than the rays of a laser on a far wall
 constexpr double min_coverage = 0.6;
+constexpr double min_contrast = 1.8;  // of clutter that fills the plan it is 1
 constexpr int max_rounds = 30;
 
 }  // namespace
@@ -57,12 +58,14 @@ bool LineRefiner::fit(PlanLine& line, const std::vector<Hit>& hits) const {
   double w = 0, wa = 0, wc = 0, waa = 0, wac = 0, wcc = 0;
   for (const Hit& h : hits) {
     if (h.along < line.low || h.along > line.high) continue;
-    w += h.weight;
-    wa += h.weight * h.along;
-    wc += h.weight * h.across;
-    waa += h.weight * h.along * h.along;
-    wac += h.weight * h.along * h.across;
-    wcc += h.weight * h.across * h.across;
+    // Tukey's biweight: a second surface beside this one must not turn it.
+    const double r = h.across / near_, inside = 1 - r * r, weight = h.weight * inside * inside;
+    w += weight;
+    wa += weight * h.along;
+    wc += weight * h.across;
+    waa += weight * h.along * h.along;
+    wac += weight * h.along * h.across;
+    wcc += weight * h.across * h.across;
   }
   if (w <= 0) return false;
   const double ma = wa / w, mc = wc / w;
@@ -115,6 +118,15 @@ bool LineRefiner::covered(const PlanLine& line, const std::vector<Hit>& hits) co
          min_coverage * static_cast<double>(bins);
 }
 
+/// Clutter goes on to both sides of any line through it; a surface stands out against one side at least.
+bool LineRefiner::stands_out(const PlanLine& line) const {
+  std::vector<Hit> hits;
+  gather(line, line.low, line.high, 2 * near_, false, hits);
+  double inside = 0, left = 0, right = 0;
+  for (const Hit& h : hits) (std::abs(h.across) <= near_ ? inside : h.across > 0 ? left : right) += h.weight;
+  return inside >= min_contrast * 2 * std::min(left, right);
+}
+
 std::optional<PlanLine> LineRefiner::refine(PlanLine line) const {
   std::vector<Hit> hits;
   for (int round = 0; round < max_rounds; ++round) {
@@ -128,7 +140,7 @@ std::optional<PlanLine> LineRefiner::refine(PlanLine line) const {
       break;
   }
   gather(line, line.low, line.high, near_, false, hits);
-  if (line.high - line.low < min_length_ || !covered(line, hits)) return std::nullopt;
+  if (line.high - line.low < min_length_ || !covered(line, hits) || !stands_out(line)) return std::nullopt;
   return line;
 }
 

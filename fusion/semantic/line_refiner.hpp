@@ -16,7 +16,7 @@ struct PlanLine {
   Eigen::Vector2d p = Eigen::Vector2d::Zero();
   Eigen::Vector2d d = Eigen::Vector2d::UnitX();  ///< unit
   double low = 0, high = 0;                      ///< m
-  double weight = 0;                             ///< of the evidence on it
+  double weight = 0;                             ///< of the evidence on it, less at the band's edges
   double across(const Eigen::Vector2d& q) const { return d.x() * (q.y() - p.y()) - d.y() * (q.x() - p.x()); }
   double along(const Eigen::Vector2d& q) const { return d.dot(q - p); }
 };
@@ -45,6 +45,7 @@ class LineRefiner {
               std::vector<Hit>& hits) const;
   bool fit(PlanLine& line, const std::vector<Hit>& hits) const;
   bool grow(PlanLine& line, std::vector<Hit>& hits) const;
+  bool stands_out(const PlanLine& line) const;
   bool covered(const PlanLine& line, const std::vector<Hit>& hits) const;
 
   double pixel_, near_, min_length_;

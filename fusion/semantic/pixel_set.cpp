@@ -50,6 +50,29 @@ int LayerImage::count_around(std::size_t i) const {
                        at[w + 1]);
 }
 
+int LayerImage::count_along(std::size_t i) const {
+  const std::uint64_t* at = layers_.data() + i;
+  return std::popcount(at[-1] | at[0] | at[1]);
+}
+
+void threshold_ridges(const LayerImage& image, int layers, int reach, double share, PixelSet& result) {
+  result.reset(image.width(), image.height());
+  const auto width = static_cast<std::size_t>(image.width());
+  for (const std::uint32_t i : image.touched()) {
+    const int count = image.count_along(i);
+    if (count < layers) continue;
+    const int row = static_cast<int>(i / width);
+    const int first = std::max(1, row - reach), last = std::min(image.height() - 2, row + reach);
+    int most = 0;
+    for (int y = first; y <= last; ++y) {
+      const std::size_t at = i + (static_cast<std::size_t>(y) - static_cast<std::size_t>(row)) * width;
+      if (image.layers(at) != 0) most = std::max(most, image.count_along(at));
+    }
+    if (count >= share * most) result.add(i);
+  }
+  result.sort();
+}
+
 void threshold(const LayerImage& image, int layers, PixelSet& result) {
   result.reset(image.width(), image.height());
   for (const std::uint32_t i : image.touched()) {

@@ -57,6 +57,8 @@ class LayerImage {
   std::uint64_t layers(std::size_t i) const { return layers_[i]; }
   /// How many layers the pixel and its eight neighbours reach together.
   int count_around(std::size_t i) const;
+  /// The same with its two neighbours in the row.
+  int count_along(std::size_t i) const;
 
  private:
   int width_ = 0, height_ = 0;
@@ -66,6 +68,11 @@ class LayerImage {
 
 /// Pixels with something in them that see at least `layers` layers around them.
 void threshold(const LayerImage& image, int layers, PixelSet& result);
+
+/// The same for pictures from the side, adapted to how densely each place was measured: of the pixels in one
+/// column within `reach` rows, only those with at least `share` of the most layers (of a pixel with its two
+/// neighbours in the row) stay. A level surface is a ridge there, however many points it has.
+void threshold_ridges(const LayerImage& image, int layers, int reach, double share, PixelSet& result);
 
 /// Equation 3: a set pixel stays where some neighbour is set.
 void filter_isolated(const PixelSet& image, PixelSet& result);

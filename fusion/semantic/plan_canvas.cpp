@@ -30,14 +30,14 @@ std::string ascii(const std::string& words) {
 }
 
 /// White where free, dark where solid, grey where nothing is known.
-cv::Vec3b cell_colour(float probability) {
+Colour cell_colour(float probability) {
   const double p = std::clamp(static_cast<double>(probability), 0.0, 1.0);
   const Colour& far = p < 0.5 ? paper : solid;
   const double share = std::min(1.0, std::abs(p - 0.5) / 0.3);
   const auto mix = [share](std::uint8_t a, std::uint8_t b) {
     return cv::saturate_cast<std::uint8_t>(a + share * (b - a));
   };
-  return {mix(unseen.blue, far.blue), mix(unseen.green, far.green), mix(unseen.red, far.red)};
+  return {mix(unseen.red, far.red), mix(unseen.green, far.green), mix(unseen.blue, far.blue)};
 }
 
 }  // namespace
@@ -68,21 +68,30 @@ cv::Point PlanCanvas::fine(const Eigen::Vector2d& pixel) const {
 }
 
 void PlanCanvas::draw_map(const GridMap& map) {
-  cv::Mat cells(map.height, map.width, CV_8UC3);
-  for (int y = 0; y < map.height; ++y) {
-    for (int x = 0; x < map.width; ++x) {
-      const auto i =
-          static_cast<std::size_t>(y) * static_cast<std::size_t>(map.width) + static_cast<std::size_t>(x);
-      cells.at<cv::Vec3b>(map.height - 1 - y, x) = cell_colour(map.occupied[i]);
+  std::vector<Colour> cells;
+  cells.reserve(map.occupied.size());
+  for (const float probability : map.occupied) cells.push_back(cell_colour(probability));
+  draw_cells(cells, map.width, map.resolution, {map.x_min, map.y_min});
+}
+
+void PlanCanvas::draw_cells(const std::vector<Colour>& colours, int columns, double side,
+                            const Eigen::Vector2d& low) {
+  const int rows = static_cast<int>(colours.size()) / columns;
+  cv::Mat cells(rows, columns, CV_8UC3);
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < columns; ++x) {
+      const Colour& c = colours[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
+                                static_cast<std::size_t>(x)];
+      cells.at<cv::Vec3b>(rows - 1 - y, x) = {c.blue, c.green, c.red};
     }
   }
-  const double size = map.resolution * scale_ * fineness;  // drawn pixels per cell
+  const double size = side * scale_ * fineness;  // drawn pixels per cell
   if (size < 1) {
     // Smaller cells than pixels are averaged first; sampling would lose thin walls.
     cv::resize(cells, cells, {}, size, size, cv::INTER_AREA);
   }
-  const Eigen::Vector2d corner = pixel({map.x_min, map.y_min + map.height * map.resolution}) * fineness;
-  const double step_x = map.width * size / cells.cols, step_y = map.height * size / cells.rows;
+  const Eigen::Vector2d corner = pixel({low.x(), low.y() + rows * side}) * fineness;
+  const double step_x = columns * size / cells.cols, step_y = rows * size / cells.rows;
   // Pixel centres are at integers in OpenCV.
   const cv::Matx23d to_canvas(step_x, 0, corner.x() + step_x / 2 - 0.5, 0, step_y,
                               corner.y() + step_y / 2 - 0.5);

@@ -28,6 +28,8 @@ class PlanCanvas {
   Eigen::Vector2d pixel(const Eigen::Vector2d& p) const;
 
   void draw_map(const GridMap& map);
+  /// Cells with sides of `side` metres in rows of `columns`, lowest row first, from `low` (map frame).
+  void draw_cells(const std::vector<Colour>& cells, int columns, double side, const Eigen::Vector2d& low);
   /// Fills polygons (map frame) with one translucent layer of colour.
   void fill(const std::vector<std::vector<Eigen::Vector2d>>& polygons, Colour colour, double opacity);
   /// Line through points of the map frame; `width` in pixels.

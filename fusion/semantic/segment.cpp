@@ -49,16 +49,21 @@ std::vector<Tile> tiles_of(const PlanBlocks& blocks) {
   return tiles;
 }
 
-Segmentation run(const PointCloud<Map>& cloud, const SegmentationOptions& options, double z_low,
-                 double z_high) {
-  PlanBlocks blocks(cloud.points, options.pixel * block_pixels);
-  Site site{cloud, options, std::move(blocks), {}, z_low, z_high};
+Result<Segmentation> run(const PointCloud<Map>& cloud, const SegmentationOptions& options, double z_low,
+                         double z_high) {
+  Site site{cloud, options, PlanBlocks(cloud.points, options.pixel * block_pixels), {}, z_low, z_high};
   site.tiles = tiles_of(site.blocks);
-  HorizontalSearch horizontals = find_horizontals(site, nullptr);
+  StageImages stages;
+  StageImages* const kept = options.stages.empty() ? nullptr : &stages;
+  HorizontalSearch horizontals = find_horizontals(site, kept);
   Segmentation result;
-  result.verticals = find_verticals(site, horizontals, nullptr);
+  result.verticals = find_verticals(site, horizontals, kept);
   result.horizontals = std::move(horizontals.surfaces);
   assign_points(site, horizontals, result);
+  result.parallels = find_parallel_sets(result.verticals);
+  if (kept != nullptr) {
+    if (Status written = write_stages(options.stages, site, stages, result); !written) return written.error();
+  }
   return result;
 }
 

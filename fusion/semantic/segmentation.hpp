@@ -67,10 +67,10 @@ struct Segmentation {
 Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOptions& options = {});
 
 /// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
-/// frame: an accelerometer's reading). Turns about the origin by the shortest arc, so heights keep their
-/// meaning. Errors: nothing horizontal within 30 degrees of the hint (or of z): says what was seen; a cloud
-/// that seems to be upside down (more hangs from its ceiling than stands on its floor), unless the hint is to
-/// be trusted.
+/// frame: an accelerometer's reading). Turns by the shortest arc about the middle of what is level, so
+/// that heights stay those of the cloud there. Errors: nothing horizontal within 30 degrees of the hint (or
+/// of z): says what was seen; a cloud that seems to be upside down (more hangs from its ceiling than stands
+/// on its floor), unless the hint is to be trusted.
 Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud,
                                     const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ(),
                                     bool trust_hint = false);

@@ -39,15 +39,15 @@ struct Site {
   double cell() const { return options.pixel * block_pixels / block_cells; }
 };
 
-/// What the picture of one stage shows of one tile's core.
+/// One set pixel of one stage; z rows count from the lowest.
 struct StagePixel {
-  std::int32_t x, y;  ///< pixels from the site's origin
-  std::uint8_t value;
+  std::int32_t x, y;   ///< pixels from the origin; y of OXZ and OYZ from one pixel under `z_low`
+  std::uint8_t value;  ///< layers, 1 to 64
 };
 enum class Stage : std::uint8_t { input, threshold, filtered, dilated, skeleton };
 enum class Projection : std::uint8_t { oxy, oxz, oyz };
 
-/// Collects pictures; empty pointers cost nothing.
+/// Collects what the pictures show.
 struct StageImages {
   std::vector<StagePixel> pixels[3][5];  ///< [Projection][Stage]
   struct Line {
@@ -55,6 +55,10 @@ struct StageImages {
   };
   std::vector<Line> hough[3];
 };
+
+/// Writes them into the folder as PNG files, oxy_1_input.png and on, and the surfaces that were found.
+Status write_stages(const std::string& folder, const Site& site, const StageImages& stages,
+                    const Segmentation& found);
 
 /// A cell of the plan at one height that a horizontal surface covers.
 struct Plate {
@@ -104,8 +108,8 @@ std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& 
 struct ImageChain {
   LayerImage input;
   PixelSet above_threshold, filtered, dilated, skeleton;
-  /// From `input` to `skeleton`.
-  void run(int layers);
+  /// From `above_threshold` to `skeleton`.
+  void run();
   void keep(Projection projection, int x0, int y0, int x1, int y1, int offset_x, int offset_y,
             StageImages& stages) const;
 };

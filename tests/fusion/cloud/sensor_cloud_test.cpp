@@ -1,0 +1,122 @@
+// Depth images and moved lasers into clouds: of places that are known.
+#include "fusion/cloud/sensor_cloud.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+CameraIntrinsics kinect() {
+  CameraIntrinsics camera;
+  camera.width = 64;
+  camera.height = 48;
+  camera.fx = camera.fy = 58.5;
+  camera.cx = 32;
+  camera.cy = 24;
+  return camera;
+}
+
+TEST(CloudFromDepth, a_pixel_lies_on_its_ray_and_what_was_not_measured_is_left_out) {
+  const CameraIntrinsics camera = kinect();
+  std::vector<std::uint16_t> depth(64 * 48, 0);
+  depth[24 * 64 + 32] = 2000;
+  depth[34 * 64 + 12] = 1000;
+  depth[0] = 65535;
+  const auto cloud = cloud_from_depth(depth, camera);
+  ASSERT_TRUE(cloud);
+  ASSERT_EQ(cloud->size(), 2U);
+  EXPECT_TRUE(cloud->points[0].isApprox(Eigen::Vector3f(0, 0, 2)));
+  EXPECT_TRUE(cloud->points[1].isApprox(Eigen::Vector3f(-20 / 58.5F, 10 / 58.5F, 1)));
+  // A level camera that looks along x of its map: forward, left, up.
+  Eigen::Matrix3d R;
+  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Transform<Map, DepthOptical> T(Eigen::Quaterniond(R), {7, 8, 9});
+  const PointCloud<Scanner> level = turned_level(*cloud, T);
+  EXPECT_TRUE(level.points[1].isApprox(Eigen::Vector3f(1, 20 / 58.5F, -10 / 58.5F), 1e-5F));
+  EXPECT_EQ(level.viewpoints[0], Eigen::Vector3d::Zero());
+}
+
+TEST(CloudFromDepth, lens_distortion_is_taken_out) {
+  for (const auto lens : {CameraIntrinsics::Lens::radial_tangential, CameraIntrinsics::Lens::fisheye}) {
+    CameraIntrinsics camera = kinect();
+    camera.lens = lens;
+    camera.distortion = {-0.2, 0.05, 0.001, -0.002, 0};
+    std::vector<std::uint16_t> depth(64 * 48, 1000);
+    const auto cloud = cloud_from_depth(depth, camera);
+    ASSERT_TRUE(cloud);
+    ASSERT_EQ(cloud->size(), depth.size());
+    // The corner pixel's ray, put through the lens again, comes back to it.
+    const double x = static_cast<double>(cloud->points[0].x()), y = static_cast<double>(cloud->points[0].y());
+    const auto& d = camera.distortion;
+    const double r2 = x * x + y * y, r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
+    const bool fisheye = lens == CameraIntrinsics::Lens::fisheye;
+    const double scale =
+        fisheye
+            ? theta * (1 + d[0] * t2 + d[1] * t2 * t2 + d[2] * std::pow(t2, 3) + d[3] * std::pow(t2, 4)) / r
+            : 1 + d[0] * r2 + d[1] * r2 * r2;
+    const double u = x * scale + (fisheye ? 0 : 2 * d[2] * x * y + d[3] * (r2 + 2 * x * x));
+    const double v = y * scale + (fisheye ? 0 : d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y);
+    EXPECT_NEAR(camera.fx * u + camera.cx, 0, 1e-3);
+    EXPECT_NEAR(camera.fy * v + camera.cy, 0, 1e-3);
+  }
+}
+
+TEST(CloudFromDepth, an_image_that_is_not_the_cameras_is_refused) {
+  const std::vector<std::uint16_t> depth(64 * 47, 1000);
+  EXPECT_FALSE(cloud_from_depth(depth, kinect()));
+  EXPECT_FALSE(cloud_from_depth(std::vector<std::uint16_t>(64 * 48), kinect(), {.step = 0}));
+  CameraIntrinsics blind = kinect();
+  blind.fx = 0;
+  EXPECT_FALSE(cloud_from_depth(std::vector<std::uint16_t>(64 * 48), blind));
+}
+
+/// A laser in the vertical plane across the way, on a robot that drives along a corridor of 2 m by 2.5 m, its
+/// height over the floor 0.5 m.
+Scan line_across(SensorTime stamp) {
+  Scan line;
+  line.stamp = stamp;
+  line.angle_first = 0;
+  line.angle_step = static_cast<float>(2 * 3.14159265358979 / 180);
+  for (int i = 0; i < 180; ++i) {
+    const double angle = static_cast<double>(line.angle_step) * i;
+    const double y = std::cos(angle), z = std::sin(angle);
+    const double side = std::abs(y) > 1e-9 ? 1 / std::abs(y) : 1e9;
+    const double level = z > 1e-9 ? 2.0 / z : z < -1e-9 ? 0.5 / -z : 1e9;
+    line.ranges.push_back(static_cast<float>(std::min(side, level)));
+  }
+  return line;
+}
+
+TEST(CloudFromLines, each_beam_is_put_where_the_laser_was_at_its_own_time) {
+  LaserDescription laser;
+  laser.convention.range_max = 30;
+  laser.beam_interval = 0.001;
+  std::vector<Scan> lines;
+  for (int i = 0; i < 50; ++i)
+    lines.push_back(line_across(SensorTime::from_utime(1'000'000 + 200'000LL * i)));
+  Eigen::Matrix3d R;  // the laser's x to the left, y up, z ahead
+  R << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  constexpr double speed = 0.5;
+  const LaserPoseAt pose_at = [&](SensorTime t) -> std::optional<Transform<Scanner, Laser>> {
+    const double s = (t - SensorTime::from_utime(1'000'000)).seconds();
+    if (s > 9) return std::nullopt;
+    return Transform<Scanner, Laser>(Eigen::Quaterniond(R), {speed * s, 0, 0.5});
+  };
+  const auto scan = cloud_from_lines(lines, laser, pose_at);
+  ASSERT_TRUE(scan) << scan.error().message;
+  EXPECT_GT(scan->without_pose, 0U);
+  EXPECT_EQ(scan->cloud.size(), (lines.size() - scan->without_pose) * 180);
+  for (const Eigen::Vector3f& p : scan->cloud.points) {
+    const float off = std::min({std::abs(std::abs(p.y()) - 1), std::abs(p.z()), std::abs(p.z() - 2.5F)});
+    EXPECT_LT(off, 1e-4F);
+  }
+  // The last beam of a line is 179 ms later than its first.
+  EXPECT_NEAR(static_cast<double>(scan->cloud.points[179].x() - scan->cloud.points[0].x()), speed * 0.179,
+              1e-5);
+  EXPECT_FALSE(cloud_from_lines({}, laser, pose_at));
+}
+
+}  // namespace
+}  // namespace parhelion
