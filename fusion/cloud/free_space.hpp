@@ -1,0 +1,50 @@
+// What a scanner saw through is empty: surfaces put there by an alignment speak against it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "fusion/cloud/surfels.hpp"
+
+namespace parhelion {
+
+/// Per direction from one viewpoint the ranges of what was seen: six faces of a cube, cut into cells.
+class RangeImage {
+ public:
+  /// Surfels and viewpoint in one frame.
+  RangeImage(const Surfels& surfels, const Eigen::Vector3d& viewpoint);
+
+  enum class Sight { unseen, in_front, on_surface, behind };
+  /// Where p lies on its ray, `margin` metres of which are forgiven. In front: nearer than all that was seen
+  /// in its direction and the directions about it.
+  Sight sight(const Eigen::Vector3f& p, float margin) const;
+
+ private:
+  static constexpr int side_ = 64;  ///< cells along a face: 1.4 degrees
+  struct Cell {
+    float nearest = 0, furthest = 0;  ///< m; 0: nothing seen
+  };
+  struct Direction {
+    int face = 0, u = 0, v = 0;
+  };
+  static Direction direction(const Eigen::Vector3f& ray);
+  const Cell& cell(int face, int u, int v) const {
+    return cells_[static_cast<std::size_t>((face * side_ + v) * side_ + u)];
+  }
+
+  Eigen::Vector3f viewpoint_;
+  std::vector<Cell> cells_;
+};
+
+/// Counts of surfels.
+struct FreeSpace {
+  double in_front = 0, on_surface = 0;
+  FreeSpace& operator+=(const FreeSpace& other);
+};
+
+/// How the flat surfels of `other` lie to what was seen from `viewpoints` in `seen`.
+FreeSpace free_space(const Surfels& seen, std::span<const Eigen::Vector3d> viewpoints, const Surfels& other,
+                     const Eigen::Isometry3d& T_seen_other, double margin);
+
+}  // namespace parhelion

@@ -1,0 +1,250 @@
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+#include "fusion/cloud/parallel.hpp"
+#include "fusion/cloud/registration.hpp"
+#include "fusion/cloud/registration_verdict.hpp"
+#include "fusion/cloud/surfel_match.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr int resolutions = 4;  // each twice as fine as the one before
+
+/// m, four of five points are within it of the middle point: the size of a scene, whatever few points do and
+/// however dense the scan is near its scanner.
+double scene_radius(const std::vector<Eigen::Vector3f>& points) {
+  constexpr std::size_t most_looked_at = 2000;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / most_looked_at);
+  const auto quantile = [](std::vector<float>& values, std::size_t tenths) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * tenths / 10);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  std::vector<float> values;
+  Eigen::Vector3f centre;
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (std::size_t i = 0; i < points.size(); i += step) values.push_back(points[i][axis]);
+    centre[axis] = quantile(values, 5);
+  }
+  values.clear();
+  for (std::size_t i = 0; i < points.size(); i += step) values.push_back((points[i] - centre).norm());
+  return quantile(values, 8);
+}
+
+template <class Frame>
+Status check_cloud(const PointCloud<Frame>& cloud, const char* name) {
+  const auto error = [&](const std::string& what) {
+    return Error{"register: the " + std::string(name) + " " + what};
+  };
+  if (cloud.empty()) return error("cloud has no points; give one that has");
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!cloud.points[i].allFinite())
+      return error("cloud's point " + std::to_string(i) +
+                   " is not finite; drop such points where the cloud is read");
+  }
+  if (!cloud.scans.empty() && cloud.scans.size() != cloud.size())
+    return error("cloud has " + std::to_string(cloud.scans.size()) + " scan numbers for " +
+                 std::to_string(cloud.size()) + " points; give one each, or none");
+  for (const std::uint16_t scan : cloud.scans) {
+    if (!cloud.viewpoints.empty() && scan >= cloud.viewpoints.size())
+      return error("cloud has a point of scan " + std::to_string(scan) + ", but " +
+                   std::to_string(cloud.viewpoints.size()) + " viewpoints");
+  }
+  return {};
+}
+
+Status check_options(const RegistrationOptions& options) {
+  if (!(options.max_distance > 0) || !std::isfinite(options.max_distance))
+    return Error{"register: max_distance is " + std::to_string(options.max_distance) +
+                 " m; give one above 0"};
+  if (options.max_iterations < 1)
+    return Error{"register: max_iterations is " + std::to_string(options.max_iterations) +
+                 "; give 1 or more"};
+  if (!(options.min_overlap > 0 && options.min_overlap <= 1))
+    return Error{"register: min_overlap is " + std::to_string(options.min_overlap) +
+                 "; give a share in (0, 1]"};
+  if (options.threads < 0)
+    return Error{"register: threads is " + std::to_string(options.threads) + "; give 0 or more"};
+  return {};
+}
+
+std::string metres(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.3g m", value);
+  return text.data();
+}
+
+/// Clouds of the same place are of about one size; a factor of a thousand is a unit.
+Status check_scales(double target, double source, double max_distance) {
+  constexpr double most_apart = 30;
+  const double smaller = std::min(target, source), larger = std::max(target, source);
+  const std::string sizes = "four fifths of the target are within " + metres(target) +
+                            " of its middle, of the source within " + metres(source);
+  if (!(smaller > 0))
+    return Error{"register: " + sizes + ": a cloud of one place only; give a scan of surfaces"};
+  if (larger > most_apart * smaller)
+    return Error{"register: " + sizes + ": is one of them in millimetres? Give both in metres"};
+  if (smaller > 500 * max_distance)
+    return Error{"register: " + sizes + ", but partners are looked for within " + metres(max_distance) +
+                 ": are they in millimetres? Give metres, or a greater max_distance"};
+  return {};
+}
+
+/// Surfels of all sizes, the finest first.
+using Pyramid = std::vector<Surfels>;
+
+Pyramid pyramid(VoxelMoments finest) {
+  Pyramid result{finest.surfels()};
+  VoxelMoments& moments = finest;
+  for (int i = 1; i < resolutions; ++i) {
+    moments = moments.coarser();
+    result.push_back(moments.surfels());
+  }
+  return result;
+}
+
+struct Level {
+  const Surfels& source;
+  SurfelTarget target;
+  MatchOptions options;
+};
+
+/// The coarser, the wider partners are looked for: each level's gate holds what the one before leaves.
+std::vector<Level> make_levels(const Pyramid& target, const Pyramid& source,
+                               const RegistrationOptions& options) {
+  constexpr std::array<double, resolutions> gates{3, 2, 1.5, 1.25};  // of the surfels' size
+  std::vector<Level> levels;
+  for (std::size_t i = 0; i < resolutions; ++i) {
+    const double size = source[i].size;
+    const double gate = std::min(gates[i] * size, std::max(options.max_distance, 3 * source[0].size));
+    levels.push_back(
+        {source[i], SurfelTarget(target[i], gate), {options.method, gate, size / 2, options.threads}});
+  }
+  return levels;
+}
+
+struct Descent {
+  Eigen::Isometry3d T;
+  MatchOptions options;  ///< of the last round
+  int iterations = 0;
+  bool settled = false;
+};
+
+/// The kernel's width that fits how well these clouds match at best: 3 sigma of the residuals, by their
+/// median; not below half a surfel, where their shape itself ends.
+double fitted_kernel(const Level& level, const std::vector<std::int32_t>& found, const Eigen::Isometry3d& T) {
+  std::vector<double> residuals;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] >= 0) residuals.push_back(residual(level.target, found[i], level.source, i, T));
+  }
+  if (residuals.empty()) return level.options.kernel;
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end());
+  return std::clamp(3 * 1.4826 * *middle, level.source.size / 2, level.options.gate);
+}
+
+/// Gauss and Newton's method from the coarsest level to the finest.
+Descent descend(const std::vector<Level>& levels, const Eigen::Isometry3d& guess, int max_iterations) {
+  constexpr int most_a_level = 25, kernel_fitted_at = 2;
+  Descent result{guess, levels[0].options};
+  for (std::size_t l = levels.size(); l-- > 0;) {
+    const Level& level = levels[l];
+    result.settled = false;
+    result.options = level.options;
+    for (int i = 0; i < most_a_level && result.iterations < max_iterations && !result.settled; ++i) {
+      const std::vector<std::int32_t> found = partners(level.target, level.source, result.T, result.options);
+      if (i == kernel_fitted_at) result.options.kernel = fitted_kernel(level, found, result.T);
+      const Eigen::Vector3d centre = result.T.translation();
+      const NormalEquations equations =
+          normal_equations(level.target, level.source, found, result.T, centre, result.options);
+      if (equations.pairs < 6) return result;
+      Matrix6d H = equations.H;
+      H.diagonal().array() += 1e-6 * H.trace() / 6;  // along what is not determined, stay
+      const Vector6d step = H.ldlt().solve(equations.b);
+      if (!step.allFinite()) return result;
+      result.T = stepped(result.T, step, centre);
+      ++result.iterations;
+      const double size = levels[0].source.size;
+      result.settled =
+          i >= kernel_fitted_at && step.head<3>().norm() < size / 200 && step.tail<3>().norm() < size / 600;
+    }
+  }
+  return result;
+}
+
+/// Where else to begin where the first attempt is not believed: around the guess, as far as the coarsest
+/// level does not reach by itself.
+std::vector<Eigen::Isometry3d> other_starts(const Eigen::Isometry3d& guess, double reach) {
+  std::vector<Eigen::Isometry3d> starts;
+  for (const double turn : {0.0, 0.25, -0.25}) {
+    for (const Eigen::Vector2d& move : {Eigen::Vector2d(0, 0), Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
+                                        Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)}) {
+      if (turn == 0 && move.isZero()) continue;
+      Eigen::Isometry3d start = guess;
+      start.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix() * guess.linear();
+      start.translation().head<2>() += reach * move;
+      starts.push_back(start);
+    }
+  }
+  return starts;
+}
+
+}  // namespace
+
+Result<Registration> register_pair(const PointCloud<Target>& target, const PointCloud<Source>& source,
+                                   const Transform<Target, Source>& guess,
+                                   const RegistrationOptions& options) {
+  for (const Status& status :
+       {check_options(options), check_cloud(target, "target"), check_cloud(source, "source")}) {
+    if (!status.ok()) return status.error();
+  }
+  if (!guess.finite()) return Error{"register: the guess is not finite; give a rigid transform"};
+  const double target_size = scene_radius(target.points), source_size = scene_radius(source.points);
+  if (const Status status = check_scales(target_size, source_size, options.max_distance); !status.ok())
+    return status.error();
+
+  // Large enough for a dozen points, or noise decides; small enough for furniture.
+  const double surfel_size = std::clamp(target_size, source_size, 2 * source_size) / 25;
+  Pyramid target_surfels, source_surfels;
+  do_both(
+      options.threads,
+      [&] {
+        target_surfels = pyramid({target.points, surfel_size, target.scans, target.viewpoints});
+      },
+      [&] {
+        source_surfels = pyramid({source.points, surfel_size, source.scans, source.viewpoints});
+      });
+  const std::vector<Level> levels = make_levels(target_surfels, source_surfels, options);
+
+  const auto attempt = [&](const Eigen::Isometry3d& start, Registration& result) {
+    const Descent descent = descend(levels, start, options.max_iterations);
+    const AlignmentEvidence seen = evidence({levels[0].target, levels[0].source, target.viewpoints,
+                                             source.viewpoints, descent.T, descent.options});
+    std::string why = objection(seen, options.min_overlap);
+    if (why.empty() && !descent.settled)
+      why = "still moving after " + std::to_string(descent.iterations) + " iterations";
+    result = {Transform<Target, Source>(descent.T),
+              seen.covariance,
+              why.empty(),
+              why,
+              seen.overlap,
+              seen.rms,
+              descent.iterations};
+    return result.converged;
+  };
+  Registration first;
+  if (attempt(guess.isometry(), first)) return first;
+  for (const Eigen::Isometry3d& start : other_starts(guess.isometry(), options.max_distance / 2)) {
+    Registration other;
+    if (attempt(start, other)) return other;
+  }
+  return first;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,167 @@
+#include "fusion/cloud/registration_verdict.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "fusion/cloud/free_space.hpp"
+
+namespace parhelion {
+namespace {
+
+// A right alignment explains most of what both saw and contradicts nearly none of it: 1 contradicted for each
+// 7 explained is 2 to 4 times what clutter and edges give, and half of what the best wrong ones give.
+constexpr double most_contradicted = 0.15;
+// Residuals spread evenly over the search (ratio 1) are those of surfaces that have nothing to do with each
+// other.
+constexpr double most_ambiguous = 0.5;
+// Surfels overlap with their neighbours in the window of their normals: about 9 on a surface say the same.
+constexpr double surfels_alike = 9;
+constexpr float flat = 0.05f;  // slack up to which a surfel counts as a piece of plane
+
+std::string format(const char* pattern, double a, double b = 0) {
+  std::array<char, 200> text;
+  std::snprintf(text.data(), text.size(), pattern, a, b);
+  return text.data();
+}
+
+std::string direction_in_words(const Eigen::Vector3d& v) {
+  return format("(%.2f, %.2f, ", v.x(), v.y()) + format("%.2f)", v.z());
+}
+
+/// What the planes of all flat pairs determine: lengths in units of `lever`, so that turning and moving
+/// compare.
+struct PlaneInformation {
+  Matrix6d sum = Matrix6d::Zero();
+  double pairs = 0;
+};
+
+PlaneInformation plane_information(const AlignedPair& pair, const std::vector<std::int32_t>& partners,
+                                   const Eigen::Vector3d& centre, double lever) {
+  PlaneInformation planes;
+  for (std::size_t i = 0; i < partners.size(); ++i) {
+    if (partners[i] < 0) continue;
+    const auto j = static_cast<std::size_t>(partners[i]);
+    if (pair.source.slack[i] > flat || pair.target.surfels.slack[j] > flat) continue;
+    const Eigen::Vector3d n = pair.target.surfels.normals[j].cast<double>();
+    const Eigen::Vector3d r = pair.T_target_source * pair.source.means[i].cast<double>() - centre;
+    Vector6d row;
+    row << n, r.cross(n) / lever;
+    planes.sum += row * row.transpose();
+    planes.pairs += 1;
+  }
+  return planes;
+}
+
+/// Directions in which normals change so little along the surfaces that their own noise could have made it.
+std::string undetermined_directions(const PlaneInformation& planes, double normal_noise) {
+  if (planes.pairs < 6) return "any direction: there are no flat surfaces in both";
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(planes.sum / planes.pairs);
+  // Of the mean squared cosine between a direction and the normals, noise makes the square of its angle.
+  const double least = 3 * normal_noise * normal_noise + 1e-4;
+  std::string words;
+  for (int k = 0; k < 6 && solver.eigenvalues()[k] < least; ++k) {
+    const Vector6d v = solver.eigenvectors().col(k);
+    const bool turning = v.tail<3>().norm() > v.head<3>().norm();
+    const Eigen::Vector3d axis = turning ? v.tail<3>().normalized() : v.head<3>().normalized();
+    words += (words.empty() ? "" : "; ") + std::string(turning ? "turning about " : "moving along ") +
+             direction_in_words(axis);
+  }
+  return words;
+}
+
+/// From the moved source's centre, in units of lever, to the target's origin of the source (see
+/// Registration).
+Matrix6d covariance_of(const PlaneInformation& planes, double variance, double lever,
+                       const Eigen::Vector3d& origin_from_centre) {
+  Vector6d scale;
+  scale << 1, 1, 1, lever, lever, lever;
+  Matrix6d information = scale.asDiagonal() * planes.sum * scale.asDiagonal();
+  // What is not determined stays uncertain by a lever, or by a radian.
+  information.diagonal().array() += 1e-9 * planes.pairs + 1e-12;
+  for (int k = 0; k < 6; ++k) information(k, k) += k < 3 ? variance / (lever * lever) : variance;
+  Matrix6d move = Matrix6d::Identity();
+  const Eigen::Vector3d& o = origin_from_centre;
+  move.topRightCorner<3, 3>() << 0, o.z(), -o.y(), -o.z(), 0, o.x(), o.y(), -o.x(), 0;
+  const Matrix6d inverse = information.ldlt().solve(Matrix6d::Identity());
+  const Matrix6d covariance = surfels_alike * variance * move * inverse * move.transpose();
+  return (covariance + covariance.transpose()) / 2;
+}
+
+double contradiction(const AlignedPair& pair) {
+  // Along a grazing ray a surfel's neighbour is up to a few of its sizes nearer.
+  const double margin = 3 * pair.source.size;
+  FreeSpace sum;
+  sum += free_space(pair.target.surfels, pair.target_viewpoints, pair.source, pair.T_target_source, margin);
+  sum += free_space(pair.source, pair.source_viewpoints, pair.target.surfels,
+                    pair.T_target_source.inverse(Eigen::Isometry), margin);
+  const double both = sum.in_front + sum.on_surface;
+  return both > 0 ? sum.in_front / both : 0;
+}
+
+}  // namespace
+
+AlignmentEvidence evidence(const AlignedPair& pair) {
+  AlignmentEvidence result;
+  const std::vector<std::int32_t> found =
+      partners(pair.target, pair.source, pair.T_target_source, pair.options);
+  std::vector<double> residuals;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double squares = 0, on = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] < 0) continue;
+    const double e = residual(pair.target, found[i], pair.source, i, pair.T_target_source);
+    residuals.push_back(e);
+    centre += pair.T_target_source * pair.source.means[i].cast<double>();
+    if (e > pair.options.kernel) continue;
+    squares += e * e;
+    on += 1;
+  }
+  if (on == 0) return result;
+  centre /= static_cast<double>(residuals.size());
+  double lever = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (found[i] >= 0)
+      lever += (pair.T_target_source * pair.source.means[i].cast<double>() - centre).squaredNorm();
+  }
+  lever = std::sqrt(lever / static_cast<double>(residuals.size()));
+  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
+  std::nth_element(residuals.begin(), middle, residuals.end());
+
+  result.overlap = on / static_cast<double>(found.size());
+  result.rms = std::sqrt(squares / on);
+  result.ambiguity = *middle / (pair.options.gate / 2);
+  result.contradiction = contradiction(pair);
+  const PlaneInformation planes = plane_information(pair, found, centre, lever);
+  const double window = 1.5 * pair.source.size;
+  const double noise = std::max(pair.source.noise(), pair.target.surfels.noise());
+  // A normal comes from about 9 surfels' points.
+  result.undetermined = undetermined_directions(planes, noise / window / 3);
+  result.covariance = covariance_of(planes, std::max(result.rms * result.rms, 1e-12), lever,
+                                    pair.T_target_source.translation() - centre);
+  return result;
+}
+
+std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
+  if (evidence.overlap < min_overlap) {
+    return format("only %.0f %% of the source lies on the target, of %.0f %% asked for",
+                  100 * evidence.overlap, 100 * min_overlap);
+  }
+  if (evidence.ambiguity > most_ambiguous) {
+    return format(
+        "the surfaces are near each other but do not match: the median residual is %.0f %% of chance's",
+        100 * evidence.ambiguity);
+  }
+  if (evidence.contradiction > most_contradicted * evidence.overlap) {
+    return format(
+        "%.0f %% of the surfaces would stand where the other scanner saw through, with %.0f %% explained",
+        100 * evidence.contradiction, 100 * evidence.overlap);
+  }
+  if (!evidence.undetermined.empty()) return "the surfaces do not determine " + evidence.undetermined;
+  return {};
+}
+
+}  // namespace parhelion
