@@ -3,7 +3,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <optional>
+#include <numbers>
+#include <span>
 
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/registration.hpp"
@@ -149,17 +150,23 @@ double fitted_kernel(const Level& level, const std::vector<std::int32_t>& found,
   return std::clamp(3 * 1.4826 * *middle, level.source.size / 2, level.options.gate);
 }
 
-/// Gauss and Newton's method from the coarsest level to the finest.
-Descent descend(const std::vector<Level>& levels, const Eigen::Isometry3d& guess, int max_iterations) {
-  constexpr int most_a_level = 25, kernel_fitted_at = 2;
+/// Gauss and Newton's method from the coarsest level to the finest, there once more with the fitted kernel.
+Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, int max_iterations) {
+  constexpr int most_a_level = 25;
+  const double size = levels[0].source.size;
   Descent result{guess, levels[0].options};
   for (std::size_t l = levels.size(); l-- > 0;) {
     const Level& level = levels[l];
+    bool fitted = l > 0;
     result.settled = false;
     result.options = level.options;
-    for (int i = 0; i < most_a_level && result.iterations < max_iterations && !result.settled; ++i) {
+    for (int i = 0; i < most_a_level && result.iterations < max_iterations; ++i) {
       const std::vector<std::int32_t> found = partners(level.target, level.source, result.T, result.options);
-      if (i == kernel_fitted_at) result.options.kernel = fitted_kernel(level, found, result.T);
+      if (result.settled || (!fitted && i == most_a_level / 2)) {
+        if (fitted) break;
+        result.options.kernel = fitted_kernel(level, found, result.T);
+        fitted = true;
+      }
       const Eigen::Vector3d centre = result.T.translation();
       const NormalEquations equations =
           normal_equations(level.target, level.source, found, result.T, centre, result.options);
@@ -170,9 +177,8 @@ Descent descend(const std::vector<Level>& levels, const Eigen::Isometry3d& guess
       if (!step.allFinite()) return result;
       result.T = stepped(result.T, step, centre);
       ++result.iterations;
-      const double size = levels[0].source.size;
-      result.settled =
-          i >= kernel_fitted_at && step.head<3>().norm() < size / 200 && step.tail<3>().norm() < size / 600;
+      result.settled = step.head<3>().norm() < size / 200 && step.tail<3>().norm() < size / 600;
+      if (result.settled && fitted) break;
     }
   }
   return result;
@@ -193,6 +199,75 @@ std::vector<Eigen::Isometry3d> other_starts(const Eigen::Isometry3d& guess, doub
     }
   }
   return starts;
+}
+
+/// Everything of one call.
+struct Problem {
+  const PointCloud<Target>& target;
+  const PointCloud<Source>& source;
+  const RegistrationOptions& options;
+  std::vector<Level> levels;
+};
+
+struct Attempt {
+  Descent descent;
+  AlignmentEvidence seen;
+  std::string why;
+
+  Registration registration() const {
+    return {Transform<Target, Source>(descent.T),
+            seen.covariance,
+            why.empty(),
+            why,
+            seen.overlap,
+            seen.rms,
+            descent.iterations};
+  }
+};
+
+Attempt attempt(const Problem& problem, const Eigen::Isometry3d& start) {
+  const std::vector<Level>& levels = problem.levels;
+  Attempt result{descend(levels, start, problem.options.max_iterations), {}, {}};
+  result.seen = evidence({levels[0].target, levels[0].source, problem.target.viewpoints,
+                          problem.source.viewpoints, result.descent.T, result.descent.options});
+  result.why = objection(result.seen, problem.options.min_overlap);
+  if (result.why.empty() && !result.descent.settled)
+    result.why = "still moving after " + std::to_string(result.descent.iterations) + " iterations";
+  return result;
+}
+
+/// Share of a level's source surfels that lie on the target.
+double agreement(const Level& level, const Eigen::Isometry3d& T) {
+  const std::vector<std::int32_t> found = partners(level.target, level.source, T, level.options);
+  double on = 0;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    on += found[i] >= 0 && residual(level.target, found[i], level.source, i, T) < level.options.kernel;
+  return on / static_cast<double>(found.size());
+}
+
+/// Rooms look alike when turned by quarters: a result is only right where those turns fit clearly worse.
+/// Looked at in the two coarsest levels first, which tells most of them apart.
+std::string rival(const Problem& problem, const Attempt& winner) {
+  constexpr double nearly = 0.8;
+  const std::span<const Level> coarse = std::span(problem.levels).last(2);
+  const Eigen::Isometry3d& T = winner.descent.T;
+  const double own = agreement(coarse[0], T);
+  const auto score = [](const AlignmentEvidence& seen) { return seen.overlap - 2 * seen.contradiction; };
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3f& mean : coarse[1].source.means) middle += T * mean.cast<double>();
+  middle /= static_cast<double>(coarse[1].source.count());
+  for (int quarters = 1; quarters < 4; ++quarters) {
+    const Vector6d turn = (Vector6d() << 0, 0, 0, 0, 0, quarters * std::numbers::pi / 2).finished();
+    const Eigen::Isometry3d start = stepped(T, turn, middle);
+    const Descent quick = descend(coarse, start, problem.options.max_iterations);
+    if (agreement(coarse[0], quick.T) < nearly * own) continue;
+    const Attempt other = attempt(problem, quick.T);
+    if (!other.why.empty() || (T.inverse(Eigen::Isometry) * other.descent.T).linear().trace() > 2) continue;
+    if (score(other.seen) < 0.9 * score(winner.seen)) continue;
+    return "turned by " + std::to_string(90 * quarters) +
+           " degrees the source fits about as well; guess nearer";
+  }
+  return {};
 }
 
 }  // namespace
@@ -220,31 +295,17 @@ Result<Registration> register_pair(const PointCloud<Target>& target, const Point
       [&] {
         source_surfels = pyramid({source.points, surfel_size, source.scans, source.viewpoints});
       });
-  const std::vector<Level> levels = make_levels(target_surfels, source_surfels, options);
+  const Problem problem{target, source, options, make_levels(target_surfels, source_surfels, options)};
 
-  const auto attempt = [&](const Eigen::Isometry3d& start, Registration& result) {
-    const Descent descent = descend(levels, start, options.max_iterations);
-    const AlignmentEvidence seen = evidence({levels[0].target, levels[0].source, target.viewpoints,
-                                             source.viewpoints, descent.T, descent.options});
-    std::string why = objection(seen, options.min_overlap);
-    if (why.empty() && !descent.settled)
-      why = "still moving after " + std::to_string(descent.iterations) + " iterations";
-    result = {Transform<Target, Source>(descent.T),
-              seen.covariance,
-              why.empty(),
-              why,
-              seen.overlap,
-              seen.rms,
-              descent.iterations};
-    return result.converged;
-  };
-  Registration first;
-  if (attempt(guess.isometry(), first)) return first;
+  const Attempt first = attempt(problem, guess.isometry());
+  Attempt best = first;
   for (const Eigen::Isometry3d& start : other_starts(guess.isometry(), options.max_distance / 2)) {
-    Registration other;
-    if (attempt(start, other)) return other;
+    if (best.why.empty()) break;
+    best = attempt(problem, start);
   }
-  return first;
+  if (!best.why.empty()) return first.registration();
+  best.why = rival(problem, best);
+  return best.registration();
 }
 
 }  // namespace parhelion
