@@ -1,0 +1,183 @@
+#include "fusion/cloud/normals.hpp"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/cloud/bucket_grid.hpp"
+#include "fusion/scan/philox.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double wanted_in_bucket = 8;  // about nine of the 27 lie on a surface: some seventy neighbours
+constexpr double smallest_bucket = 0.01, largest_bucket = 0.5;  // m; beyond, neighbours share no surface
+
+/// The box of all points but one in a thousand on each side, and a margin of its own size.
+Eigen::AlignedBox3f without_strays(std::span<const Eigen::Vector3f> points) {
+  Eigen::AlignedBox3f box;
+  std::vector<float> values;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / 100'000);
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (std::size_t i = 0; i < points.size(); i += step) values.push_back(points[i][axis]);
+    const auto quantile = [&](double q) {
+      const auto at =
+          values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+      std::nth_element(values.begin(), at, values.end());
+      return *at;
+    };
+    const float low = quantile(0.001), high = quantile(0.999), margin = std::max(1.0F, high - low);
+    box.min()[axis] = low - margin;
+    box.max()[axis] = high + margin;
+  }
+  return box;
+}
+
+/// Buckets in which the median point finds about as many others as are wanted; on surfaces their number grows
+/// with the square of the side.
+double fitted_bucket(std::span<const Eigen::Vector3f> points) {
+  double side = 0.1;
+  for (int round = 0; round < 2; ++round) {
+    const BucketGrid grid(points, side);
+    std::vector<std::uint32_t> counts;
+    const std::size_t step = std::max<std::size_t>(1, points.size() / 2'000);
+    for (std::size_t i = 0; i < points.size(); i += step) {
+      std::uint32_t count = 0;
+      grid.for_each_run(grid.bucket_of(points[i]),
+                        [&](BucketGrid::Range run) { count += run.end - run.begin; });
+      counts.push_back(count);
+    }
+    std::nth_element(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2),
+                     counts.end());
+    const double in_bucket = std::max(1.0, counts[counts.size() / 2] / 9.0);
+    side = std::clamp(grid.bucket_size() * std::sqrt(wanted_in_bucket / in_bucket), smallest_bucket,
+                      largest_bucket);
+  }
+  return side;
+}
+
+/// The points of the 27 buckets; evenly thinned where there are too many.
+void collect(const BucketGrid& grid, const Eigen::Vector3f& p, int most, std::vector<Eigen::Vector3f>& list) {
+  list.clear();
+  const Eigen::Vector3i bucket = grid.bucket_of(p);
+  std::uint32_t count = 0;
+  grid.for_each_run(bucket, [&](BucketGrid::Range run) { count += run.end - run.begin; });
+  const auto limit = static_cast<std::uint32_t>(most);
+  const std::uint32_t step = (count + limit - 1) / limit;
+  std::uint32_t skip = 0;
+  grid.for_each_run(bucket, [&](BucketGrid::Range run) {
+    std::uint32_t i = run.begin + skip;
+    for (; i < run.end; i += step) list.push_back(grid.sorted()[i] - p);
+    skip = i - run.end;
+  });
+}
+
+Eigen::Vector3f upwards(const Eigen::Vector3f& normal) {
+  const bool down = normal.z() != 0 ? normal.z() < 0 : normal.y() != 0 ? normal.y() < 0 : normal.x() < 0;
+  return down ? Eigen::Vector3f(-normal) : normal;
+}
+
+/// Algorithm 2. The random numbers of a point and a plane depend on nothing else.
+Eigen::Vector3f best_random_plane(const std::vector<Eigen::Vector3f>& list, std::size_t point,
+                                  const NormalOptions& options) {
+  const PhiloxKey key{static_cast<std::uint32_t>(options.seed),
+                      static_cast<std::uint32_t>(options.seed >> 32)};
+  Eigen::Vector3f best = Eigen::Vector3f::Zero();
+  float least = 0;
+  for (int plane = 0; plane < options.planes; ++plane) {
+    const PhiloxCounter words =
+        philox4x32({static_cast<std::uint32_t>(point), static_cast<std::uint32_t>(std::uint64_t{point} >> 32),
+                    static_cast<std::uint32_t>(plane), 0},
+                   key);
+    const auto drawn = [&](std::size_t k) -> const Eigen::Vector3f& {
+      return list[static_cast<std::size_t>(std::uint64_t{words[k]} * list.size() >> 32)];
+    };
+    const Eigen::Vector3f &a = drawn(0), &b = drawn(1), &c = drawn(2);
+    const Eigen::Vector3f cross = (b - a).cross(c - a);
+    const float size = cross.norm();
+    // Three points on one line make no plane.
+    if (!(size > 1e-3F * (b - a).norm() * (c - a).norm()) || size <= 0) continue;
+    const Eigen::Vector3f normal = cross / size;
+    float sum = 0;
+    for (const Eigen::Vector3f& p : list) sum += std::abs(normal.dot(p - a));
+    if (best.isZero() || sum < least) {
+      least = sum;
+      best = normal;
+    }
+  }
+  return best;
+}
+
+Eigen::Vector3f least_variance(const std::vector<Eigen::Vector3f>& list) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
+  for (const Eigen::Vector3f& p : list) {
+    sum += p;
+    squares += p * p.transpose();
+  }
+  const auto count = static_cast<float>(list.size());
+  const Eigen::Vector3f mean = sum / count;
+  const Eigen::Matrix3d covariance = (squares / count - mean * mean.transpose()).cast<double>();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(covariance);
+  const Eigen::Vector3d lambda = solver.eigenvalues();
+  // On one line (or in one place) no direction is better than another.
+  if (!(lambda[1] > 1e-4 * lambda[2]) || lambda[2] <= 0) return Eigen::Vector3f::Zero();
+  return solver.eigenvectors().col(0).cast<float>();
+}
+
+std::vector<Eigen::Vector3f> run(std::span<const Eigen::Vector3f> points, const NormalOptions& options) {
+  std::vector<Eigen::Vector3f> normals(points.size(), Eigen::Vector3f::Zero());
+  const Eigen::AlignedBox3f box = without_strays(points);
+  std::vector<Eigen::Vector3f> near;
+  std::vector<std::uint32_t> index;  // empty where all are near
+  const bool all = std::all_of(points.begin(), points.end(), [&](const auto& p) { return box.contains(p); });
+  for (std::uint32_t i = 0; !all && i < points.size(); ++i) {
+    if (!box.contains(points[i])) continue;
+    near.push_back(points[i]);
+    index.push_back(i);
+  }
+  const std::span<const Eigen::Vector3f> used = all ? points : std::span<const Eigen::Vector3f>(near);
+  const BucketGrid grid(used, options.bucket_size > 0 ? options.bucket_size : fitted_bucket(used));
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, used.size(), 1024), [&](const auto& range) {
+    std::vector<Eigen::Vector3f> list;
+    // In the order of the buckets, so that neighbours are in the cache.
+    for (std::size_t k = range.begin(); k < range.end(); ++k) {
+      const std::uint32_t i = grid.order()[k];
+      collect(grid, grid.sorted()[k], options.max_neighbours, list);
+      if (list.size() < 3) continue;
+      const std::uint32_t point = all ? i : index[i];
+      normals[point] =
+          upwards(options.method == NormalMethod::principal ? least_variance(list)
+                                                            : best_random_plane(list, point, options));
+    }
+  });
+  return normals;
+}
+
+}  // namespace
+
+Result<std::vector<Eigen::Vector3f>> estimate_normals(std::span<const Eigen::Vector3f> points,
+                                                      const NormalOptions& options) {
+  if (points.empty()) return Error{"normals: the cloud is empty; expected the points of a scan"};
+  if (!(options.bucket_size >= 0)) return Error{"normals: bucket_size must not be negative"};
+  if (options.planes < 1 || options.max_neighbours < 3 || options.threads < 0)
+    return Error{"normals: expected planes >= 1, max_neighbours >= 3, threads >= 0"};
+  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : options.threads);
+  return arena.execute([&] { return run(points, options); });
+}
+
+void face_viewpoints(std::span<const Eigen::Vector3f> points, std::span<const std::uint16_t> scans,
+                     std::span<const Eigen::Vector3d> viewpoints, std::span<Eigen::Vector3f> normals) {
+  if (viewpoints.empty()) return;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const Eigen::Vector3f from = viewpoints[scans.empty() ? 0 : scans[i]].cast<float>();
+    if (normals[i].dot(from - points[i]) < 0) normals[i] = -normals[i];
+  }
+}
+
+}  // namespace parhelion
