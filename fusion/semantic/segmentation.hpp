@@ -66,6 +66,12 @@ struct Segmentation {
 /// Errors: an empty cloud, no extent, options out of range, a stages folder that cannot be written.
 Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOptions& options = {});
 
+/// The normals way: normals (the cloud's own, or algorithm 2's) say what is level and what upright; cubes of
+/// one plane that touch are a surface. Of the options uses near, min_length, seed, threads; finds no parallel
+/// sets. Slower than the image way, which `segment` is; each is the other's check. Errors: as `segment`.
+Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud,
+                                        const SegmentationOptions& options = {});
+
 /// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
 /// frame: an accelerometer's reading). Turns by the shortest arc about the middle of what is level, so
 /// that heights stay those of the cloud there. Errors: nothing horizontal within 30 degrees of the hint (or
