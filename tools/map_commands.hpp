@@ -6,5 +6,6 @@
 namespace parhelion {
 
 void add_map_extrude(CLI::App& map, Exit& exit);
+void add_map_register(CLI::App& map, Exit& exit);
 
 }  // namespace parhelion

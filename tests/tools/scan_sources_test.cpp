@@ -1,0 +1,156 @@
+// 3D scans from folders, logs and a person's guesses.
+#include "tools/scan_sources.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/codec.hpp"
+#include "protocols/robot.hpp"
+#include "tests/tools/imported_log.hpp"
+#include "tools/scan_guess.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::TemporaryFolder;
+
+/// Median of the heights in the cloud's frame where a layer of 4 cm holds most points.
+double densest_height(const std::vector<ScanToRegister>& scans) {
+  std::map<int, int> layers;
+  for (const ScanToRegister& scan : scans) {
+    for (const Eigen::Vector3f& p : scan.cloud.points) {
+      const Eigen::Vector3d in_cloud = scan.guess * p.cast<double>().eval();
+      ++layers[static_cast<int>(std::floor(in_cloud.z() / 0.04))];
+    }
+  }
+  const auto most = std::max_element(layers.begin(), layers.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return 0.04 * most->first + 0.02;
+}
+
+TEST(ScanSources, depth_images_of_the_kitchen_come_level_with_the_table_at_its_height_over_the_floor) {
+  const auto kitchen = test::recording("rgbd-7scenes-redkitchen-a");
+  PARHELION_NEEDS_RECORDING(kitchen);
+  ScanSourceOptions options;
+  options.pixel_step = 8;
+  const auto opened = open_scans({kitchen.string()}, options);
+  ASSERT_TRUE(opened) << opened.error().message;
+  EXPECT_GT(opened->scans.size(), 10U);
+  EXPECT_LE(opened->scans.size(), 100U);
+  for (const ScanToRegister& scan : opened->scans) EXPECT_TRUE(scan.has_guess);
+  // The densest layer is the table top, 0.76 m below the world's origin.
+  EXPECT_NEAR(densest_height(opened->scans), -0.76, 0.06);
+}
+
+TEST(ScanSources, folders_of_3dtk_are_taken_in_the_order_of_names_with_their_poses) {
+  const auto corridor = test::recording("3d-3dtk-corridor");
+  PARHELION_NEEDS_RECORDING(corridor);
+  auto opened = open_scans({corridor.string()}, {});
+  ASSERT_TRUE(opened) << opened.error().message;
+  ASSERT_EQ(opened->scans.size(), 3U);
+  place_guesses(opened->scans);
+  EXPECT_NEAR(opened->scans[1].guess.translation().x(), 1.569, 0.001);
+  EXPECT_NEAR(opened->scans[2].guess.translation().x(), 3.380, 0.001);
+}
+
+/// A robot with a laser that looks across its way, driving 10 m down a corridor 2 m wide and 2.5 m high.
+void write_corridor_log(const std::string& path) {
+  RobotDescription robot;
+  robot.laser.emplace();
+  Eigen::Matrix3d R;
+  R << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  robot.laser->T_base_laser = Transform<Base, Laser>(Eigen::Quaterniond(R), {0.1, 0, 0.5});
+  robot.laser->convention.range_min = 0.05F;
+  robot.laser->convention.range_max = 30;
+  auto writer = LogWriter::create(path, true);
+  ASSERT_TRUE(writer.ok());
+  std::int64_t arrival = 1'000'000;
+  const auto write = [&](const char* channel, const auto& message) {
+    std::vector<std::uint8_t> bytes;
+    encode(message, bytes);
+    ASSERT_TRUE(writer->write(channel, ArrivalTime::from_utime(++arrival), bytes).ok());
+  };
+  write("ROBOT", RobotMessage{SensorTime::from_utime(1'000'000), to_yaml(robot)});
+  for (int i = 0; i <= 100; ++i) {
+    const auto stamp = SensorTime::from_utime(1'000'000 + 100'000 * i);
+    PoseEstimate pose;
+    pose.stamp = stamp;
+    pose.T_map_base = Transform<Map, Base>::planar(0.1 * i, 0, 0);
+    pose.state = SlamState::tracking;
+    pose.map_id = "corridor";
+    write("POSE_COV", pose);
+    Scan line;
+    line.stamp = stamp;
+    line.angle_step = static_cast<float>(2 * 3.14159265358979 / 180);
+    for (int k = 0; k < 180; ++k) {
+      const double angle = static_cast<double>(line.angle_step) * k, y = std::cos(angle), z = std::sin(angle);
+      const double level = z > 1e-9 ? 2.0 / z : z < -1e-9 ? -0.5 / z : 1e9;
+      line.ranges.push_back(static_cast<float>(std::min(1 / std::max(1e-9, std::abs(y)), level)));
+    }
+    write("SCAN", line);
+  }
+}
+
+TEST(ScanSources, scan_lines_across_the_way_become_3d_scans_of_some_metres_each) {
+  const TemporaryFolder folder;
+  write_corridor_log(folder / "corridor.lcm");
+  const auto opened = open_scans({folder / "corridor.lcm"}, {});
+  ASSERT_TRUE(opened) << opened.error().message;
+  ASSERT_EQ(opened->scans.size(), 3U);
+  for (const ScanToRegister& scan : opened->scans) {
+    for (const Eigen::Vector3f& p : scan.cloud.points) {
+      const Eigen::Vector3d q = scan.guess * p.cast<double>().eval();
+      const double off = std::min({std::abs(std::abs(q.y()) - 1), std::abs(q.z()), std::abs(q.z() - 2.5)});
+      ASSERT_LT(off, 1e-3);
+    }
+  }
+}
+
+TEST(ScanSources, depth_images_of_a_log_stand_where_those_of_its_folder_do) {
+  const auto kitchen = test::recording("rgbd-7scenes-redkitchen-a");
+  PARHELION_NEEDS_RECORDING(kitchen);
+  const TemporaryFolder folder;
+  const auto report = import_recording(test::import_options(kitchen, folder / "kitchen.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ScanSourceOptions options;
+  options.pixel_step = 8;
+  const auto opened = open_scans({folder / "kitchen.lcm"}, options);
+  ASSERT_TRUE(opened) << opened.error().message;
+  EXPECT_GT(opened->scans.size(), 10U);
+  // The import puts the floor at 0: the table is 0.72 m high.
+  EXPECT_NEAR(densest_height(opened->scans), 0.72, 0.06);
+}
+
+TEST(ScanSources, what_holds_no_scan_is_refused_with_what_was_expected) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "readme.md") << "no scan";
+  EXPECT_FALSE(open_scans({folder / "readme.md"}, {}));
+  EXPECT_FALSE(open_scans({folder / "absent.ply"}, {}));
+  const auto empty = open_scans({folder / ""}, {});
+  ASSERT_FALSE(empty);
+  EXPECT_NE(empty.error().message.find("frame-000000.depth.png"), std::string::npos);
+}
+
+TEST(ScanGuess, says_where_the_second_scan_or_each_scan_is) {
+  const TemporaryFolder folder;
+  std::vector<ScanToRegister> scans(2);
+  ASSERT_TRUE(apply_guess("1,2,3,90", scans));
+  EXPECT_TRUE((scans[1].guess * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3)));
+  std::ofstream(folder / "guess.txt") << "# x y z yaw\n1 0 0 90\n0 1 0 0  1 0 0 0  0 0 1 0  0 0 0 1\n";
+  EXPECT_FALSE(apply_guess(folder / "guess.txt", scans)) << "a mirroring is no pose";
+  std::ofstream(folder / "guess.txt") << "1 0 0 90\n1 1 0 90\n";
+  ASSERT_TRUE(apply_guess(folder / "guess.txt", scans));
+  EXPECT_TRUE(scans[1].guess.translation().isApprox(Eigen::Vector3d(1, 0, 0)));
+  EXPECT_FALSE(apply_guess("1,2,3", scans));
+  EXPECT_FALSE(apply_guess("1,2,3,inf", scans));
+  scans.resize(3);
+  EXPECT_FALSE(apply_guess("1,2,3,4", scans));
+  EXPECT_FALSE(apply_guess(folder / "guess.txt", scans));
+}
+
+}  // namespace
+}  // namespace parhelion

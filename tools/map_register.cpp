@@ -1,0 +1,182 @@
+// `parhelion map register`: 3D scans into one cloud.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "fusion/cloud/registration.hpp"
+#include "fusion/cloud/write_cloud.hpp"
+#include "tools/map_commands.hpp"
+#include "tools/progress.hpp"
+#include "tools/scan_guess.hpp"
+#include "tools/scan_sources.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr const char* description = "Registers 3D scans (ICP, loops closed) into one cloud";
+constexpr const char* footer =
+    "Examples:\n  parhelion map register scan000.3d scan001.3d scan002.3d -o corridor.ply --summary s.json\n"
+    "  parhelion map register room1.pcd room2.pcd --guess 1.79,0.72,0,39.7 -o room.ply\n\n"
+    "SCANS are files (.ply .pcd .3d .xyz .txt .asc .pts .csv), folders of them, folders of depth images with "
+    "poses\n(7-Scenes, TUM), or LCM logs with poses and DEPTH images or scan lines of a laser that is not "
+    "level.\nThe cloud is in the first scan's frame, metres, x forward, y left, z up. A scan that can't be "
+    "registered is\nnever in it: exit 1 and no cloud, or with --keep-going the cloud of the others.";
+
+struct Arguments {
+  std::vector<std::string> scans;
+  std::string output, summary, guess;
+  ScanSourceOptions source;
+  RegistrationOptions registration;
+  bool overwrite = false, keep_going = false;
+};
+
+nlohmann::json to_json(const std::string& name, const RegisteredScan& scan) {
+  nlohmann::json entry = {
+      {"name", name},      {"converged", scan.converged}, {"why", scan.why},      {"overlap", scan.overlap},
+      {"rms_m", scan.rms}, {"seconds", scan.seconds},     {"T_map_scan", nullptr}};
+  if (!scan.converged) return entry;
+  entry["T_map_scan"] = nlohmann::json::array();
+  const Eigen::Matrix4d T = scan.T_cloud_scan.isometry().matrix();
+  for (int row = 0; row < 4; ++row)
+    entry["T_map_scan"].push_back({T(row, 0), T(row, 1), T(row, 2), T(row, 3)});
+  return entry;
+}
+
+Status write_summary(const Arguments& arguments, const std::vector<std::string>& names,
+                     const RegisteredSequence& sequence, double seconds) {
+  if (arguments.summary.empty()) return {};
+  nlohmann::json summary = {{"points", sequence.cloud.size()}, {"seconds", seconds}};
+  summary["scans"] = nlohmann::json::array();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    summary["scans"].push_back(to_json(names[i], sequence.scans[i]));
+  return write_text(arguments.summary, summary.dump(2) + "\n", arguments.overwrite);
+}
+
+Status refuse_overwriting(const Arguments& arguments) {
+  for (const std::string& path : {arguments.output, arguments.summary}) {
+    std::error_code ignored;
+    if (path.empty() || path == "-" || arguments.overwrite || !std::filesystem::exists(path, ignored))
+      continue;
+    return Error{path + ": exists already; choose another name or give --force"};
+  }
+  const std::string extension = std::filesystem::path(arguments.output).extension().string();
+  if (extension == ".ply" || extension == ".pcd") return {};
+  return Error{arguments.output + ": a cloud is written as .ply or .pcd"};
+}
+
+Result<OpenedScans> open(const Arguments& arguments) {
+  Progress progress("open", "sources");
+  auto opened = open_scans(arguments.scans, arguments.source, [&](std::size_t done, std::size_t total) {
+    progress.update(static_cast<double>(done), static_cast<double>(total));
+  });
+  progress.finish();
+  if (!opened) return opened;
+  place_guesses(opened->scans);
+  if (Status status = apply_guess(arguments.guess, opened->scans); !status) return status.error();
+  for (const std::string& note : opened->notes)
+    std::fprintf(stderr, "parhelion map register: %s\n", note.c_str());
+  return opened;
+}
+
+/// Says how each scan fared; how many failed.
+std::size_t report(const std::vector<std::string>& names, const RegisteredSequence& sequence) {
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const RegisteredScan& scan = sequence.scans[i];
+    if (scan.converged) continue;
+    ++failed;
+    std::fprintf(stderr, "parhelion map register: %s: not registered: %s\n", names[i].c_str(),
+                 scan.why.c_str());
+  }
+  return failed;
+}
+
+Status run(const Arguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  if (Status status = refuse_overwriting(arguments); !status) return status;
+  const auto opened = open(arguments);
+  if (!opened) return opened.error();
+  Progress progress("register", "scans");
+  const auto sequence =
+      register_sequence(opened->scans, arguments.registration, [&](std::size_t done, std::size_t total) {
+        progress.update(static_cast<double>(done), static_cast<double>(total));
+      });
+  progress.finish();
+  if (!sequence) return sequence.error();
+  std::vector<std::string> names;
+  for (const ScanToRegister& scan : opened->scans) names.push_back(scan.name);
+  const std::size_t failed = report(names, *sequence);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (Status status = write_summary(arguments, names, *sequence, seconds); !status) return status;
+  if (failed > 0 && !arguments.keep_going) {
+    return Error{std::to_string(failed) + " of " + std::to_string(names.size()) +
+                 " scans could not be registered, no cloud is written; better guesses (--guess), or "
+                 "--keep-going for the others"};
+  }
+  const bool pcd = std::filesystem::path(arguments.output).extension() == ".pcd";
+  const Status written =
+      pcd ? write_pcd(arguments.output, sequence->cloud) : write_ply(arguments.output, sequence->cloud);
+  if (!written) return written;
+  std::fprintf(stderr, "%s: %zu points of %zu scans in %.1f s\n", arguments.output.c_str(),
+               sequence->cloud.size(), names.size() - failed, seconds);
+  return {};
+}
+
+void add_options(CLI::App& command, Arguments& arguments) {
+  static const std::map<std::string, LengthUnit> units = {
+      {"m", LengthUnit::metre}, {"cm", LengthUnit::centimetre}, {"mm", LengthUnit::millimetre}};
+  static const std::map<std::string, FileAxes> axes = {{"z-up", FileAxes::x_forward_z_up},
+                                                       {"y-up", FileAxes::x_right_y_up},
+                                                       {"y-down", FileAxes::x_right_y_down},
+                                                       {"y-up-left-handed", FileAxes::x_right_y_up_mirrored}};
+  static const std::map<std::string, IcpMethod> methods = {{"point-to-point", IcpMethod::point_to_point},
+                                                           {"point-to-plane", IcpMethod::point_to_plane},
+                                                           {"generalised", IcpMethod::generalised}};
+  command.add_option("SCANS", arguments.scans, "Scans, folders of scans, LCM logs")->required();
+  command.add_option("-o,--output", arguments.output, "Cloud to write (.ply or .pcd)")->required();
+  command.add_option("--summary", arguments.summary, "What became of each scan (JSON; - is standard output)");
+  command.add_option(
+      "--guess", arguments.guess,
+      "Where the second scan is in the first: X,Y,Z,YAW (m, degrees); or a FILE of one line a scan: "
+      "x y z yaw, or 16 numbers of a matrix by rows");
+  command
+      .add_option("--unit", arguments.source.read.unit, "Unit of the files: m, cm, mm (default: by format)")
+      ->transform(CLI::CheckedTransformer(units));
+  command.add_option("--axes", arguments.source.read.axes, "Axes of the files (default: by format)")
+      ->transform(CLI::CheckedTransformer(axes));
+  command.add_option("--robot", arguments.source.robot, "Robot description instead of a log's own");
+  command.add_option("--tilt-joint", arguments.source.tilt_joint,
+                     "Joint that turns a log's laser about its y axis");
+  command.add_option("--pixel-step", arguments.source.pixel_step, "Every n-th pixel of depth images")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  command.add_option("--method", arguments.registration.method, "Kind of ICP")
+      ->transform(CLI::CheckedTransformer(methods));
+  command.add_flag("--paper-grid", arguments.registration.paper_grid,
+                   "28 x 28 x 28 buckets, as the paper has it");
+  command.add_option("--threads", arguments.registration.threads, "Threads; 0: all")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_flag("--keep-going", arguments.keep_going,
+                   "Write the cloud though a scan could not be registered");
+  command.add_flag("--force", arguments.overwrite, "Overwrite CLOUD and summary");
+}
+
+}  // namespace
+
+void add_map_register(CLI::App& map, Exit& exit) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = map.add_subcommand("register", description);
+  command->footer(footer);
+  add_options(*command, *arguments);
+  command->callback([arguments, &exit] {
+    const Status status = run(*arguments);
+    if (!status) std::fprintf(stderr, "parhelion map register: %s\n", status.error().message.c_str());
+    exit = status ? Exit::done : Exit::failed;
+  });
+}
+
+}  // namespace parhelion

@@ -1,0 +1,236 @@
+// LCM logs as 3D scans: DEPTH images, or SCAN where the laser does not lie level, placed by POSE_COV or POSE.
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/cloud/sensor_cloud.hpp"
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "protocols/robot.hpp"
+#include "render/depth_image.hpp"
+#include "tools/scan_sources.hpp"
+
+namespace parhelion {
+namespace {
+
+/// Values over time; between two samples at most `farthest` apart they are interpolated.
+template <class Value>
+class Track {
+ public:
+  static constexpr Duration farthest = milliseconds(1000);
+
+  void add(SensorTime stamp, Value value) { samples_.push_back({stamp, value}); }
+  bool empty() const { return samples_.empty(); }
+  void sort() {
+    std::stable_sort(samples_.begin(), samples_.end(),
+                     [](const Sample& a, const Sample& b) { return a.stamp < b.stamp; });
+  }
+  template <class Between>
+  std::optional<Value> at(SensorTime t, Between between) const {
+    const auto after = std::lower_bound(samples_.begin(), samples_.end(), t,
+                                        [](const Sample& s, SensorTime stamp) { return s.stamp < stamp; });
+    if (after == samples_.end()) return std::nullopt;
+    if (after->stamp == t) return after->value;
+    if (after == samples_.begin() || after->stamp - (after - 1)->stamp > farthest) return std::nullopt;
+    const Sample& before = *(after - 1);
+    return between(before.value, after->value,
+                   (t - before.stamp).seconds() / (after->stamp - before.stamp).seconds());
+  }
+
+ private:
+  struct Sample {
+    SensorTime stamp;
+    Value value;
+  };
+  std::vector<Sample> samples_;
+};
+
+class LogScans {
+ public:
+  LogScans(const std::filesystem::path& path, const ScanSourceOptions& options, OpenedScans& opened)
+      : name_(path.string()), options_(options), opened_(opened) {}
+
+  Status open() {
+    if (Status status = each_event([this](const Message& event) { return take_pose(event); }); !status)
+      return status;
+    if (!estimates_.empty()) poses_ = std::move(estimates_);
+    poses_.sort();
+    tilts_.sort();
+    if (Status status = check(); !status) return status;
+    const std::size_t before = opened_.scans.size();
+    if (Status status = each_event([this](const Message& event) { return take_scan(event); }); !status)
+      return status;
+    if (Status status = finish_lines(); !status) return status;
+    if (damaged_ > 0) note(std::to_string(damaged_) + " damaged events passed over");
+    if (without_pose_ > 0) note(std::to_string(without_pose_) + " images or scan lines left out: no pose");
+    if (opened_.scans.size() > before) return {};
+    return Error{name_ + ": no 3D scan in it: no DEPTH image and no scan line that has a pose"};
+  }
+
+ private:
+  template <class Take>
+  Status each_event(Take take) {
+    auto reader = LogReader::open(name_);
+    if (!reader) return reader.error();
+    damaged_ = 0;
+    for (;;) {
+      const auto event = reader->next();
+      if (!event) {
+        ++damaged_;
+        continue;
+      }
+      if (!event->has_value()) return {};
+      if (Status status = take(**event); !status) return status;
+    }
+  }
+
+  Status take_pose(const Message& event) {
+    if (event.channel == channel::robot && !robot_) return take_robot(event);
+    if (event.channel == channel::pose_cov) {
+      PoseEstimate estimate;
+      if (!decode(event.channel, event.payload, estimate)) return ++damaged_, Status();
+      if (estimate.state == SlamState::tracking) estimates_.add(estimate.stamp, estimate.T_map_base);
+    } else if (event.channel == channel::pose) {
+      PoseStamped pose;
+      if (!decode(event.channel, event.payload, pose)) return ++damaged_, Status();
+      poses_.add(pose.stamp, pose.T_map_base);
+    } else if (event.channel == channel::joint_state && !options_.tilt_joint.empty()) {
+      Joints joints;
+      if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
+      const auto named = std::find(joints.names.begin(), joints.names.end(), options_.tilt_joint);
+      if (named == joints.names.end() || joints.positions.empty()) return {};
+      tilts_.add(joints.stamp, joints.positions[static_cast<std::size_t>(named - joints.names.begin())]);
+    }
+    return {};
+  }
+
+  Status take_robot(const Message& event) {
+    RobotMessage message;
+    if (Status status = decode(event.channel, event.payload, message); !status) return status;
+    auto robot = options_.robot.empty() ? parse_robot_description(message.yaml, name_ + ", channel ROBOT")
+                                        : load_robot_description(options_.robot.string());
+    if (!robot) return robot.error();
+    robot_ = std::move(*robot);
+    return {};
+  }
+
+  Status check() {
+    if (!robot_ && !options_.robot.empty()) {
+      auto robot = load_robot_description(options_.robot.string());
+      if (!robot) return robot.error();
+      robot_ = std::move(*robot);
+    }
+    if (!robot_) return Error{name_ + ": has no ROBOT event; describe the robot with --robot FILE"};
+    if (poses_.empty()) {
+      return Error{name_ + ": has no poses (POSE_COV or POSE); `parhelion slam --log` adds them"};
+    }
+    if (!options_.tilt_joint.empty() && tilts_.empty()) {
+      return Error{name_ + ": JOINT_STATE never names the joint " + options_.tilt_joint};
+    }
+    // Lines of a laser that lies level stay in one plane, which is no 3D scan.
+    constexpr double level = 0.94;  // cosine of 20 degrees
+    lines_ = robot_->laser &&
+             (!options_.tilt_joint.empty() || std::abs(robot_->laser->T_base_laser.rotation()(2, 2)) < level);
+    return {};
+  }
+
+  std::optional<Transform<Map, Base>> base_at(SensorTime t) const {
+    return poses_.at(t, [](const auto& a, const auto& b, double s) { return interpolate(a, b, s); });
+  }
+
+  Status take_scan(const Message& event) {
+    if (event.channel == channel::depth && robot_->depth) return take_depth(event);
+    if (event.channel == channel::scan && lines_) return take_line(event);
+    return {};
+  }
+
+  Status take_depth(const Message& event) {
+    Image image;
+    if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
+    const auto T_map_base = base_at(image.stamp);
+    if (!T_map_base) return ++without_pose_, Status();
+    const Transform<Map, DepthOptical> T_map_optical = *T_map_base * robot_->depth->T_base_optical;
+    if (last_image_ && !moved_enough(*last_image_, T_map_optical.isometry(), options_)) return {};
+    const auto pixels = decode_depth(image);
+    if (!pixels) return ++damaged_, Status();
+    DepthCloudOptions depth;
+    depth.step = options_.pixel_step;
+    depth.range_min = robot_->depth->range_min;
+    if (robot_->depth->range_max > depth.range_min) depth.range_max = robot_->depth->range_max;
+    const auto cloud = cloud_from_depth(pixels->millimetres, robot_->depth->intrinsics, depth);
+    if (!cloud) return Error{name_ + ", channel DEPTH: " + cloud.error().message};
+    if (cloud->empty()) return {};
+    last_image_ = T_map_optical.isometry();
+    add(image.stamp, turned_level(*cloud, T_map_optical), T_map_optical.translation());
+    return {};
+  }
+
+  Status take_line(const Message& event) {
+    Scan line;
+    if (!decode(event.channel, event.payload, line)) return ++damaged_, Status();
+    const auto T_map_base = base_at(line.stamp);
+    if (!T_map_base) return ++without_pose_, Status();
+    const Eigen::Vector3d here = T_map_base->translation();
+    if (!chunk_.empty() && (here - chunk_start_).norm() > options_.line_distance) {
+      if (Status status = finish_lines(); !status) return status;
+    }
+    if (chunk_.empty()) chunk_start_ = here;
+    chunk_.push_back(std::move(line));
+    return {};
+  }
+
+  Status finish_lines() {
+    if (chunk_.empty()) return {};
+    const auto pose_at = [this](SensorTime t) -> std::optional<Transform<Scanner, Laser>> {
+      const auto T_map_base = base_at(t);
+      if (!T_map_base) return std::nullopt;
+      double tilt = 0;
+      if (!tilts_.empty()) {
+        const auto angle = tilts_.at(t, [](double a, double b, double s) { return a + s * (b - a); });
+        if (!angle) return std::nullopt;
+        tilt = *angle;
+      }
+      const Transform<Laser, Laser> turned(
+          Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY())), Eigen::Vector3d::Zero());
+      const Transform<Scanner, Map> T_scanner_map(Eigen::Quaterniond::Identity(), -chunk_start_);
+      return T_scanner_map * (*T_map_base * robot_->laser->T_base_laser * turned);
+    };
+    auto scan = cloud_from_lines(chunk_, *robot_->laser, pose_at);
+    const SensorTime stamp = chunk_.front().stamp;
+    chunk_.clear();
+    if (!scan) return note(std::string("scan lines left out: ") + scan.error().message), Status();
+    without_pose_ += scan->without_pose;
+    add(stamp, std::move(scan->cloud), chunk_start_);
+    return {};
+  }
+
+  void add(SensorTime stamp, PointCloud<Scanner> cloud, const Eigen::Vector3d& place) {
+    const std::int64_t utime = stamp.utime();
+    opened_.scans.push_back({name_ + " at utime " + std::to_string(utime),
+                             std::move(cloud),
+                             {Eigen::Quaterniond::Identity(), place},
+                             true});
+  }
+  void note(const std::string& text) { opened_.notes.push_back(name_ + ": " + text); }
+
+  std::string name_;
+  const ScanSourceOptions& options_;
+  OpenedScans& opened_;
+  std::optional<RobotDescription> robot_;
+  Track<Transform<Map, Base>> poses_, estimates_;
+  Track<double> tilts_;
+  bool lines_ = false;
+  std::optional<Eigen::Isometry3d> last_image_;
+  std::vector<Scan> chunk_;
+  Eigen::Vector3d chunk_start_ = Eigen::Vector3d::Zero();
+  std::uint64_t damaged_ = 0, without_pose_ = 0;
+};
+
+}  // namespace
+
+Status open_log_scans(const std::filesystem::path& log, const ScanSourceOptions& options,
+                      OpenedScans& opened) {
+  return LogScans(log, options, opened).open();
+}
+
+}  // namespace parhelion

@@ -1,0 +1,62 @@
+// Folders of depth images with camera poses (7-Scenes, TUM) as 3D scans.
+#include "fusion/cloud/sensor_cloud.hpp"
+#include "tools/import/image_files.hpp"
+#include "tools/import/rgbd_folder.hpp"
+#include "tools/scan_sources.hpp"
+
+namespace parhelion {
+namespace {
+
+/// The rotation to a frame whose z axis points up: against the folder's gravity, else along the cameras' own
+/// up on average, which is rough.
+Eigen::Matrix3d level_axes(const RgbdFolder& folder, const std::string& name,
+                           std::vector<std::string>& notes) {
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  if (folder.down) {
+    up = -*folder.down;
+  } else {
+    for (const RgbdPose& pose : folder.poses) up -= pose.T_world_depth.linear().col(1);
+    notes.push_back(name + ": no gravity-direction.txt beside the frames: up is what the cameras agree on");
+  }
+  return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+}  // namespace
+
+Status open_rgbd_scans(const std::filesystem::path& path, const ScanSourceOptions& options,
+                       std::optional<Eigen::Matrix3d>& R_level_world, OpenedScans& opened) {
+  ImportOptions import;
+  import.input = path;
+  const auto folder = read_rgbd_folder(import);
+  if (!folder) return folder.error();
+  for (const Refusal& refusal : folder->refused) {
+    opened.notes.push_back(path.string() + ": " + refusal.place + ": " + refusal.why);
+  }
+  if (!R_level_world) R_level_world = level_axes(*folder, path.string(), opened.notes);
+  Eigen::Isometry3d T_level_world = Eigen::Isometry3d::Identity();
+  T_level_world.linear() = *R_level_world;
+  std::optional<Eigen::Isometry3d> last;
+  const std::size_t before = opened.scans.size();
+  for (const RgbdFile& frame : folder->depth) {
+    const auto T_world_depth = pose_at(folder->poses, frame.stamp);
+    if (!T_world_depth || (last && !moved_enough(*last, *T_world_depth, options))) continue;
+    const auto bytes = read_file(frame.path.string());
+    if (!bytes) return bytes.error();
+    const auto depth = read_depth_png(*bytes, folder->depth_units_per_metre);
+    if (!depth) return Error{frame.path.string() + ": " + depth.error().message};
+    const auto cloud = cloud_from_depth(depth->mm, folder->cameras.depth, {.step = options.pixel_step});
+    if (!cloud) return Error{frame.path.string() + ": " + cloud.error().message};
+    if (cloud->empty()) continue;
+    const Transform<Cloud, DepthOptical> T_level_optical(T_level_world * *T_world_depth);
+    opened.scans.push_back({frame.path.string(),
+                            turned_level(*cloud, T_level_optical),
+                            {Eigen::Quaterniond::Identity(), T_level_optical.translation()},
+                            true});
+    last = T_world_depth;
+  }
+  if (opened.scans.size() > before) return {};
+  return Error{path.string() + ": none of its " + std::to_string(folder->depth.size()) +
+               " depth images has a pose (a .pose.txt, or two lines of groundtruth.txt at most 0.1 s apart)"};
+}
+
+}  // namespace parhelion
