@@ -26,6 +26,10 @@ Exit fail(const std::string& what) {
 Exit run(Arguments& arguments) {
   catch_stop_signals();
   DemoOptions& options = arguments.options;
+  for (const std::string& path : {options.session, arguments.report}) {
+    if (const Status writable = check_writable(path, options.overwrite); !writable)
+      return fail(writable.error().message);
+  }
   std::unique_ptr<Bus> bus;
   if (!arguments.silent) {
     auto opened = open_network_bus(arguments.url);

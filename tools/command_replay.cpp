@@ -26,6 +26,10 @@ Exit fail(const std::string& what) {
 Exit run(Arguments& arguments, const CLI::App& command) {
   catch_stop_signals();
   ReplayOptions& options = arguments.options;
+  for (const std::string& path : {options.session, arguments.report}) {
+    if (const Status writable = check_writable(path, options.overwrite); !writable)
+      return fail(writable.error().message);
+  }
   if (!arguments.scenario.empty()) options.scenario = arguments.scenario;
   if (!arguments.robot.empty()) options.robot = arguments.robot;
   if (command.count("--seed") > 0) options.seed = arguments.seed;

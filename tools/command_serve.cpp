@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
 
 #include "server/loop.hpp"
 #include "server/session_files.hpp"
@@ -28,14 +29,20 @@ Exit fail(const std::string& what) {
   return Exit::failed;
 }
 
-/// A name that no earlier session has: sessions are never overwritten.
-std::string session_name() {
+/// A name that no earlier session has, since sessions are never overwritten: "<stem>-<time>-<process>.lcm".
+std::string session_name(const std::string& stem) {
   char text[64];
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
-  std::strftime(text, sizeof text, "session-%Y%m%dT%H%M%SZ", &utc);
-  return std::string(text) + "-" + std::to_string(getpid()) + ".lcm";
+  std::strftime(text, sizeof text, "-%Y%m%dT%H%M%SZ-", &utc);
+  return stem + text + std::to_string(getpid()) + ".lcm";
+}
+
+/// Where a server that is started again writes: beside the log of the one that died, which stays as it is.
+std::string session_after(const std::string& session) {
+  const std::filesystem::path path(session);
+  return session_name((path.parent_path() / path.stem()).string());
 }
 
 Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, const ServeOptions& options) {
@@ -51,8 +58,12 @@ Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, co
 Exit run_once(const Arguments& arguments) {
   catch_stop_signals();
   ServeOptions options;
-  options.session = arguments.session.empty() ? session_name() : arguments.session;
+  options.session = arguments.session;
   options.overwrite = arguments.overwrite;
+  for (const std::string& path : {arguments.session, arguments.report}) {
+    if (const Status writable = check_writable(path, arguments.overwrite); !writable)
+      return fail(writable.error().message);
+  }
   options.stop = stop_asked;
   options.say = [](const std::string& news) { std::fprintf(stderr, "parhelion serve: %s\n", news.c_str()); };
   auto bus = open_network_bus(arguments.url);
@@ -86,6 +97,7 @@ Exit supervise(Arguments arguments) {
     if (child < 0) return fail("cannot start the server process");
     if (child == 0) {
       prctl(PR_SET_PDEATHSIG, SIGTERM);
+      if (start > 0) arguments.session = session_after(arguments.session);
       const Exit exit = run_once(arguments);
       std::fflush(nullptr);
       _exit(static_cast<int>(exit));
@@ -96,7 +108,6 @@ Exit supervise(Arguments arguments) {
     if (WIFEXITED(status)) return static_cast<Exit>(WEXITSTATUS(status));
     std::fprintf(stderr, "parhelion serve: the server died (signal %d); starting it again\n",
                  WTERMSIG(status));
-    arguments.session.clear();  // the log of the one that died stays as it is
   }
 }
 
@@ -114,8 +125,10 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
   command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
   command->footer("Example: parhelion serve lab.yaml -o session.lcm");
-  command->callback(
-      [arguments, &exit] { exit = arguments->once ? run_once(*arguments) : supervise(*arguments); });
+  command->callback([arguments, &exit] {
+    if (arguments->session.empty()) arguments->session = session_name("session");
+    exit = arguments->once ? run_once(*arguments) : supervise(*arguments);
+  });
 }
 
 }  // namespace parhelion

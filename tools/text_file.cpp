@@ -1,5 +1,7 @@
 #include "tools/text_file.hpp"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -12,11 +14,19 @@ namespace fs = std::filesystem;
 Status check_writable(const fs::path& path, bool overwrite) {
   if (path.empty() || path == "-") return {};
   std::error_code ignored;
-  if (!overwrite && fs::exists(path, ignored))
+  if (fs::is_directory(path, ignored))
+    return Error{path.string() + ": is a folder; expected the name of a file in it"};
+  const bool exists = fs::exists(path, ignored);
+  if (!overwrite && exists)
     return Error{path.string() + ": exists already; choose another name or give --force"};
-  const fs::path folder = path.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder, ignored))
+  if (exists && access(path.c_str(), W_OK) != 0)
+    return Error{path.string() + ": cannot be overwritten: " + std::strerror(errno)};
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!fs::is_directory(folder, ignored))
     return Error{path.string() + ": there is no folder " + folder.string() + "; make it first"};
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return Error{path.string() + ": the folder " + folder.string() +
+                 " cannot be written: " + std::strerror(errno)};
   return {};
 }
 

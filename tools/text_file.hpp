@@ -10,8 +10,8 @@
 
 namespace parhelion {
 
-/// An error where `path` exists and may not be overwritten, or where its folder is not there: to be asked
-/// before work begins. "-" and an empty path are fine.
+/// An error where `path` exists and may not be overwritten, is a folder, or where its folder is not there or
+/// cannot be written: to be asked before work begins. "-" and an empty path are fine.
 Status check_writable(const std::filesystem::path& path, bool overwrite);
 
 /// Calls `write` with a new folder beside `path`, then moves each of `files` from it to the folder of

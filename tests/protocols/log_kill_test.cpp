@@ -7,12 +7,12 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <random>
 
 #include "protocols/bus/log_file.hpp"
+#include "tests/long_run.hpp"
 
 namespace parhelion {
 namespace {
@@ -67,8 +67,7 @@ std::uint32_t count_events(const std::string& path, int& errors) {
 }
 
 TEST_F(LogSurvives, AKillAtAnyMomentLosesNothingAcknowledged) {
-  const char* chosen = std::getenv("PARHELION_LONG");
-  const int kills = chosen != nullptr && std::string_view(chosen) == "1" ? 1000 : 50;
+  const int kills = test::long_run() ? 1000 : 50;
   std::mt19937 random(23);
   for (int kill_number = 0; kill_number < kills; ++kill_number) {
     const std::string path = (folder_ / std::to_string(kill_number)).string();

@@ -4,9 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "render/jpeg.hpp"
+#include "tests/long_run.hpp"
 #include "tests/render/kitchen.hpp"
 
 namespace parhelion {
@@ -138,7 +137,7 @@ TEST(Twin, RobotBehindTableAndSlatsOfTheKitchenIsHiddenAsTheTwinSaysWithoutFlick
   auto compositor = Compositor::create({});
   ASSERT_TRUE(compositor.ok());
   const KitchenDrive drive(kitchen);
-  const int frames = std::getenv("PARHELION_LONG") ? 50 : 12;
+  const int frames = test::long_run() ? 50 : 12;
   JpegCodec codec;
   std::vector<std::uint8_t> bgr;
   std::vector<bool> before;

@@ -2,11 +2,11 @@
 // PARHELION_LONG=1.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 
 #include "server/report.hpp"
 #include "server/tick.hpp"
+#include "tests/long_run.hpp"
 #include "tests/server/synthetic.hpp"
 
 namespace parhelion {
@@ -30,8 +30,7 @@ void shift(Message& message, Duration by) {
 }
 
 TEST(Soak, MemoryStaysFlatOverManyLaps) {
-  const char* long_run = std::getenv("PARHELION_LONG");
-  const bool whole_day = long_run != nullptr && std::string(long_run) == "1";
+  const bool whole_day = test::long_run();
   constexpr double lap = 40;  // s, one turn of the circle, so that laps join without a leap
   const int laps = whole_day ? 24 * 3600 / 40 : 8;
   const Configuration configuration =

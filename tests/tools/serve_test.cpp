@@ -2,11 +2,11 @@
 // its log.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 #include <set>
 
 #include "server/wall_clock.hpp"
+#include "tests/long_run.hpp"
 #include "tests/server/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
@@ -89,8 +89,7 @@ class ServeTest : public testing::Test {
 };
 
 TEST_F(ServeTest, ServeLosesNothingAcknowledgedHoweverItIsKilled) {
-  const char* long_run = std::getenv("PARHELION_LONG");
-  const int kills = long_run != nullptr && std::string(long_run) == "1" ? 1000 : 50;
+  const int kills = test::long_run() ? 1000 : 50;
   std::mt19937 random(3);
   std::uint64_t request = 1;
   for (int round = 0; round < kills; ++round) {
@@ -121,7 +120,6 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   ASSERT_TRUE(await_server(server, 1));
   // The server proper is the only child of the process that watches it.
   std::string child;
-  const Message scan = test::message(channel::scan, 0, test::scan_at(0));
   const WallTime deadline = steady_now() + seconds(20);
   const auto find_child = [&] {
     for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
@@ -136,15 +134,57 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   kill(std::stoi(child), SIGKILL);
   bool answered = false;
   while (!answered && steady_now() < deadline) {
+    const std::string now = find_child();
+    const bool again = !now.empty() && now != child;
+    const Message scan = test::message(channel::scan, 0, test::scan_at(again ? 2 : 1));
     ASSERT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
     Message message;
     const auto received = bus_->receive(message, milliseconds(50));
     ASSERT_TRUE(received.ok());
-    answered = *received && message.channel == channel::mr_scan && find_child() != child;
+    // The one that died may still be heard: by the scan that it was given.
+    answered = again && *received && message.channel == channel::mr_scan && message.payload == scan.payload;
   }
   EXPECT_TRUE(answered);
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 0);
+  // The log of the one that died stays, the new one lies beside it and is a session of its own.
+  EXPECT_TRUE(commands_in("session.lcm").contains(1));
+  std::vector<std::string> later;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "")) {
+    const std::string name = entry.path().filename();
+    if (name.starts_with("session-") && name.ends_with(".lcm")) later.push_back(name);
+  }
+  ASSERT_EQ(later.size(), 1U);
+}
+
+TEST_F(ServeTest, ServeAndReplayRefuseAPathThatCannotBeWrittenBeforeTheyRun) {
+  test::write_log(folder_ / "drive.lcm", test::drive(1));
+  std::ofstream(folder_ / "there.json") << "{}";
+  struct Case {
+    std::string option, path, expected;
+  };
+  for (const Case& each :
+       {Case{"--report", folder_ / "there.json", "exists"},
+        Case{"--report", folder_ / "no/such/report.json", "no folder"},
+        Case{"--report", folder_ / "", "is a folder"}, Case{"-o", folder_ / "drive.lcm", "exists"},
+        Case{"-o", folder_ / "no/such/session.lcm", "no folder"}}) {
+    for (const std::string command : {"replay", "serve"}) {
+      std::vector<std::string> arguments{command, each.option, each.path};
+      if (command == "serve") {
+        arguments.insert(arguments.end(), {folder_ / "scenario.yaml", "--url", url()});
+        if (each.option != "-o") arguments.insert(arguments.end(), {"-o", folder_ / "fresh.lcm"});
+      } else {
+        arguments.insert(arguments.end(), {folder_ / "drive.lcm", "--scenario", folder_ / "scenario.yaml"});
+      }
+      const auto ran = test::run(arguments, folder_ / "ran.txt");
+      EXPECT_EQ(ran.exit, 1) << command << " " << each.path;
+      EXPECT_NE(ran.output.find("parhelion " + command + ": " + each.path), std::string::npos) << ran.output;
+      EXPECT_NE(ran.output.find(each.expected), std::string::npos) << ran.output;
+      EXPECT_EQ(ran.output.find("scans"), std::string::npos) << "no summary: it never ran: " << ran.output;
+    }
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "fresh.lcm"));
+  EXPECT_EQ(test::text_of(folder_ / "there.json"), "{}");
 }
 
 TEST_F(ServeTest, InjectIsAnsweredByTheServer) {

@@ -1,5 +1,6 @@
 #include <set>
 
+#include "tests/long_run.hpp"
 #include "worlds.hpp"
 
 namespace parhelion {
@@ -36,7 +37,7 @@ TEST(Behaviour, TenWanderersForTenMinutesHitNoWallAndNotTheRealRobot) {
           driven(0));
   }
   std::vector<LaserRequest> requests;
-  const double minutes = std::getenv("PARHELION_LONG") ? 60 : 10;
+  const double minutes = test::long_run() ? 60 : 10;
   const auto steps = static_cast<int>(minutes * 60 * 240);
   std::vector<std::set<std::pair<int, int>>> visited(10);
   WorldSnapshot world;
