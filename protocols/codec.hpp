@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -30,6 +31,10 @@ using Bytes = std::span<const std::uint8_t>;
 /// NaN, infinities and negative ranges are what a sensor may write and pass; no beam or more than 100,000, a
 /// step of zero, a non-finite angle, or intensities that are neither none nor one a beam do not.
 Status decode(std::string_view channel, Bytes bytes, Scan& scan);
+/// Whether the bytes say that they are a scan (planar_lidar_t's fingerprint), however broken they are within.
+bool claims_to_be_scan(Bytes bytes);
+/// The utime that every type begins with; nullopt: too short, or outside 1970..2200.
+std::optional<SensorTime> leading_stamp(Bytes bytes);
 /// Sides 1..16384; raw formats: size = row_stride * height; depth: metadata "encoding" is raw, png or zlib.
 Status decode(std::string_view channel, Bytes bytes, Image& image);
 Status decode(std::string_view channel, Bytes bytes, Odometry& odometry);

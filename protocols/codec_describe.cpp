@@ -157,7 +157,8 @@ std::string say(const ScanInfo& info) {
 }
 
 std::string say(const LoopDecision& decision) {
-  constexpr std::array<const char*, 3> kinds = {"guard_fired", "steps_skipped", "frame_dropped"};
+  constexpr std::array<const char*, 4> kinds = {"guard_fired", "steps_skipped", "frame_dropped",
+                                                "scans_left_out"};
   return format("%s %lld", kinds.at(static_cast<std::size_t>(decision.kind)),
                 static_cast<long long>(decision.count));
 }

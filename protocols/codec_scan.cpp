@@ -32,6 +32,10 @@ Status decode(std::string_view channel, Bytes bytes, Scan& scan) {
   return reader.status();
 }
 
+bool claims_to_be_scan(Bytes bytes) {
+  return bytes.size() >= 8 && wire::big_endian<std::int64_t>(bytes.data()) == planar_lidar_t::getHash();
+}
+
 void encode(const Scan& scan, std::vector<std::uint8_t>& bytes) {
   wire::Writer writer(planar_lidar_t::getHash(), bytes);
   writer.number(scan.stamp.utime());

@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::int64_t utime_of_2200 = 7'258'118'400'000'000;
 
+bool sensible(std::int64_t utime) { return utime >= 0 && utime < utime_of_2200; }
+
 }  // namespace
 
 std::string hex(std::int64_t fingerprint) {
@@ -134,7 +136,7 @@ void Reader::floats(const char* field, std::size_t n, std::vector<float>& out) {
 
 SensorTime Reader::utime() {
   const auto utime = number<std::int64_t>("utime");
-  if (ok() && (utime < 0 || utime >= utime_of_2200)) {
+  if (ok() && !sensible(utime)) {
     fail("utime: " + std::to_string(utime) + " us, expected microseconds since 1970, before 2200");
   }
   return ok() ? SensorTime::from_utime(utime) : SensorTime{};
@@ -175,3 +177,14 @@ void Writer::floats(std::span<const float> values) {
 }
 
 }  // namespace parhelion::wire
+
+namespace parhelion {
+
+std::optional<SensorTime> leading_stamp(Bytes bytes) {
+  if (bytes.size() < 16) return std::nullopt;
+  const auto utime = wire::big_endian<std::int64_t>(bytes.data() + 8);
+  if (!wire::sensible(utime)) return std::nullopt;
+  return SensorTime::from_utime(utime);
+}
+
+}  // namespace parhelion

@@ -33,10 +33,16 @@ struct ScanInfo {
 
 /// LOOP: decisions that only wall time could make; replay obeys them.
 struct LoopDecision {
-  enum class Kind : std::int8_t { guard_fired = 0, steps_skipped = 1, frame_dropped = 2 };
+  enum class Kind : std::int8_t {
+    guard_fired = 0,
+    steps_skipped = 1,
+    frame_dropped = 2,
+    scans_left_out = 3  ///< they went out as they came, and the session log lacks them
+  };
   SensorTime stamp;  ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
-  std::int64_t count = 0;  ///< steps skipped; else the sequence number of the scan or frame, from 1
+  /// Steps skipped, scans left out; else the sequence number of the scan or frame, from 1.
+  std::int64_t count = 0;
 };
 
 /// MR_STATUS: measured figures, outside promise 4.

@@ -1,18 +1,19 @@
 #include "server/guard.hpp"
 
 #include <chrono>
-#include <span>
+#include <limits>
 
 #include "server/wall_clock.hpp"
 
 namespace parhelion {
 
-Guard::Guard(Duration patience, Publish publish_raw)
-    : patience_(patience), publish_raw_(std::move(publish_raw)), thread_([this] { run(); }) {}
+Guard::Guard(Duration patience, Publish publish)
+    : patience_(patience), publish_(std::move(publish)), thread_([this] { run(); }) {}
 
 Guard::~Guard() {
   {
     const std::lock_guard lock(mutex_);
+    send_before(std::numeric_limits<std::uint64_t>::max());
     stop_ = true;
   }
   changed_.notify_all();
@@ -22,20 +23,23 @@ Guard::~Guard() {
 std::uint64_t Guard::watch(std::span<const std::uint8_t> raw_scan) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t ticket = next_ticket_++;
-  watched_.push_back({ticket, steady_now() + patience_, {raw_scan.begin(), raw_scan.end()}, false});
+  watched_.push_back({ticket, steady_now() + patience_, {raw_scan.begin(), raw_scan.end()}});
   changed_.notify_all();
   return ticket;
 }
 
-bool Guard::claim(std::uint64_t ticket) {
+bool Guard::answer(std::uint64_t ticket, std::span<const std::uint8_t> scan) {
   const std::lock_guard lock(mutex_);
-  for (Watched& scan : watched_) {
-    if (scan.ticket != ticket) continue;
-    const bool mine = !scan.claimed;
-    scan.claimed = true;
-    return mine;
-  }
-  return false;  // no longer watched: the guard has answered it
+  send_before(ticket);
+  if (watched_.empty() || watched_.front().ticket != ticket) return false;
+  watched_.pop_front();
+  publish_(scan);
+  return true;
+}
+
+void Guard::give_up(std::uint64_t ticket) {
+  const std::lock_guard lock(mutex_);
+  send_before(ticket + 1);
 }
 
 std::uint64_t Guard::fired() const {
@@ -43,10 +47,20 @@ std::uint64_t Guard::fired() const {
   return fired_;
 }
 
+void Guard::send_oldest() {
+  const Watched late = std::move(watched_.front());
+  watched_.pop_front();
+  ++fired_;
+  publish_(late.raw_scan);
+}
+
+void Guard::send_before(std::uint64_t ticket) {
+  while (!watched_.empty() && watched_.front().ticket < ticket) send_oldest();
+}
+
 void Guard::run() {
   std::unique_lock lock(mutex_);
   while (!stop_) {
-    while (!watched_.empty() && watched_.front().claimed) watched_.pop_front();
     if (watched_.empty()) {
       changed_.wait(lock);
       continue;
@@ -54,14 +68,9 @@ void Guard::run() {
     const Duration left = watched_.front().deadline - steady_now();
     if (left.ns > 0) {
       changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
-      continue;
+    } else {
+      send_oldest();
     }
-    const Watched late = std::move(watched_.front());
-    watched_.pop_front();
-    ++fired_;
-    lock.unlock();
-    publish_raw_(late.raw_scan);
-    lock.lock();
   }
 }
 

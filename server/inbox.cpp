@@ -2,25 +2,34 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
+
+#include "protocols/codec.hpp"
 
 namespace parhelion {
 namespace {
 
 constexpr Duration poll = milliseconds(50);  // how soon the thread notices that it is to end
 
+constexpr int most_at_end = 4096;  // a sender that never pauses does not keep the server from ending
+
 bool may_be_dropped(InputKind kind) {
   return kind == InputKind::camera || kind == InputKind::depth || kind == InputKind::odometry ||
          kind == InputKind::pose_cov || kind == InputKind::none;
 }
 
+bool is_scan(InputKind kind) { return kind == InputKind::scan; }
+
 }  // namespace
 
-Inbox::Inbox(Bus& bus, const ChannelMap& channels, Guard& guard)
-    : bus_(bus), channels_(channels), guard_(guard), thread_([this] { run(); }) {}
+Inbox::Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits)
+    : bus_(bus), channels_(channels), guard_(guard), limits_(limits), thread_([this] { run(); }) {}
 
-Inbox::~Inbox() {
+Inbox::~Inbox() { close(); }
+
+void Inbox::close() {
   stop_ = true;
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Inbox::run() {
@@ -35,6 +44,13 @@ void Inbox::run() {
     }
     if (*received) push(std::move(message));
   }
+  // What the bus holds when it ends has come, too.
+  Message message;
+  for (int i = 0; i < most_at_end; ++i) {
+    const auto received = bus_.receive(message, Duration{0});
+    if (!received || !*received) return;
+    push(std::move(message));
+  }
 }
 
 void Inbox::push(Message message) {
@@ -42,18 +58,62 @@ void Inbox::push(Message message) {
   arrived.received = steady_now();
   const InputKind kind = channels_.kind(message.channel);
   if (kind == InputKind::none) return;
-  if (kind == InputKind::scan) arrived.ticket = guard_.watch(message.payload);
+  // What is no scan at all is not sent on in place of one.
+  if (kind == InputKind::scan && claims_to_be_scan(message.payload))
+    arrived.ticket = guard_.watch(message.payload);
   arrived.message = std::move(message);
   const std::lock_guard lock(mutex_);
-  if (queue_.size() >= capacity) {
-    ++dropped_;
-    const auto oldest = std::find_if(queue_.begin(), queue_.end(), [this](const Arrived& waiting) {
-      return may_be_dropped(channels_.kind(waiting.message.channel));
-    });
-    queue_.erase(oldest != queue_.end() ? oldest : queue_.begin());
+  if (!make_room(kind, arrived.message.payload.size())) return;
+  if (may_be_dropped(kind)) {
+    ++others_;
+  } else {
+    bytes_ += arrived.message.payload.size();
   }
   queue_.push_back(std::move(arrived));
   changed_.notify_all();
+}
+
+/// False: it is the new input that goes.
+bool Inbox::make_room(InputKind kind, std::size_t size) {
+  if (may_be_dropped(kind)) {
+    if (others_ >= limits_.others) drop(oldest(may_be_dropped));
+    return true;
+  }
+  while (bytes_ > 0 && bytes_ + size > limits_.bytes) {
+    const auto scan = oldest(is_scan);
+    if (scan == queue_.end() && kind == InputKind::scan)
+      break;  // commands alone: a scan is kept all the same
+    if (scan == queue_.end()) {
+      ++dropped_;
+      return false;
+    }
+    if (scan->ticket != 0) {
+      guard_.give_up(scan->ticket);
+      ++given_up_;
+    }
+    drop(scan);
+  }
+  return true;
+}
+
+std::deque<Arrived>::iterator Inbox::oldest(bool (*wanted)(InputKind)) {
+  return std::find_if(queue_.begin(), queue_.end(), [&](const Arrived& waiting) {
+    return wanted(channels_.kind(waiting.message.channel));
+  });
+}
+
+void Inbox::drop(std::deque<Arrived>::iterator waiting) {
+  forget(*waiting);
+  ++dropped_;
+  queue_.erase(waiting);
+}
+
+void Inbox::forget(const Arrived& leaving) {
+  if (may_be_dropped(channels_.kind(leaving.message.channel))) {
+    --others_;
+  } else {
+    bytes_ -= leaving.message.payload.size();
+  }
 }
 
 std::optional<Arrived> Inbox::take(WallTime deadline) {
@@ -64,6 +124,7 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
     changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
   }
   Arrived arrived = std::move(queue_.front());
+  forget(arrived);
   queue_.pop_front();
   lock.unlock();
   arrived.message.arrival = stamp();
@@ -81,6 +142,11 @@ ArrivalTime Inbox::stamp() {
 std::uint64_t Inbox::dropped() const {
   const std::lock_guard lock(mutex_);
   return dropped_ + bus_.dropped();
+}
+
+std::uint64_t Inbox::take_given_up() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(given_up_, 0);
 }
 
 std::string Inbox::fault() const {

@@ -21,13 +21,23 @@ struct Arrived {
   WallTime received;         ///< steady clock, at receipt
 };
 
+/// What waits for a loop that is held up. Scans and commands are kept by their size: at ten scans of 361
+/// beams a second, an hour.
+struct InboxLimits {
+  std::size_t others = 256;                   ///< inputs that are no scans and no commands: the oldest goes
+  std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
+};
+
 /// A thread receives, so that the guard hears of a scan even while the loop is held up; the loop takes.
-/// Bounded: where the loop falls behind, the oldest input that is not a scan or a command goes, and is
-/// counted.
+/// Bounded, and what goes is counted. Beyond `bytes` the oldest scan is given up to the guard, so that it
+/// goes out as it came; where none waits, the newest command goes, which nobody has acknowledged.
 class Inbox {
  public:
-  Inbox(Bus& bus, const ChannelMap& channels, Guard& guard);
+  Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits = {});
   ~Inbox();
+
+  /// Takes what the bus holds, then receives no more; what waits can still be taken.
+  void close();
 
   /// The next input, stamped; nullopt: none came until `deadline` (steady clock).
   std::optional<Arrived> take(WallTime deadline);
@@ -36,20 +46,27 @@ class Inbox {
   /// A stamp for a decision of the loop, or for a timer tick: later than all before it.
   ArrivalTime stamp();
   std::uint64_t dropped() const;
+  /// Scans given up to the guard since the last call: the session log lacks them.
+  std::uint64_t take_given_up();
   std::string fault() const;  ///< why receiving has ended, or empty
 
  private:
-  static constexpr std::size_t capacity = 256;
   void run();
   void push(Message message);
+  bool make_room(InputKind kind, std::size_t size);
+  void drop(std::deque<Arrived>::iterator waiting);
+  void forget(const Arrived& leaving);
+  std::deque<Arrived>::iterator oldest(bool (*wanted)(InputKind));
 
   Bus& bus_;
   const ChannelMap& channels_;
   Guard& guard_;
+  const InboxLimits limits_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Arrived> queue_;
-  std::uint64_t dropped_ = 0;
+  std::size_t others_ = 0, bytes_ = 0;  // in the queue, as in the limits
+  std::uint64_t dropped_ = 0, given_up_ = 0;
   std::string fault_;
   const WallTime wall_start_ = wall_now(), steady_start_ = steady_now();
   ArrivalTime last_;

@@ -40,19 +40,22 @@ class Session {
         outbox_(&bus, std::move(log)),
         mr_scan_(configuration.channels.bus(channel::mr_scan)),
         guard_(options.guard,
-               [this](std::span<const std::uint8_t> raw) { outbox_.publish_now(mr_scan_, raw); }),
-        inbox_(bus, configuration.channels, guard_),
+               [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
+        inbox_(bus, configuration.channels, guard_, options.inbox),
         renderer_(configuration.model, render_nice) {}
 
   Result<Report> operator()();
 
  private:
   Status start();
+  std::string run_until_stopped();
+  void end();
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
   bool refuse_unwritable(const Message& message);
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
+  void note_given_up();
   void send_frames();
   void take_answers();
   void decide(LoopDecision::Kind kind, std::uint64_t count);
@@ -93,19 +96,40 @@ Status Session::start() {
 Result<Report> Session::operator()() {
   if (const Status begun = start(); !begun) return begun.error();
   if (options_.say) options_.say("serving; stop with ^C");
+  const std::string fault = run_until_stopped();
+  end();
+  if (!fault.empty()) return Error{fault};
+  Report whole = report();
+  whole.hash = outbox_.hashes();
+  return whole;
+}
+
+/// Why receiving has ended; empty: told to stop.
+std::string Session::run_until_stopped() {
   while (!options_.stop || !options_.stop()) {
     const Duration until_step{state_->simulation.next_step().ns - inbox_.now().ns};
-    auto arrived = inbox_.take(steady_now() + std::min(until_step, idle));
-    if (arrived) {
+    if (auto arrived = inbox_.take(steady_now() + std::min(until_step, idle))) {
       handle(std::move(*arrived));
-    } else if (const std::string fault = inbox_.fault(); !fault.empty()) {
-      return Error{fault};
+    } else if (std::string fault = inbox_.fault(); !fault.empty()) {
+      return fault;
     } else {
       step_on_time();
     }
+    note_given_up();
     take_answers();
     housekeeping();
   }
+  return {};
+}
+
+/// What has come is answered and logged, scans above all.
+void Session::end() {
+  inbox_.close();
+  while (auto arrived = inbox_.take(steady_now())) {
+    handle(std::move(*arrived));
+    take_answers();
+  }
+  note_given_up();
   outputs_.clear();
   flush_images(configuration_, *state_, outputs_);
   outbox_.send(nullptr, outputs_.entries(), last_);
@@ -115,9 +139,6 @@ Result<Report> Session::operator()() {
   syncer_.request_stop();
   syncer_.join();
   (void)outbox_.sync();
-  Report whole = report();
-  whole.hash = outbox_.hashes();
-  return whole;
 }
 
 void Session::handle(Arrived arrived) {
@@ -162,15 +183,11 @@ void Session::handle_scan(const Arrived& arrived) {
   for (const Outputs::Entry& entry : outputs_.entries()) {
     if (entry.channel != mr_scan_) continue;
     answered = true;
-    guarded = !guard_.claim(arrived.ticket);
-    if (!guarded) outbox_.publish_now(mr_scan_, entry.payload);
+    guarded = !guard_.answer(arrived.ticket, entry.payload);
     in_to_out_us_.add((steady_now() - arrived.received).microseconds());
   }
-  if (!answered)
-    (void)guard_.claim(arrived.ticket);  // what cannot be read is no scan, and is not sent on as one
-  if (guarded) {
-    substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
-  }
+  if (!answered) guard_.give_up(arrived.ticket);  // a fault of the tick: the robot does not go blind for it
+  if (guarded) substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_);
   if (guarded) decide(LoopDecision::Kind::guard_fired, state_->scan.sequence);
   send_frames();
@@ -201,6 +218,19 @@ bool Session::skip_late_steps(ArrivalTime now) {
   outbox_.send(&decision, outputs_.entries(), now);
   send_frames();  // an image that waited for its depth may have waited long enough
   return true;
+}
+
+/// The log says what it lacks.
+void Session::note_given_up() {
+  const std::uint64_t count = inbox_.take_given_up();
+  if (count == 0) return;
+  last_ = inbox_.stamp();
+  const Message decision{channel::loop, last_,
+                         loop_message(LoopDecision::Kind::scans_left_out, last_, count)};
+  outputs_.clear();
+  tick(configuration_, decision, *state_, outputs_, stages_);
+  outbox_.send(&decision, outputs_.entries(), last_);
+  send_frames();
 }
 
 void Session::decide(LoopDecision::Kind kind, std::uint64_t count) {
@@ -261,8 +291,7 @@ Report Session::report() {
   report.physics_step_us = stages_.physics_step_us;
   report.physics_wait_us = stages_.physics_wait_us;
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
-  report.complete = outbox_.complete();
-  report.incomplete_because = outbox_.log_error();
+  tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   if (const std::string fault = renderer_.fault(); !fault.empty()) report.notes["render"] = fault;
   return report;

@@ -8,6 +8,7 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/status.hpp"
 #include "server/configuration.hpp"
+#include "server/inbox.hpp"
 #include "server/report.hpp"
 
 namespace parhelion {
@@ -16,6 +17,7 @@ struct ServeOptions {
   std::string session;  ///< path of the session log
   bool overwrite = false;
   Duration guard = milliseconds(20);
+  InboxLimits inbox;
   std::function<bool()> stop;                   ///< asked at least ten times a second
   std::function<void(const std::string&)> say;  ///< news for a person: started, waiting, degraded
 };

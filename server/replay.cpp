@@ -106,9 +106,9 @@ Status Run::handle(Message message) {
   pace(last_);
   outputs_.clear();
   stages_.begin();
+  const std::uint64_t scans_before = state_->scan.sequence;
   tick(configuration_, message, *state_, outputs_, stages_);
-  if (configuration_.channels.kind(message.channel) == InputKind::scan &&
-      preview_.guarded_scans.contains(state_->scan.sequence)) {
+  if (state_->scan.sequence != scans_before && preview_.guarded_scans.contains(state_->scan.sequence)) {
     substitute_raw_scan(configuration_, message, *state_, outputs_);
   }
   outbox_.send(&message, outputs_.entries(), message.arrival);
@@ -155,8 +155,7 @@ void Run::take_stock() {
   report_.physics_wait_us = stages_.physics_wait_us;
   report_.log_seconds = (last_ - first_).seconds();
   report_.wall_seconds = (steady_now() - begun_).seconds();
-  report_.complete = outbox_.complete();
-  report_.incomplete_because = outbox_.log_error();
+  tell_completeness(outbox_, report_);
   if (!renderer_.fault().empty()) report_.notes["render"] = renderer_.fault();
 }
 

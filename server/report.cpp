@@ -40,6 +40,15 @@ void StageClock::ended(Stage stage) {
   last_ = now;
 }
 
+void tell_completeness(const Outbox& outbox, Report& report) {
+  report.complete = outbox.complete() && report.tally.scans_left_out == 0;
+  report.incomplete_because = outbox.log_error();
+  if (report.tally.scans_left_out == 0) return;
+  if (!report.incomplete_because.empty()) report.incomplete_because += "; ";
+  report.incomplete_because += std::to_string(report.tally.scans_left_out) +
+                               " scans went out as they came and are not in the session log: too many waited";
+}
+
 ServerStatus to_status(const Report& report, ArrivalTime now) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
   const Tally& tally = report.tally;
@@ -58,6 +67,7 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
                    {"frame_us_p99", report.frame_us.at(0.99)},
                    {"inputs_dropped", number(report.inputs_dropped)},
                    {"inputs_refused", number(tally.refused_inputs)},
+                   {"scans_foreign", number(tally.foreign_scans)},
                    {"guard_fired", number(report.guard_fired)},
                    {"session_complete", report.complete ? 1.0 : 0.0}};
   for (const auto& [key, text] : report.notes) status.notes.emplace_back(key, text);
@@ -81,7 +91,11 @@ std::string to_json(const Report& report) {
   json["source"] = report.source;
   json["complete"] = report.complete;
   if (!report.complete) json["incomplete_because"] = report.incomplete_because;
-  json["scans"] = {{"in", tally.scans_in}, {"out", tally.scans_out}, {"degraded", degraded}};
+  json["scans"] = {{"in", tally.scans_in},
+                   {"out", tally.scans_out},
+                   {"degraded", degraded},
+                   {"not_in_log", tally.scans_left_out},
+                   {"foreign", tally.foreign_scans}};
   json["beams"] = {{"total", tally.beams_total}, {"replaced", tally.beams_replaced}};
   json["frames"] = {{"in", tally.frames_in},
                     {"out", tally.frames_out},

@@ -46,6 +46,8 @@ struct Report {
   std::map<std::string, std::string> notes;  ///< such as that the camera was a stand-in
 };
 
+/// Sets `complete` and why not: a write failed, or scans went out that the log lacks.
+void tell_completeness(const Outbox& outbox, Report& report);
 /// MR_STATUS at `now`: the same figures.
 ServerStatus to_status(const Report& report, ArrivalTime now);
 std::string to_json(const Report& report);

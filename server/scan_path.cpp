@@ -146,6 +146,13 @@ Verdict inject(const Configuration& configuration, const Message& input, State& 
   return {};
 }
 
+Verdict try_inject(const Configuration& configuration, const Message& input, State& state, Moment& moment,
+                   StageObserver& observer) try {
+  return inject(configuration, input, state, moment, observer);
+} catch (const std::exception& fault) {
+  return {Degraded::fault, fault.what()};
+}
+
 void note_change(const Configuration& configuration, const Message& input, const Verdict& verdict,
                  State& state, Outputs& outputs) {
   const bool live = verdict.why == Degraded::no;
@@ -168,6 +175,39 @@ void degrade(const Verdict& verdict, State& state) {
   ++state.tally.scans_degraded[static_cast<std::size_t>(verdict.why)];
 }
 
+/// A scan whose bytes cannot be read goes out as it came, as all others that cannot be used: behind the
+/// server the robot sees no less than without it. Its stamp, where not even that can be read, is its arrival.
+Verdict read_scan(const Message& input, State& state) {
+  ScanPath& path = state.scan;
+  path.have_real = false;  // what is half read is no occluder
+  const Status read = decode(input.channel, input.payload, path.real);
+  path.info.stamp =
+      read ? path.real.stamp : leading_stamp(input.payload).value_or(SensorTime{input.arrival.ns});
+  if (!read) {
+    path.real.ranges.clear();
+    refuse(read.error(), state);
+    return {Degraded::unreadable, read.error().message};
+  }
+  path.have_real = true;
+  state.tally.beams_total += path.real.ranges.size();
+  return {};
+}
+
+/// A message of another type on SCAN is no scan. It is not sent on: a receiver of MR_SCAN could not read it,
+/// and a real laser beside it has its own answers. MR_SCAN_INFO says so, with the arrival as its stamp.
+void report_foreign(const Configuration& configuration, const Message& input, State& state,
+                    Outputs& outputs) {
+  ++state.tally.foreign_scans;
+  const Error error{input.channel + ": found " + type_name(input.payload) +
+                    ", expected planar_lidar_t; not sent on. Find who publishes it, or rename the channel"};
+  refuse(error, state);
+  ScanInfo info;
+  info.stamp = {input.arrival.ns};
+  info.reason = error.message;
+  info.predicted_error = std::numeric_limits<double>::infinity();
+  encode(info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
+}
+
 }  // namespace
 
 const char* to_string(Degraded why) {
@@ -184,6 +224,8 @@ const char* to_string(Degraded why) {
       return "history";
     case Degraded::robot_mismatch:
       return "robot_mismatch";
+    case Degraded::unreadable:
+      return "unreadable";
     case Degraded::guard:
       return "guard";
     case Degraded::fault:
@@ -194,29 +236,19 @@ const char* to_string(Degraded why) {
 
 void answer_scan(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
                  StageObserver& observer) {
+  if (!claims_to_be_scan(input.payload)) return report_foreign(configuration, input, state, outputs);
   ScanPath& path = state.scan;
-  path.have_real = false;  // what is half read is no occluder
-  if (const Status read = decode(input.channel, input.payload, path.real); !read) {
-    return refuse(read.error(), state);
-  }
-  observer.ended(Stage::decode);
-  path.have_real = true;
   ++path.sequence;
   ++state.tally.scans_in;
-  state.tally.beams_total += path.real.ranges.size();
   path.last_scan = simulation_time(input.arrival);
-  path.info.stamp = path.real.stamp;
+  Verdict verdict = read_scan(input, state);
+  observer.ended(Stage::decode);
   path.info.live = true;
   path.info.reason.clear();
   path.info.predicted_error = std::numeric_limits<double>::infinity();
 
-  Verdict verdict;
   Moment moment;
-  try {
-    verdict = inject(configuration, input, state, moment, observer);
-  } catch (const std::exception& fault) {
-    verdict = {Degraded::fault, fault.what()};
-  }
+  if (path.have_real) verdict = try_inject(configuration, input, state, moment, observer);
   std::vector<std::uint8_t>& scan_out = outputs.add(configuration.channels.bus(channel::mr_scan));
   if (verdict.why == Degraded::no) {
     encode(path.out, scan_out);

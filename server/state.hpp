@@ -29,15 +29,19 @@ enum class Degraded : std::uint8_t {
   clock,           ///< the stamp disagrees with the robot's clock
   history,         ///< the world at the stamp is no longer, or not yet, known
   robot_mismatch,  ///< the scan does not fit the robot description
+  unreadable,      ///< it says that it is a scan, and cannot be decoded
   guard,           ///< no answer in time
   fault,           ///< a broken invariant; the text says which
 };
-constexpr std::size_t degraded_kinds = 8;
+constexpr std::size_t degraded_kinds = 9;
 const char* to_string(Degraded why);
 
 /// Counts that the report is made of.
 struct Tally {
   std::uint64_t scans_in = 0, scans_out = 0;
+  std::uint64_t scans_left_out = 0;  ///< of these, went out as they came and are not in the session log
+  std::uint64_t foreign_scans =
+      0;  ///< messages on SCAN that are of another type: not sent on, not in scans_in
   std::array<std::uint64_t, degraded_kinds> scans_degraded{};
   std::uint64_t beams_total = 0, beams_replaced = 0;
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;

@@ -32,13 +32,20 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
   publish_event(configuration, event, state, outputs);
 }
 
-/// Steps that a live server could not do in time are not done in replay either.
+/// Steps that a live server could not do in time are not done in replay either; scans that its log lacks are
+/// counted.
 void obey(const Message& input, State& state) {
   LoopDecision decision;
   if (const Status read = decode(input.channel, input.payload, decision); !read)
     return refuse(read.error(), state);
   if (decision.kind == LoopDecision::Kind::steps_skipped) {
     state.simulation.skip(static_cast<std::uint64_t>(decision.count));
+  } else if (decision.kind == LoopDecision::Kind::scans_left_out) {
+    const auto count = static_cast<std::uint64_t>(decision.count);
+    state.tally.scans_left_out += count;
+    state.tally.scans_in += count;
+    state.tally.scans_out += count;
+    state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
   }
 }
 

@@ -290,7 +290,7 @@ RC_GTEST_PROP(CodecTwin, ScanInfo, ()) {
 }
 
 RC_GTEST_PROP(CodecTwin, LoopDecision, ()) {
-  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::frame_dropped),
+  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::scans_left_out),
                         *rc::gen::inRange<std::int64_t>(0, INT64_MAX)};
   LoopDecision back;
   const auto twin = through_liblcm<loop_t>(decision, back);

@@ -9,6 +9,7 @@
 #include "server/replay.hpp"
 #include "server/wall_clock.hpp"
 #include "tests/server/synthetic.hpp"
+#include "tests/slow_disk.hpp"
 
 namespace parhelion {
 namespace {
@@ -61,6 +62,41 @@ class LoopTest : public testing::Test {
     return all;
   }
 
+  /// The stamps of the scans among messages, in order, us.
+  static std::vector<std::int64_t> stamps(const std::vector<Message>& messages, const std::string& channel) {
+    std::vector<std::int64_t> all;
+    for (const Message& each : messages) {
+      if (each.channel == channel) all.push_back(leading_stamp(each.payload)->utime());
+    }
+    return all;
+  }
+  std::vector<Message> session_log() {
+    std::vector<Message> all;
+    auto reader = LogReader::open(folder_ / "session.lcm");
+    EXPECT_TRUE(reader.ok());
+    while (reader.ok()) {
+      auto next = reader->next();
+      EXPECT_TRUE(next.ok()) << next.error().message;
+      if (!next.ok() || !*next) break;
+      all.push_back(std::move(**next));
+    }
+    return all;
+  }
+  void expect_same_bytes_again(const Report& live) {
+    ReplayOptions again;
+    again.log = folder_ / "session.lcm";
+    const auto replayed = replay(again);
+    ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+    EXPECT_EQ(replayed->arrivals_corrected, 0U) << "each decision of the loop has a stamp of its own";
+    EXPECT_EQ(replayed->tally.scans_in, live.tally.scans_in);
+    EXPECT_EQ(replayed->tally.scans_out, live.tally.scans_out);
+    EXPECT_EQ(replayed->tally.scans_degraded, live.tally.scans_degraded);
+    EXPECT_EQ(replayed->complete, live.complete);
+    for (const char* name : {channel::mr_session, channel::mr_scan, channel::mr_scan_info}) {
+      EXPECT_EQ(replayed->hash.at(name), live.hash.at(name)) << name;
+    }
+  }
+
   test::Folder folder_;
   MemoryBusHub hub_;
   std::unique_ptr<Bus> server_bus_, robot_;
@@ -83,14 +119,7 @@ TEST_F(LoopTest, LoopAnswersEveryScanAndReplaysToTheSameBytes) {
   const Report& live = **report_;
   EXPECT_EQ(live.tally.scans_in, 20U);
   EXPECT_GT(live.tally.beams_replaced, 0U);
-
-  ReplayOptions again;
-  again.log = folder_ / "session.lcm";
-  const auto replayed = replay(again);
-  ASSERT_TRUE(replayed.ok()) << replayed.error().message;
-  for (const char* name : {channel::mr_session, channel::mr_scan, channel::mr_scan_info}) {
-    EXPECT_EQ(replayed->hash.at(name), live.hash.at(name)) << name;
-  }
+  expect_same_bytes_again(live);
 }
 
 TEST_F(LoopTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
@@ -105,16 +134,7 @@ TEST_F(LoopTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
   EXPECT_GT(live.guard_fired, 0U);
-
-  ReplayOptions again;
-  again.log = folder_ / "session.lcm";
-  const auto replayed = replay(again);
-  ASSERT_TRUE(replayed.ok()) << replayed.error().message;
-  EXPECT_EQ(replayed->arrivals_corrected, 0U) << "each decision of the loop has a stamp of its own";
-  EXPECT_EQ(replayed->tally.scans_degraded, live.tally.scans_degraded);
-  for (const char* name : {channel::mr_session, channel::mr_scan, channel::mr_scan_info}) {
-    EXPECT_EQ(replayed->hash.at(name), live.hash.at(name)) << name;
-  }
+  expect_same_bytes_again(live);
 }
 
 TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
@@ -143,6 +163,109 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
     }
     EXPECT_TRUE(found);
   }
+}
+
+TEST_F(LoopTest, LoopWhoseDiskStallsAnswersEveryScanInOrderAndItsLogIsWholeAfterwards) {
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
+  const auto log = test::drive(4);
+  const auto third = static_cast<std::ptrdiff_t>(log.size() / 3);
+  play({log.begin(), log.begin() + third}, 1.0);
+  {
+    test::StalledDisk disk;
+    play({log.begin() + third, log.begin() + 2 * third}, 1.0);
+    EXPECT_TRUE(disk.await_a_write());
+  }
+  play({log.begin() + 2 * third, log.end()}, 1.0);
+  const auto heard = await(channel::mr_scan, 40);
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  EXPECT_GT(live.guard_fired, 0U);
+  EXPECT_TRUE(live.complete) << live.incomplete_because;
+  const auto sent = stamps(log, channel::scan);
+  EXPECT_EQ(stamps(heard, channel::mr_scan), sent) << "each once, and in order";
+  const auto written = session_log();
+  EXPECT_EQ(stamps(written, channel::scan), sent);
+  std::vector<Message> answers;
+  for (const Message& each : written) {
+    if (each.channel == channel::mr_scan) answers.push_back(each);
+  }
+  ASSERT_EQ(answers.size(), heard.size());
+  for (std::size_t i = 0; i < heard.size(); ++i) ASSERT_EQ(answers[i].payload, heard[i].payload) << i;
+  expect_same_bytes_again(live);
+}
+
+TEST_F(LoopTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLacks) {
+  options_.inbox.bytes = 10'000;  // some ten scans
+  serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}));
+  const auto log = test::drive(8);
+  const auto half = static_cast<std::ptrdiff_t>(log.size() / 2);
+  {
+    test::StalledDisk disk;
+    play({log.begin(), log.begin() + half}, 10.0);
+    EXPECT_TRUE(disk.await_a_write());
+  }
+  play({log.begin() + half, log.end()}, 1.0);
+  const auto heard = await(channel::mr_scan, 80);
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  EXPECT_EQ(stamps(heard, channel::mr_scan), stamps(log, channel::scan)) << "each once, and in order";
+  EXPECT_EQ(live.tally.scans_in, 80U);
+  EXPECT_EQ(live.tally.scans_out, 80U);
+  EXPECT_GT(live.tally.scans_left_out, 0U);
+  EXPECT_EQ(stamps(session_log(), channel::scan).size() + live.tally.scans_left_out, 80U);
+  EXPECT_FALSE(live.complete);
+  EXPECT_NE(live.incomplete_because.find(std::to_string(live.tally.scans_left_out) + " scans"),
+            std::string::npos)
+      << live.incomplete_because;
+  expect_same_bytes_again(live);
+}
+
+TEST_F(LoopTest, LoopThatIsStoppedAnswersWhatWaits) {
+  serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}), seconds(100));
+  const auto log = test::drive(2);
+  hold_up_ = true;
+  while (hold_up_) std::this_thread::yield();  // the loop is now held up
+  for (const Message& each : log) ASSERT_TRUE(robot_->publish(each.channel, each.payload).ok());
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  EXPECT_EQ(live.tally.scans_in, 20U);
+  EXPECT_EQ(live.guard_fired, 0U);
+  const auto sent = stamps(log, channel::scan);
+  EXPECT_EQ(stamps(await(channel::mr_scan, 20), channel::mr_scan), sent);
+  EXPECT_EQ(stamps(session_log(), channel::scan), sent);
+  expect_same_bytes_again(live);
+}
+
+TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
+  serve_in_background(test::configuration({}));
+  std::vector<Message> sent;
+  for (int i = 0; i < 20; ++i) {
+    Message scan = test::message(channel::scan, 0, test::scan_at(0.1 * i));
+    if (i % 2 == 0) scan.payload.resize(scan.payload.size() / 2);
+    sent.push_back(scan);
+    if (i == 10) {
+      hold_up_ = true;  // from here on it is the guard that answers
+      while (hold_up_) std::this_thread::yield();
+    }
+    ASSERT_TRUE(robot_->publish(scan.channel, scan.payload).ok());
+    const Message foreign =
+        test::message(channel::scan, 0, Odometry{SensorTime::from_utime(test::start_us), {}});
+    ASSERT_TRUE(robot_->publish(foreign.channel, foreign.payload).ok());
+  }
+  const auto heard = await(channel::mr_scan, 20);
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  ASSERT_EQ(heard.size(), 20U);
+  for (std::size_t i = 0; i < heard.size(); ++i) EXPECT_EQ(heard[i].payload, sent[i].payload) << i;
+  EXPECT_EQ(live.tally.scans_in, 20U);
+  EXPECT_EQ(live.tally.scans_out, 20U);
+  EXPECT_EQ(live.tally.foreign_scans, 20U);
+  EXPECT_EQ(live.tally.scans_degraded[static_cast<std::size_t>(Degraded::unreadable)], 10U);
+  expect_same_bytes_again(live);
 }
 
 }  // namespace

@@ -121,6 +121,99 @@ TEST_F(TickTest, TickGivesOneScanForEachScanWhateverElseComesIn) {
   EXPECT_GT(state_->tally.refused_inputs, 0U);
 }
 
+TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
+  start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
+  feed(test::drive(2));
+  const Message whole = test::message(channel::scan, test::start_us + 2'006'000, test::scan_at(2.0));
+  const auto floats = [](Message scan, std::size_t from_end, float value) {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, 4);
+    for (std::size_t i = 0; i < 4; ++i)
+      scan.payload[scan.payload.size() - from_end + i] = static_cast<std::uint8_t>(bits >> (24 - 8 * i));
+    return scan;
+  };
+  const auto with = [&](std::size_t at, std::initializer_list<std::uint8_t> bytes) {
+    Message scan = whole;
+    std::copy(bytes.begin(), bytes.end(), scan.payload.begin() + static_cast<std::ptrdiff_t>(at));
+    return scan;
+  };
+  std::vector<std::pair<Message, std::string>> bad{
+      {floats(whole, 8, std::numeric_limits<float>::quiet_NaN()), "rad0"},
+      {floats(whole, 4, std::numeric_limits<float>::infinity()), "radstep"},
+      {floats(whole, 4, 0), "radstep"},
+      {with(8, {0x80, 0, 0, 0, 0, 0, 0, 0}), "utime"},
+      {with(8, {0x7F, 0xF8, 0, 0, 0, 0, 0, 0}), "utime"},  // NaN, for a sender that writes doubles
+      {with(16, {0x7F, 0xFF, 0xFF, 0xFF}), "nranges"},
+      {with(16, {0xFF, 0xFF, 0xFF, 0xFF}), "nranges"},
+      {with(16, {0, 0, 0, 0}), "nranges"}};
+  for (std::size_t size = 8; size < whole.payload.size(); ++size) {
+    Message cut = whole;
+    cut.payload.resize(size);
+    bad.emplace_back(std::move(cut), "");
+  }
+  const std::uint64_t before = state_->tally.scans_in;
+  std::uint64_t count = 0;
+  for (auto& [scan, reason] : bad) {
+    scan.arrival = scan.arrival + microseconds(static_cast<std::int64_t>(++count));
+    feed(scan);
+    ASSERT_EQ(out_[channel::mr_scan].back(), scan.payload) << "unchanged, after " << count;
+    const ScanInfo info = decoded<ScanInfo>(channel::mr_scan_info).back();
+    EXPECT_FALSE(info.live);
+    EXPECT_TRUE(info.beam_agent.empty());
+    EXPECT_NE(info.reason.find("SCAN"), std::string::npos) << info.reason;
+    EXPECT_NE(info.reason.find(reason), std::string::npos) << info.reason;
+    const bool has_stamp = scan.payload.size() >= 16 && reason != "utime";
+    EXPECT_EQ(info.stamp.utime(), has_stamp ? test::start_us + 2'000'000 : scan.arrival.utime());
+  }
+  EXPECT_EQ(state_->tally.scans_in - before, count);
+  EXPECT_EQ(state_->tally.scans_out, state_->tally.scans_in);
+  EXPECT_EQ(out_[channel::mr_scan].size(), state_->tally.scans_in);
+  EXPECT_EQ(state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::unreadable)], count);
+  // What follows is answered as ever.
+  Message next = test::message(channel::scan, test::start_us + 2'106'000, test::scan_at(2.1));
+  feed(test::message(channel::odometry, test::start_us + 2'102'000,
+                     Odometry{SensorTime::from_utime(test::start_us + 2'100'000),
+                              Transform<Odom, Base>(test::pose_at(2.1).isometry())}));
+  feed(next);
+  EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live);
+}
+
+TEST_F(TickTest, TickAnswersFlippedScansOneForOneAndNeverSendsOnWhatIsNoScan) {
+  start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
+  feed(test::drive(2));
+  std::mt19937 random(5);
+  std::int64_t arrival = test::start_us + 2'006'000;
+  for (int round = 0; round < 3000; ++round) {
+    Message scan = test::message(channel::scan, ++arrival, test::scan_at(2.0));
+    for (unsigned flips = 1 + random() % 4; flips > 0; --flips) {
+      // A third of the flips hit the fields before the ranges.
+      const std::size_t at = random() % (random() % 3 == 0 ? 20 : scan.payload.size());
+      scan.payload[at] ^= static_cast<std::uint8_t>(1U << (random() % 8));
+    }
+    const std::size_t scans = out_[channel::mr_scan].size(), infos = out_[channel::mr_scan_info].size();
+    const std::uint64_t foreign = state_->tally.foreign_scans;
+    feed(scan);
+    ASSERT_EQ(out_[channel::mr_scan_info].size(), infos + 1);
+    const ScanInfo info = decoded<ScanInfo>(channel::mr_scan_info).back();
+    if (!claims_to_be_scan(scan.payload)) {
+      ASSERT_EQ(out_[channel::mr_scan].size(), scans) << "of another type";
+      ASSERT_EQ(state_->tally.foreign_scans, foreign + 1);
+      ASSERT_NE(info.reason.find("planar_lidar_t"), std::string::npos) << info.reason;
+      ASSERT_EQ(info.stamp.utime(), scan.arrival.utime());
+      continue;
+    }
+    ASSERT_EQ(out_[channel::mr_scan].size(), scans + 1);
+    const auto& answer = out_[channel::mr_scan].back();
+    ASSERT_EQ(answer.size(), scan.payload.size());
+    if (!info.live) {
+      ASSERT_EQ(answer, scan.payload);
+    }
+    out_.clear();
+  }
+  EXPECT_GT(state_->tally.foreign_scans, 0U);
+  EXPECT_EQ(state_->tally.scans_out, state_->tally.scans_in);
+}
+
 TEST_F(TickTest, TickPassesScansThroughWhileSlamIsLost) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 2)}));
   feed(test::drive(2));
