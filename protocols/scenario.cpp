@@ -134,8 +134,10 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "physics_rate", scenario.physics_rate);
   yaml::read(node, "model", scenario.model);
   yaml::read(node, "robot", scenario.robot);
-  if (const Node* injection = node.find("injection"))
+  if (const Node* injection = node.find("injection")) {
     yaml::read(*injection, "max_error", scenario.injection.max_error);
+    yaml::read(*injection, "restore", scenario.injection.restore);
+  }
   if (const Node* contact = node.find("contact")) read_contact(*contact, scenario.contact, problems);
   if (const Node* agents = node.find("agents")) {
     for (const Node& agent : agents->items) scenario.agents.push_back(read_agent(agent, problems));
@@ -203,6 +205,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
   writer.open("injection");
   writer.quantity("max_error", scenario.injection.max_error, Quantity::length);
+  writer.number("restore", scenario.injection.restore);
   writer.close();
   writer.open("contact");
   writer.quantity("slow_distance", scenario.contact.slow_distance, Quantity::length);

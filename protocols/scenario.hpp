@@ -13,6 +13,9 @@ namespace parhelion {
 
 struct InjectionLimits {
   double max_error = 0.10;  ///< m, 1 sigma predicted at the agent; above it nothing is injected
+  /// Share of max_error below which an agent that the limit has stopped comes back: between the two it would
+  /// blink.
+  double restore = 0.8;
 };
 
 struct ContactLimits {

@@ -39,15 +39,28 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
 }
 
 /// Agents whose place in the picture is not known well enough are not drawn (as in the scan).
-void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose,
+void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose, State& state,
                          WorldSnapshot& world) {
+  std::vector<BodyState>& bodies = world.bodies;
+  std::vector<const BodyDefinition*> definitions;
   auto definition = world.scene->bodies.begin();
-  std::erase_if(world.bodies, [&](const BodyState& body) {
+  for (const BodyState& body : bodies) {
     while ((*definition)->id < body.id) ++definition;
-    if (!(*definition)->injectable) return false;
-    return !(predicted_error(pose, body.T_map_body.translation()) <=
-             configuration.scenario.injection.max_error);
-  });
+    definitions.push_back(definition->get());
+  }
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end = 0; begin < bodies.size(); begin = end) {
+    double worst = 0;
+    for (end = begin; end < bodies.size() && definitions[end]->entity == definitions[begin]->entity; ++end) {
+      const double error = predicted_error(pose, bodies[end].T_map_body.translation());
+      if (!(error <= worst)) worst = error;
+    }
+    const bool shown = !definitions[begin]->injectable ||
+                       state.gate.admit(definitions[begin]->entity, worst, world.stamp,
+                                        configuration.scenario.injection, state.simulation);
+    for (std::size_t i = begin; shown && i < end; ++i) bodies[kept++] = bodies[i];
+  }
+  bodies.resize(kept);
 }
 
 void finish_image(const Configuration& configuration, State& state, Outputs& outputs) {
@@ -64,7 +77,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   if (!state.simulation.at(state.robot_clock.to_server(job.image.stamp), job.world)) {
     return original("the world at the image's stamp is not known");
   }
-  leave_out_uncertain(configuration, *pose, job.world);
+  leave_out_uncertain(configuration, *pose, state, job.world);
   job.camera = *configuration.robot.camera;
   job.T_map_optical = pose->T_map_base * job.camera.T_base_optical;
   job.floor_z = 0;

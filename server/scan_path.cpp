@@ -2,6 +2,7 @@
 #include <cmath>
 #include <exception>
 #include <limits>
+#include <span>
 
 #include "server/bodies_in_sweep.hpp"
 #include "server/tick.hpp"
@@ -44,33 +45,51 @@ Verdict find_moment(const Configuration& configuration, const Message& input, St
   return {};
 }
 
-/// Bodies to inject: within range, and known well enough where they stand.
+/// Where a return from these bodies, one agent's, is known worst, m.
+double worst_error(const PoseAtInstant& pose, std::span<const BodyMotion> bodies) {
+  double worst = 0;
+  for (const BodyMotion& each : bodies) {
+    const double error = predicted_error(pose, each.T_map_body_end.translation());
+    if (!(error <= worst)) worst = error;
+  }
+  return worst;
+}
+
+/// Agents to inject: within range, and known well enough where they stand. Whole agents, never halves.
 Verdict select_bodies(const Configuration& configuration, const Moment& moment, State& state) {
   ScanPath& path = state.scan;
   const double range_max = configuration.robot.laser->convention.range_max;
   const Eigen::Vector3d eye = moment.laser.T_map_laser_end.translation();
-  double nearest = std::numeric_limits<double>::infinity();
-  std::size_t left_out = 0;
-  path.info.predicted_error = predicted_error(moment.end, eye);
+  const auto distance = [&](const Transform<Map, Body>& T_map_body) {
+    return (T_map_body.translation() - eye).norm();
+  };
   bodies_in_sweep(path.world_start, path.world_end, path.motions,
                   [&](const BodyDefinition& body, const BodyState& at) {
-                    if (!body.injectable) return false;
-                    const Eigen::Vector3d p_map = at.T_map_body.translation();
-                    const double distance = (p_map - eye).norm();
-                    if (distance - bounding_radius(body) > range_max) return false;
-                    const double error = predicted_error(moment.end, p_map);
-                    if (distance < nearest) {
-                      nearest = distance;
-                      path.info.predicted_error = error;
-                    }
-                    if (!(error <= configuration.scenario.injection.max_error)) {
-                      ++left_out;
-                      return false;
-                    }
-                    return true;
+                    return body.injectable && distance(at.T_map_body) - bounding_radius(body) <= range_max;
                   });
-  if (left_out > 0 && path.motions.empty()) {
-    return {Degraded::error, "predicted error above the limit for every agent in range"};
+  double nearest = std::numeric_limits<double>::infinity();
+  path.info.predicted_error = predicted_error(moment.end, eye);
+  auto kept = path.motions.begin();
+  bool left_out = false;
+  for (auto agent = path.motions.begin(); agent != path.motions.end();) {
+    const auto end = std::find_if(agent, path.motions.end(), [&](const BodyMotion& each) {
+      return each.body->entity != agent->body->entity;
+    });
+    const double error = worst_error(moment.end, {agent, end});
+    if (distance(agent->T_map_body_end) < nearest) {
+      nearest = distance(agent->T_map_body_end);
+      path.info.predicted_error = error;
+    }
+    const bool shown = state.gate.admit(agent->body->entity, error, path.world_start.stamp,
+                                        configuration.scenario.injection, state.simulation);
+    kept = shown ? std::copy(agent, end, kept) : kept;
+    left_out = left_out || !shown;
+    agent = end;
+  }
+  path.motions.erase(kept, path.motions.end());
+  if (left_out && path.motions.empty()) {
+    return {Degraded::error,
+            "predicted error above the limit for every agent in range, or not yet well below"};
   }
   return {};
 }

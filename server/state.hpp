@@ -15,6 +15,7 @@
 #include "protocols/codec.hpp"
 #include "server/clock_offset.hpp"
 #include "server/configuration.hpp"
+#include "server/injection_gate.hpp"
 #include "server/percentiles.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
@@ -92,6 +93,7 @@ struct State {
   PoseTrack track;
   ClockOffset robot_clock;
   RayCaster caster;
+  InjectionGate gate;
   ScanPath scan;
   AgentLaser agent_laser;
   std::vector<LaserRequest> laser_requests;

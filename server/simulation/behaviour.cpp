@@ -43,7 +43,8 @@ double towards(double from, double to, double most) { return from + std::clamp(t
 
 bool Simulation::State::held_still(const Agent& agent) const {
   if (agent.frozen) return true;
-  if (real.sensed || !real.ever_present) return false;
+  const bool sensed = real.sensed && agent.shown == AgentShown::shown;
+  if (sensed || !real.ever_present) return false;
   const double speed = std::hypot(real.last.twist.vx, real.last.twist.vy);
   const double way = speed * real.limits.reaction_time + speed * speed / (2 * real.limits.deceleration);
   return distance_bound(agent.placed, real.placed) < kHoldRange + way;

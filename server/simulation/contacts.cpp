@@ -73,12 +73,14 @@ struct Party {
   const std::string* name = nullptr;
   bool is_virtual = false;
   bool is_real_robot = false;
+  bool shown = true;
 };
 
 Party party(const auto& state, PhysicsHandle handle) {
   if (handle == state.real.handle) return {&state.real.name, false, true};
   for (const auto& agent : state.agents) {
-    if (agent->handle == handle) return {&agent->definition.name, true, false};
+    if (agent->handle == handle)
+      return {&agent->definition.name, true, false, agent->shown == AgentShown::shown};
   }
   if (const FixedObstacle* obstacle = state.building->by_handle(handle)) {
     return {&obstacle->name, obstacle->is_virtual, false};
@@ -99,7 +101,7 @@ void Simulation::State::collect_body_contacts() {
     if (with_robot && !real.touchable) continue;
     touching.push_back({*a.name, *b.name,
                         a.is_virtual && b.is_virtual ? PairKind::virtual_virtual : PairKind::real_virtual,
-                        contact.position, contact.impulse, with_robot && !real.sensed});
+                        contact.position, contact.impulse, with_robot && !(real.sensed && b.shown)});
   }
 }
 

@@ -26,16 +26,23 @@ void Simulation::State::stop_zone(const RealRobotState& now, std::vector<Footpri
   }
 }
 
-void Simulation::State::clear_return_of_real(const RealRobotState& now) {
+void Simulation::State::clear_return_of_real(const RealRobotState& now, bool all) {
+  const auto returns = [&](const auto& agent) { return all || agent->shown == AgentShown::returning; };
+  if (std::none_of(agents.begin(), agents.end(), returns)) return;
   std::vector<Footprint> zone;
   stop_zone(now, zone);
   for (const auto& agent : agents) {
+    if (!returns(agent)) continue;
+    agent->clear_of_real = true;
     const bool inside = std::any_of(zone.begin(), zone.end(), [&](const Footprint& footprint) {
       return distance_bound(footprint, agent->placed) <= 0 && signed_distance(footprint, agent->placed) <= 0;
     });
     if (!inside) continue;
     const auto place_for_it = nearest_free(agent->form, agent->pose, agent.get(), zone);
-    if (!place_for_it) continue;
+    if (!place_for_it) {
+      agent->clear_of_real = false;
+      continue;
+    }
     put(*agent, *place_for_it);
     say(EventKind::agent_moved, *agent, 0,
         "out of the way: it would have reappeared where the robot could not stop");
@@ -57,7 +64,7 @@ void Simulation::State::move_real(const std::optional<RealRobotState>& now) {
     contacts.forget(real.name, stamp_of(step), events);
   }
   // Agents come back into its sensors' view: none so near that it could not stop.
-  if (now->sensed && (jumped || !real.sensed)) clear_return_of_real(*now);
+  clear_return_of_real(*now, now->sensed && (jumped || !real.sensed));
   real.last = *now;
   if (now->relocalized) real.last.twist = {};
   real.present = real.ever_present = true;

@@ -193,6 +193,18 @@ std::vector<Event> Simulation::take_events() {
   return events;
 }
 
+void Simulation::show(const std::string& agent, AgentShown shown) {
+  Agent* found = state_->find(agent);
+  if (found == nullptr || found->shown == shown) return;
+  found->shown = shown;
+  found->clear_of_real = false;  // until a step has looked
+}
+
+bool Simulation::clear_of_real(const std::string& agent) const {
+  const Agent* found = state_->find(agent);
+  return found == nullptr || found->clear_of_real;
+}
+
 void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) {
   state_->real_obstacles = obstacles;
   state_->real_discs.resize(obstacles.size());

@@ -37,6 +37,11 @@ struct RealObstacle {
   double radius = 0.2;
 };
 
+/// Whether the real robot's sensors show an agent now, where they show any. One that they withhold holds
+/// still near the robot and contacts with it are unsensed; one that is returning is kept out of the stopping
+/// distance as well (agent_moved says so), until it is shown.
+enum class AgentShown : std::uint8_t { shown, withheld, returning };
+
 struct SimulationOptions {
   double rate = 240;  ///< Hz
   Duration history = seconds(2.0);
@@ -73,6 +78,11 @@ class Simulation {
   const AgentDefinition* find_agent(const std::string& name) const;
   /// The command of an agent that is teleoperated; holds for 0.5 s.
   void teleop(const std::string& agent, const Twist2& twist);
+  /// From the next step on; an unknown name is a drawn part of the building, which stays where it is.
+  void show(const std::string& agent, AgentShown shown);
+  /// False: at the newest step the agent was inside the real robot's stopping distance, and there was no free
+  /// place for it.
+  bool clear_of_real(const std::string& agent) const;
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
 
   SimulationTime now() const;        ///< instant of the newest state

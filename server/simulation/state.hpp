@@ -37,6 +37,8 @@ struct Agent {
   std::uint32_t epoch = 0;  ///< counts spawn and teleports
   double floor = 0;         ///< m, z that it stands on (upright agents)
   bool frozen = false;
+  AgentShown shown = AgentShown::shown;
+  bool clear_of_real = false;  ///< at the newest step, of one that is returning
 
   RigidState rigid;  ///< at the newest step
   Pose2 pose;
@@ -111,7 +113,7 @@ struct Simulation::State {
   // real_robot.cpp
   void move_real(const std::optional<RealRobotState>& now);
   /// Sets where it is for what must not be near it, without moving its body.
-  void clear_return_of_real(const RealRobotState& now);
+  void clear_return_of_real(const RealRobotState& now, bool all);
   /// Where the robot cannot help being within its stopping distance: footprints along its arc, with a margin.
   void stop_zone(const RealRobotState& now, std::vector<Footprint>& zone) const;
 

@@ -1,8 +1,9 @@
 // The whole server live on this machine: plays a localized log with 30 Hz video onto LCM as a robot would,
 // with `parhelion serve`, `parhelion slam` and a subscriber beside it, and prints what the server's report
 // says.
-//   bench_server_live PARHELION LOG MODEL SCENARIO MAP [SECONDS]
-// LOG: as demo leaves it (with-camera.lcm); MAP: the ROS map YAML that SLAM localizes in.
+//   bench_server_live PARHELION LOG MODEL SCENARIO MAP [SECONDS [SPEED]]
+// LOG: as demo leaves it (with-camera.lcm); MAP: the ROS map YAML that SLAM localizes in. SPEED times the
+// recording's own gives more scans a second: forwards, then backwards and so on, so that nothing leaps.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -60,6 +61,27 @@ Played read(const std::string& path) {
   return played;
 }
 
+struct Due {
+  Duration after;  ///< the start
+  const Message* message;
+};
+
+/// The inputs back and forth at `speed`, for `duration`.
+std::vector<Due> back_and_forth(const std::vector<Message>& inputs, double speed, double duration) {
+  const ArrivalTime first = inputs.front().arrival, last = inputs.back().arrival;
+  std::vector<Due> all;
+  double begun = 0;
+  for (bool forwards = true; begun < duration; forwards = !forwards) {
+    for (std::size_t i = 1; i < inputs.size(); ++i) {
+      const Message& each = forwards ? inputs[i] : inputs[inputs.size() - 1 - i];
+      const Duration way = forwards ? each.arrival - first : last - each.arrival;
+      all.push_back({seconds(begun + way.seconds() / speed), &each});
+    }
+    begun += (last - first).seconds() / speed;
+  }
+  return all;
+}
+
 /// Publishes with the stamps of now: `to_now` is added to what the recording says.
 template <class T>
 void publish(Bus& bus, const Message& message, Duration to_now) {
@@ -80,9 +102,9 @@ void wait_until(WallTime due) {
 
 int main(int argc, char** argv) {
   if (argc < 6)
-    return std::fprintf(stderr, "usage: %s PARHELION LOG MODEL SCENARIO MAP [SECONDS]\n", argv[0]), 2;
+    return std::fprintf(stderr, "usage: %s PARHELION LOG MODEL SCENARIO MAP [SECONDS [SPEED]]\n", argv[0]), 2;
   const std::string program = argv[1], url = "udpm://239.255.76.67:7699?ttl=0&recv_buf_size=4194304";
-  const double duration = argc > 6 ? std::stod(argv[6]) : 50;
+  const double duration = argc > 6 ? std::stod(argv[6]) : 50, speed = argc > 7 ? std::stod(argv[7]) : 1;
   const Played played = read(argv[2]);
   if (played.inputs.empty() || played.images.empty()) return std::fprintf(stderr, "nothing to play\n"), 1;
   std::ofstream("/tmp/bench-live-robot.yaml") << played.robot_yaml;
@@ -96,16 +118,17 @@ int main(int argc, char** argv) {
   if (!subscriber.ok() || !robot.ok() || !(*subscriber)->subscribe("MR_.*", 1000).ok()) return 1;
   std::this_thread::sleep_for(std::chrono::seconds(2));  // both processes come up; nothing is measured before
 
-  const Duration to_now{wall_now().ns - played.inputs.front().arrival.ns};
+  const std::vector<Due> inputs = back_and_forth(played.inputs, speed, duration);
   const WallTime begun = wall_now();
   std::size_t next_input = 0, frame = 0, heard = 0;
-  while ((wall_now() - begun).seconds() < duration && next_input < played.inputs.size()) {
-    const Message& input = played.inputs[next_input];
-    const WallTime input_due{input.arrival.ns + to_now.ns};
+  while ((wall_now() - begun).seconds() < duration && next_input < inputs.size()) {
+    const Message& input = *inputs[next_input].message;
+    const WallTime input_due = begun + inputs[next_input].after;
     const WallTime frame_due = begun + seconds(static_cast<double>(frame) / 30);
     wait_until(std::min(input_due, frame_due));
     if (input_due <= frame_due) {
       ++next_input;
+      const Duration to_now{input_due.ns - input.arrival.ns};
       input.channel == channel::scan ? publish<Scan>(**robot, input, to_now)
                                      : publish<Odometry>(**robot, input, to_now);
     } else {

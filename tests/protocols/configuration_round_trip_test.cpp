@@ -82,6 +82,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.model = text();
   a.robot = text();
   a.injection.max_error = positive();
+  a.injection.restore = between(0, 1);
   a.contact.stop_distance = between(0, 1);
   a.contact.slow_distance = between(1.5, 3);
   a.contact.crawl_speed = positive();
@@ -110,6 +111,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->model == a.model);
   RC_ASSERT(b->robot == a.robot);
   RC_ASSERT(b->injection.max_error == a.injection.max_error);
+  RC_ASSERT(b->injection.restore == a.injection.restore);
   RC_ASSERT(b->contact.slow_distance == a.contact.slow_distance);
   RC_ASSERT(b->contact.stop_distance == a.contact.stop_distance);
   RC_ASSERT(b->contact.crawl_speed == a.contact.crawl_speed);

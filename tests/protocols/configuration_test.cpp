@@ -46,7 +46,7 @@ name: corridor
 level: 1
 seed: 18446744073709551615
 physics_rate: 0.5 kHz
-injection: {max_error: 10 cm}
+injection: {max_error: 10 cm, restore: 0.5}
 contact: {silence: 20 ms, stop_distance: 0.2 m}
 channels: {SCAN: front/scan, MR_AGENT_r1_SCAN: r1.scan}
 )",
@@ -63,6 +63,7 @@ channels: {SCAN: front/scan, MR_AGENT_r1_SCAN: r1.scan}
   EXPECT_EQ(scenario->seed, 18446744073709551615U);
   EXPECT_EQ(scenario->physics_rate, 500);
   EXPECT_EQ(scenario->injection.max_error, 0.1);
+  EXPECT_EQ(scenario->injection.restore, 0.5);
   EXPECT_EQ(scenario->contact.silence, 0.02);
   EXPECT_EQ(scenario->contact.slow_distance, ContactLimits().slow_distance);
   EXPECT_EQ(scenario->channels.at("SCAN"), "front/scan");
@@ -93,6 +94,7 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
       {"physics_rate: 1e400 Hz", "expected a finite number"},
       {"physics_rate: [1 Hz]", "'physics_rate': expected a number with its unit, found a list"},
       {"physics_rate: 5 Hz", "expected physics_rate >= 10 Hz"},
+      {"injection: {restore: 1.2}", "expected restore <= 1"},
       {"contact: {silence: 0 ms}", "expected silence > 0 s"},
       {"contact: {stop_distance: 2 m}", "expected stop_distance < slow_distance, found 2 m and 1 m"},
       {"contact: 3", "'contact': expected keys with values, found a single value"},

@@ -15,7 +15,7 @@ class InboxTest : public testing::Test {
         robot_(hub_.connect()),
         guard_(seconds(10),
                [this](std::span<const std::uint8_t> scan) { sent_raw_.push_back(scan.back()); }) {
-    EXPECT_TRUE(server_->subscribe(".*", 1000).ok());
+    EXPECT_TRUE(server_->subscribe(".*", 2000).ok());
   }
   /// Of a scan only what the inbox looks at.
   void send_scan(std::uint8_t mark) {
@@ -23,6 +23,10 @@ class InboxTest : public testing::Test {
     encode(Scan{}, bytes);
     bytes.push_back(mark);
     ASSERT_TRUE(robot_->publish("SCAN", bytes).ok());
+  }
+  void send(const std::string& channel, std::uint8_t byte = 1) {
+    const std::uint8_t bytes[] = {byte};
+    ASSERT_TRUE(robot_->publish(channel, bytes).ok());
   }
   /// All that was sent.
   std::vector<Arrived> take_all(Inbox& inbox) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 
 #include "tests/server/synthetic.hpp"
@@ -68,6 +69,17 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesForAnyThreadCountAndSpeed) {
       EXPECT_EQ(bytes_of(other.session), reference) << threads << " threads at rate " << rate;
     }
   }
+}
+
+/// PARHELION_HASHES names a file: the first build that is tested writes it, each later one must agree.
+TEST_F(ReplayTest, ReplayGivesTheSameBytesInEveryBuild) {
+  const char* path = std::getenv("PARHELION_HASHES");
+  if (path == nullptr) GTEST_SKIP() << "PARHELION_HASHES names no file to compare with (tools/test does)";
+  std::string hashes;
+  for (const auto& [channel, hash] : run(options("a.lcm")).hash) hashes += channel + " " + hash + "\n";
+  ASSERT_NE(hashes.find(channel::mr_scan), std::string::npos);
+  if (!std::filesystem::exists(path)) std::ofstream(path) << hashes;
+  EXPECT_EQ(bytes_of(path), hashes) << "another build gave other bytes";
 }
 
 TEST_F(ReplayTest, ReplayOfASessionLogGivesThatSessionAgain) {

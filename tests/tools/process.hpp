@@ -19,11 +19,10 @@ inline std::string program() { return std::string(PARHELION_BINARY_DIR) + "/tool
 class Process {
  public:
   /// Output and errors go to the file `log`.
-  Process(std::vector<std::string> arguments, const std::string& log) {
+  Process(std::vector<std::string> arguments, const std::string& log, const std::string& path = program()) {
     std::vector<char*> argv{const_cast<char*>("parhelion")};
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
-    const std::string path = program();
     pid_ = fork();
     if (pid_ != 0) return;
     const int file = open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
@@ -69,8 +68,9 @@ struct Ran {
   std::string output;
 };
 
-inline Ran run(const std::vector<std::string>& arguments, const std::string& log) {
-  Process process(arguments, log);
+inline Ran run(const std::vector<std::string>& arguments, const std::string& log,
+               const std::string& path = program()) {
+  Process process(arguments, log, path);
   const int exit = process.wait();
   return {exit, text_of(log)};
 }

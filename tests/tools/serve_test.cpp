@@ -155,6 +155,9 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
     if (name.starts_with("session-") && name.ends_with(".lcm")) later.push_back(name);
   }
   ASSERT_EQ(later.size(), 1U);
+  const auto replayed =
+      test::run({"replay", folder_ / later[0], "--report", folder_ / "report.json"}, folder_ / "replay.txt");
+  EXPECT_EQ(replayed.exit, 0) << replayed.output;
 }
 
 TEST_F(ServeTest, ServeAndReplayRefuseAPathThatCannotBeWrittenBeforeTheyRun) {
