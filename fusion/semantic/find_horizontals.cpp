@@ -14,15 +14,21 @@
 namespace parhelion {
 namespace {
 
-constexpr double min_line = 0.2;        // m; less than the tread of a step
-constexpr int min_layers = 3;           // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
-constexpr double ridge_reach = 0.12;    // m; less than from step to step
-constexpr double ridge_share = 0.6;     // of the most layers in reach
-constexpr int max_rise = 3;             // degrees: what is steeper is a ramp
-constexpr double same_height = 0.03;    // m, between cells of one surface
-constexpr int reach_cells = 2;          // a gap of one cell does not part a surface
-constexpr double min_area = 0.15;       // m^2; a tread of 0.2 m x 0.8 m
-constexpr double flat_over_beside = 2;  // a wall's slice has as many points beside as within
+constexpr double min_line = 0.2;          // m; less than the tread of a step
+constexpr int min_layers = 3;             // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
+constexpr double ridge_reach = 0.12;      // m; less than from step to step
+constexpr double ridge_share = 0.6;       // of the most layers in reach
+constexpr int max_rise = 3;               // degrees: what is steeper is a ramp
+constexpr double same_height = 0.008;     // m, between cells of one surface, beside what their noise may do
+constexpr double point_noise = 0.01;      // m
+constexpr double max_height_step = 0.03;  // m, whatever the noise
+constexpr std::uint32_t few_points = 10;
+constexpr int reach_cells = 4;         // a gap of one cell does not part a surface
+constexpr double min_area = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
+constexpr double around_height = 0.3;  // m
+// Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by choosing its
+// fuller cells; of a tread with its risers about 1.
+constexpr double min_flatness = 0.4;
 
 /// One tile's pictures from the side; x is along the picture, in site pixels.
 class SidePictures {
@@ -51,6 +57,7 @@ class SidePictures {
     const int shortest = std::max(3, static_cast<int>(min_line / pixel));
     const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, max_rise, site_.options.seed};
     Levels result;
+    add_full_rows(chain.above_threshold, shortest, result);
     for (const PixelSegment& s : hough_segments(chain.skeleton, hough)) {
       spread(s, result);
       if (stages != nullptr) {
@@ -75,6 +82,33 @@ class SidePictures {
       const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
       if (chains_[0].input.inside(x, z)) chains_[0].input.add(x, z, y * 64 / image_pixels);
       if (chains_[1].input.inside(y, z)) chains_[1].input.add(y, z, x * 64 / image_pixels);
+    }
+  }
+
+  /// What the Hough transform may miss, being random: rows that are fuller than those around them, over each
+  /// block and half of its neighbours.
+  void add_full_rows(const PixelSet& image, int shortest, Levels& levels) const {
+    constexpr int half = block_pixels / 2, halves = 2 * (tile_blocks + 2), rows_beside = 3;
+    std::vector<std::array<std::int32_t, halves>> counts(static_cast<std::size_t>(rows_));
+    for (const std::uint32_t i : image.set()) {
+      const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
+      ++counts[static_cast<std::size_t>(y)][static_cast<std::size_t>((x - 1) / half)];
+    }
+    for (int b = 0; b < tile_blocks + 2; ++b) {
+      const auto count = [&](int row) {
+        int sum = 0;
+        for (int h = std::max(0, 2 * b - 1); h < std::min(halves, 2 * b + 3) && row > 0 && row < rows_; ++h)
+          sum += counts[static_cast<std::size_t>(row)][static_cast<std::size_t>(h)];
+        return sum;
+      };
+      for (int row = 1; row < rows_; ++row) {
+        const int here = count(row);
+        bool fullest = here >= shortest;
+        for (int d = 1; d <= rows_beside && fullest; ++d)
+          fullest = here > count(row - d) && here >= count(row + d);
+        if (fullest)
+          levels[static_cast<std::size_t>(b)].push_back(site_.z_low + (row - 0.5) * site_.options.pixel);
+      }
     }
   }
 
@@ -166,12 +200,14 @@ void add_plates(const Site& site, const PlanBlocks::Block& block, double level, 
       cell.plate.from_below += side < 0;
     } else {
       cell.plate.beside += std::abs(dz) <= 2 * near;
+      cell.plate.around += std::abs(dz) <= around_height;
       ++(dz > 0 ? cell.plate.column_above : cell.plate.column_below);
     }
   }
   for (std::size_t c = 0; c < cells.size(); ++c) {
     Plate plate = cells[c].plate;
-    if (plate.points == 0 || plate.points < plate.beside) continue;
+    // Few points may have some beside them by chance.
+    if (plate.points == 0 || plate.points < plate.beside * (plate.points < few_points ? 1U : 2U)) continue;
     const double mean = cells[c].sum / plate.points;
     plate.x = block.x * block_cells + static_cast<int>(c % block_cells);
     plate.y = block.y * block_cells + static_cast<int>(c / block_cells);
@@ -225,6 +261,12 @@ std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
   return i;
 }
 
+/// m by which two cells of one surface may differ: 2.5 sigma of their means, and the floor's own unevenness.
+double height_step(const Plate& a, const Plate& b) {
+  const double sigma = point_noise * std::sqrt(1.0 / a.points + 1.0 / b.points);
+  return std::min(max_height_step, same_height + 2.5 * sigma);
+}
+
 /// Numbers the parts that touch; plates by place.
 std::vector<std::uint32_t> connect(const std::vector<Plate>& plates) {
   std::vector<std::uint32_t> parent(plates.size());
@@ -235,7 +277,7 @@ std::vector<std::uint32_t> connect(const std::vector<Plate>& plates) {
       const Plate from{.x = plate.x + (dy == 0 ? 1 : -reach_cells), .y = plate.y + dy, .z = -1e9F};
       auto it = std::lower_bound(plates.begin() + i, plates.end(), from, by_place);
       for (; it != plates.end() && it->y == from.y && it->x <= plate.x + reach_cells; ++it) {
-        if (static_cast<double>(std::abs(it->z - plate.z)) > same_height) continue;
+        if (static_cast<double>(std::abs(it->z - plate.z)) > height_step(plate, *it)) continue;
         const auto a = root(parent, i), b = root(parent, static_cast<std::uint32_t>(it - plates.begin()));
         parent[std::max(a, b)] = std::min(a, b);
       }
@@ -261,6 +303,28 @@ void find_facing(std::vector<HorizontalSurface>& surfaces, const std::vector<Pla
   }
 }
 
+/// Median, of what lies within 3 cm of it: an edge that sags or an object on it does not move a surface.
+/// Heights ascending, each with its number of points.
+double trimmed_median(const std::vector<std::pair<float, std::uint32_t>>& heights) {
+  constexpr float keep = 0.03F;  // m
+  float median = 0;
+  for (int round = 0; round < 6; ++round) {
+    std::uint64_t total = 0, passed = 0;
+    const auto counts = [&](float z) { return round == 0 || std::abs(z - median) <= keep; };
+    for (const auto& [z, points] : heights) total += counts(z) ? points : 0;
+    float next = median;
+    for (const auto& [z, points] : heights) {
+      if (!counts(z)) continue;
+      passed += points;
+      next = z;
+      if (2 * passed >= total) break;
+    }
+    if (round > 0 && next == median) break;
+    median = next;
+  }
+  return static_cast<double>(median);
+}
+
 /// One surface from the plates [begin, end) of `members`; or none, where they are a slice of something else.
 bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<const std::uint32_t> members,
                   HorizontalSurface& surface, Plate& sums) {
@@ -276,7 +340,7 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
     const Plate& plate = plates[m];
     heights.emplace_back(plate.z, plate.points);
     points += plate.points;
-    sums.beside += plate.beside;
+    sums.around += plate.around;
     sums.from_above += plate.from_above;
     sums.from_below += plate.from_below;
     sums.column_above += plate.column_above;
@@ -285,14 +349,9 @@ bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<
     surface.low = surface.low.cwiseMin(Eigen::Vector2d(plate.x, plate.y) * cell);
     surface.high = surface.high.cwiseMax(Eigen::Vector2d(plate.x + 1, plate.y + 1) * cell);
   }
-  if (static_cast<double>(points) < flat_over_beside * sums.beside) return false;
+  if (static_cast<double>(points) < min_flatness * sums.around) return false;
   std::sort(heights.begin(), heights.end());
-  std::uint64_t passed = 0;
-  for (const auto& [z, count] : heights) {
-    passed += count;
-    surface.z = static_cast<double>(z);
-    if (2 * passed >= points) break;
-  }
+  surface.z = trimmed_median(heights);
   surface.points = static_cast<std::uint32_t>(points);
   surface.thickness = 2 * std::sqrt(variance / static_cast<double>(points));
   return true;

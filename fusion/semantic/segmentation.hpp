@@ -27,7 +27,7 @@ struct VerticalSurface {
 
 /// A horizontal surface: prerequisite of floor, ceiling, table top, tread.
 struct HorizontalSurface {
-  double z = 0;                                   ///< m, median of its points
+  double z = 0;                                   ///< m, median of its points, outliers left out
   double thickness = 0;                           ///< m, 2 sigma
   double area = 0;                                ///< m^2, of the plan's cells that it covers
   Eigen::Vector2d low = Eigen::Vector2d::Zero();  ///< m, bounds in the plan

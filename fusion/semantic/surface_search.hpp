@@ -21,7 +21,7 @@ constexpr double height_margin = 0.5;  ///< m, kept free below the lowest and ab
 constexpr int block_pixels = 64;       ///< side of a block
 constexpr int tile_blocks = 8;         ///< 512 pixels, the paper's picture
 constexpr int image_pixels = (tile_blocks + 2) * block_pixels + 2;  ///< a tile, its margins and a border
-constexpr int block_cells = 8;  ///< horizontal surfaces are found per cell
+constexpr int block_cells = 16;  ///< horizontal surfaces are found per cell
 
 struct Tile {
   int x = 0, y = 0;  ///< in tiles from the origin
@@ -67,6 +67,7 @@ struct Plate {
   float variance = 0;                                ///< m^2
   std::uint32_t points = 0;                          ///< within `near` of z
   std::uint32_t beside = 0;                          ///< as far again above and below
+  std::uint32_t around = 0;                          ///< within the height of two steps above and below
   std::uint32_t from_above = 0, from_below = 0;      ///< points by the side that they were seen from
   std::uint32_t column_above = 0, column_below = 0;  ///< the cell's other points
   std::uint32_t surface = no_surface;                ///< into HorizontalSearch::surfaces
