@@ -194,6 +194,7 @@ void DrawList::clear(std::size_t views) {
   shadows.clear();
   occluders.clear();
   mesh_chunks.clear();
+  mesh_shown.clear();
   entities.clear();
   view_rects.assign(views, {});
   farthest = 0;

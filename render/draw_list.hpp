@@ -50,6 +50,7 @@ struct DrawList {
   std::vector<ShadowVertex> shadows;                  ///< triangles
   std::vector<Instance> occluders;                    ///< plain boxes
   std::vector<std::uint32_t> mesh_chunks;             ///< of the building's mesh, that may hide something
+  std::vector<std::uint32_t> mesh_shown;              ///< chunks that are drawn like a shape
   Instance mesh{};                                    ///< where the building's mesh is
   std::vector<std::string> entities;                  ///< names, by Instance::entity - 1
   std::vector<PixelRect> view_rects;                  ///< what is touched of each view

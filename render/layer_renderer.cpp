@@ -120,6 +120,7 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
   gl_.DrawBuffers(2, both);
   use(lit_, view, far, kOcclusionBias, &R_optical_map);
   for (std::size_t mesh = 0; mesh < kMeshes; ++mesh) draw_instances(mesh, list.shapes[mesh]);
+  draw_mesh(list.mesh_shown, list.mesh);
 }
 
 void LayerRenderer::resolve(const PixelRect& r) {

@@ -6,6 +6,8 @@
 namespace parhelion {
 
 void add_map_extrude(CLI::App& map, Exit& exit);
+void add_map_model(CLI::App& map, Exit& exit);
 void add_map_register(CLI::App& map, Exit& exit);
+void add_map_view(CLI::App& map, Exit& exit);
 
 }  // namespace parhelion

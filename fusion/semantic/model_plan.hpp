@@ -1,0 +1,22 @@
+// The plan of a semantic model for people: every label in its colour, dimensions, what was not observed
+// hatched.
+#pragma once
+
+#include <string>
+
+#include "protocols/model.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct ModelPlan {
+  std::string title;  ///< ASCII; other characters are drawn as '?'
+  std::string subtitle;
+  int width = 1600;  ///< pixels; the height follows from what is drawn
+};
+
+/// Writes a PNG. Lengths of walls and widths of doors in metres, rises of stairs; axes are the map's. Errors:
+/// nothing to draw, coordinates that are not finite, a path that cannot be written.
+Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path);
+
+}  // namespace parhelion

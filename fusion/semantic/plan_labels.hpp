@@ -1,0 +1,30 @@
+// Where words stand in a plan: beside what they name, on nothing else. Internal to model_plan.cpp.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fusion/semantic/plan_canvas.hpp"
+#include "fusion/semantic/plan_outline.hpp"
+#include "protocols/model.hpp"
+
+namespace parhelion {
+
+class PlanLabels {
+ public:
+  explicit PlanLabels(PlanCanvas& canvas) : canvas_(canvas) {}
+
+  /// Words written from now on avoid this, where they can.
+  void keep_clear(const Outline& outline);
+  /// Writes beside the middle of a long side, else near its ends; not at all where every place has words.
+  void beside(const ModelEntity& entity, const std::string& words, double size, Colour colour);
+
+ private:
+  double cost(const Eigen::AlignedBox2d& box) const;
+
+  PlanCanvas& canvas_;
+  std::vector<Eigen::AlignedBox2d> words_;  ///< pixels
+  std::vector<Eigen::Vector2d> drawn_;      ///< pixels, points on what words avoid
+};
+
+}  // namespace parhelion

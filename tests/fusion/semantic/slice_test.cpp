@@ -1,0 +1,73 @@
+// The 2D map that a laser at some height would have made of a cloud.
+#include "fusion/semantic/slice.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+/// A room from (0, 0) to (4, 3) with walls and a floor, seen from its middle; a table whose top is at 0.75 m.
+PointCloud<Map> room() {
+  PointCloud<Map> cloud;
+  cloud.viewpoints = {{2, 1.5, 1.2}};
+  const auto add = [&](double x, double y, double z) {
+    cloud.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+  };
+  for (double a = 0.01; a < 4; a += 0.02) {
+    for (double z = 0.01; z < 2.5; z += 0.02) {
+      add(a, 0, z), add(a, 3, z);
+      if (a < 3) add(0, a, z), add(4, a, z);
+    }
+    for (double b = 0.01; b < 3; b += 0.02) {
+      if (a > 0.3 && a < 2) add(a, b, 0);  // the floor was seen in one half only
+    }
+  }
+  for (double x = 2.5; x < 3.5; x += 0.02) {
+    for (double y = 2; y < 2.6; y += 0.02) add(x, y, 0.75);
+  }
+  return cloud;
+}
+
+float at(const GridMap& map, double x, double y) {
+  const auto column = static_cast<std::size_t>((x - map.x_min) / map.resolution),
+             row = static_cast<std::size_t>((y - map.y_min) / map.resolution);
+  return map.occupied.at(row * static_cast<std::size_t>(map.width) + column);
+}
+
+TEST(Slice, WallsAreOccupiedWhatWasSeenThroughIsFreeTheRestUnknown) {
+  const auto map = slice(room());
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(at(*map, 1, 0.01), 1.F);
+  EXPECT_EQ(at(*map, 0.01, 1.5), 1.F);
+  EXPECT_EQ(at(*map, 1, 1), 0.F) << "floor";
+  EXPECT_EQ(at(*map, 3.8, 1.5), 0.F) << "lines of sight to the foot of the wall";
+  EXPECT_EQ(at(*map, 3.0, 2.9), 0.F) << "behind the table's top, at the laser's height";
+  EXPECT_EQ(at(*map, 2.05, 1.5), 0.5F) << "under the scanner nothing was seen";
+}
+
+TEST(Slice, ATableTopIsNotAtTheLasersHeightButIsAtItsOwn) {
+  const auto low = slice(room());
+  SliceOptions options;
+  options.height = 0.75;
+  const auto high = slice(room(), options);
+  ASSERT_TRUE(low && high);
+  EXPECT_NE(at(*low, 3, 2.3), 1.F);
+  EXPECT_EQ(at(*high, 3, 2.3), 1.F);
+}
+
+TEST(Slice, SaysWhatIsWrong) {
+  EXPECT_FALSE(slice({}));
+  SliceOptions options;
+  options.resolution = 0;
+  EXPECT_FALSE(slice(room(), options));
+  options.resolution = 1e-5;
+  EXPECT_FALSE(slice(room(), options)) << "too many cells";
+  options = {};
+  options.floor = -30;
+  EXPECT_FALSE(slice(room(), options)) << "nothing at that height";
+}
+
+}  // namespace
+}  // namespace parhelion

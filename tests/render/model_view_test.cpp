@@ -1,0 +1,74 @@
+// The solid view of a model: names stand on what is seen, ceilings and what is deleted are left out.
+#include "render/model_view.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/box_mesh.hpp"
+#include "tests/render/scenes.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+using ::testing::Contains;
+using ::testing::Not;
+
+ModelEntity entity(const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
+                   const Eigen::Vector3d& size) {
+  ModelEntity e;
+  e.name = name;
+  e.label = label;
+  e.T_map_body = Transform<Map, Body>::planar(centre.x(), centre.y(), 0, centre.z());
+  e.size = size;
+  return e;
+}
+
+SemanticModel room() {
+  SemanticModel model;
+  model.entities = {entity("floor", EntityLabel::floor, {0, 0, -0.05}, {6, 4, 0.1}),
+                    entity("ceiling", EntityLabel::ceiling, {0, 0, 2.55}, {6, 4, 0.1}),
+                    entity("back", EntityLabel::wall, {0, 2, 1.25}, {6, 0.1, 2.5}),
+                    entity("side", EntityLabel::wall, {3, 0, 1.25}, {0.1, 4, 2.5}),
+                    entity("door 1", EntityLabel::door, {1, 1.92, 1}, {0.9, 0.1, 2})};
+  return model;
+}
+
+std::size_t different(const ModelViewPixels& a, const ModelViewPixels& b) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < a.bgr.size(); i += 3) n += a.bgr[i] != b.bgr[i];
+  return n;
+}
+
+TEST(ModelView, NamesWhatIsSeenAndLeavesTheCeilingOut) {
+  const auto view = draw_model_view(room(), {});
+  ASSERT_TRUE(view) << view.error().message;
+  EXPECT_EQ(view->bgr.size(), 3U * 1600 * 1000);
+  EXPECT_THAT(view->named, Contains("door 1"));
+  EXPECT_THAT(view->named, Contains("back"));
+  EXPECT_THAT(view->named, Contains("floor"));
+  EXPECT_THAT(view->named, Not(Contains("ceiling")));
+}
+
+TEST(ModelView, WhatIsDeletedIsGoneAndAMeshIsThere) {
+  const auto bare = draw_model_view(room(), {});
+  SemanticModel less = room();
+  less.entities[4].deleted = true;
+  const auto without = draw_model_view(less, {});
+  SemanticModel more = room();
+  more.meshes.push_back(box_mesh(entity("table", EntityLabel::unknown, {0, 0, 0.4}, {1.5, 0.8, 0.8})));
+  const auto with = draw_model_view(more, {});
+  ASSERT_TRUE(bare && without && with);
+  EXPECT_THAT(without->named, Not(Contains("door 1")));
+  EXPECT_GT(different(*bare, *with), 5000U);
+}
+
+TEST(ModelView, SaysWhatIsWrong) {
+  EXPECT_FALSE(draw_model_view({}, {}));
+  ModelView tiny;
+  tiny.width = 10;
+  EXPECT_FALSE(draw_model_view(room(), tiny));
+}
+
+}  // namespace
+}  // namespace parhelion

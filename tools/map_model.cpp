@@ -1,0 +1,207 @@
+// `parhelion map model`: the semantic model of a site from a registered cloud.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "fusion/cloud/read_cloud.hpp"
+#include "fusion/cloud/write_cloud.hpp"
+#include "fusion/pose/slam.hpp"
+#include "fusion/semantic/build_model.hpp"
+#include "fusion/semantic/keep_corrections.hpp"
+#include "fusion/semantic/slice.hpp"
+#include "tools/gltf.hpp"
+#include "tools/map_commands.hpp"
+#include "tools/model_pictures.hpp"
+#include "tools/model_summary.hpp"
+#include "tools/progress.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* description = "Semantic model of a site from a registered 3D cloud";
+constexpr const char* footer =
+    "Examples:\n  parhelion map model room.ply -o room.yaml --picture room.png --summary room.json\n"
+    "  parhelion map model room.ply -o room.yaml --floor-to-zero --slice room --force\n\n"
+    "Walls, doors, floor, ceiling, stairs become boxes with their relations, all else a mesh. The model can "
+    "be "
+    "corrected\nby hand: `locked: true` keeps an entity as it is, `deleted: true` takes it away, `virtual: "
+    "true` "
+    "draws one that no\nlaser sees. A new run over the same MODEL (--force), or with --keep OLD, keeps "
+    "these.";
+
+struct Arguments {
+  std::string cloud, output, keep, gltf, picture, summary, slice, labelled;
+  double slice_height = 0.3;
+  ReadOptions read;
+  ModelOptions model;
+  bool overwrite = false;
+};
+
+void say(const std::string& note) { std::fprintf(stderr, "parhelion map model: %s\n", note.c_str()); }
+
+/// Asked before the work begins.
+Status check_outputs(const Arguments& a) {
+  std::vector<std::string> paths = {a.output, a.gltf, a.picture, a.summary, a.labelled};
+  if (!a.slice.empty()) {
+    paths.push_back(a.slice + ".yaml");
+    paths.push_back(a.slice + ".pgm");
+  }
+  for (const std::string& path : paths) {
+    if (const Status free = check_writable(path, a.overwrite); !free) return free;
+  }
+  const auto ends = [](const std::string& path, const char* extension) {
+    return path.empty() || fs::path(path).extension() == extension;
+  };
+  if (!ends(a.picture, ".png"))
+    return Error{a.picture + ": pictures are PNG; give it a name that ends in .png"};
+  if (!ends(a.gltf, ".gltf")) return Error{a.gltf + ": expected a name that ends in .gltf"};
+  if (!ends(a.labelled, ".ply")) return Error{a.labelled + ": the labelled cloud is written as .ply"};
+  return {};
+}
+
+/// The model whose corrections are to be kept, where there is one.
+Result<std::optional<SemanticModel>> old_model(const Arguments& a) {
+  std::error_code ignored;
+  const bool again = a.keep.empty() && a.output != "-" && fs::exists(a.output, ignored);
+  if (a.keep.empty() && !again) return std::optional<SemanticModel>{};
+  auto old = load_model(a.keep.empty() ? a.output : a.keep);
+  if (!old) {
+    return Error{old.error().message + "\nIts corrections cannot be kept: mend it, or move it away"};
+  }
+  return std::optional<SemanticModel>{std::move(*old)};
+}
+
+Result<BuiltModel> build(const Arguments& a, std::string& map_source) {
+  Progress progress("map model", "stages");
+  auto scan = read_scan(a.cloud, a.read);
+  if (!scan) return scan.error();
+  for (const std::string& note : scan->notes) say(note);
+  map_source = a.cloud + ", " + std::to_string(scan->cloud.size()) + " points";
+  PointCloud<Scanner>& from = scan->cloud;  // a registered cloud's frame is its first scan's
+  PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
+                          std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
+  auto built =
+      build_model(std::move(cloud), a.model, [&](const char*, int done) { progress.update(done + 1, 6); });
+  progress.finish();
+  if (!built) return Error{a.cloud + ": " + built.error().message};
+  for (const std::string& note : built->notes) say(note);
+  return built;
+}
+
+void keep(const SemanticModel& old, SemanticModel& model) {
+  const KeptCorrections kept = keep_corrections(old, model);
+  if (kept.locked + kept.deleted + kept.drawn == 0) return;
+  say("kept " + std::to_string(kept.locked) + " locked, " + std::to_string(kept.deleted) + " deleted and " +
+      std::to_string(kept.drawn) + " virtual entities of the old model");
+}
+
+/// One file beside its place, moved there when it is whole.
+Status write_file(const std::string& path, const std::function<Status(const fs::path&)>& write) {
+  if (path.empty()) return {};
+  const fs::path name = fs::path(path).filename();
+  return write_beside(path, {name.string()}, [&](const fs::path& folder) { return write(folder / name); });
+}
+
+Result<std::string> write_slice(const Arguments& a, const BuiltModel& built) {
+  if (a.slice.empty()) return std::string();
+  SliceOptions options;
+  options.height = a.slice_height;
+  options.floor = built.floor + built.shift;
+  auto map = slice(built.cloud, options);
+  if (!map) return map.error();
+  map->id = grid_map_id(*map);
+  const std::string name = fs::path(a.slice).filename().string();
+  const Status status = write_beside(a.slice, {name + ".yaml", name + ".pgm"}, [&](const fs::path& folder) {
+    return save_ros_map(*map, (folder / name).string());
+  });
+  return status ? Result<std::string>(map->id) : status.error();
+}
+
+Status run(const Arguments& a) {
+  const auto start = std::chrono::steady_clock::now();
+  if (Status status = check_outputs(a); !status) return status;
+  const auto old = old_model(a);
+  if (!old) return old.error();
+  std::string source;
+  auto built = build(a, source);
+  if (!built) return built.error();
+  built->model.source = source;
+  if (*old) keep(**old, built->model);
+  const auto map_id = write_slice(a, *built);
+  if (!map_id) return map_id.error();
+  // Poses in the slice's map are poses in this model.
+  built->model.map_id = *map_id;
+  if (map_id->empty() && *old) built->model.map_id = (*old)->map_id;
+  const std::string yaml = to_yaml(built->model);
+  if (const auto again = parse_model(yaml, a.output); !again)
+    return Error{"the model that was made does not pass its own check:\n" + again.error().message};
+  if (Status status = write_text(a.output, yaml, a.overwrite); !status) return status;
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!a.summary.empty()) {
+    if (Status status = write_text(a.summary, model_summary(*built, seconds), a.overwrite); !status)
+      return status;
+  }
+  if (!a.gltf.empty()) {
+    if (Status status = write_text(a.gltf, to_gltf(built->model), a.overwrite); !status) return status;
+  }
+  if (Status status = write_file(a.labelled, [&](const fs::path& p) { return write_ply(p, built->cloud); });
+      !status)
+    return status;
+  std::string note;
+  const std::string name = fs::path(a.cloud).stem().string();
+  const Status drawn = write_file(a.picture, [&](const fs::path& p) {
+    return draw_model(built->model, name, ModelPicture::both, p, &note);
+  });
+  if (!drawn) return drawn;
+  if (!note.empty()) say(note);
+  std::fprintf(stderr, "%s: %zu entities, %zu relations from %zu points in %.1f s\n", a.output.c_str(),
+               built->model.entities.size(), built->model.relations.size(), built->cloud.size(), seconds);
+  return {};
+}
+
+void add_options(CLI::App& command, Arguments& a) {
+  static const std::map<std::string, LengthUnit> units = {
+      {"m", LengthUnit::metre}, {"cm", LengthUnit::centimetre}, {"mm", LengthUnit::millimetre}};
+  command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .xyz, .3d)")->required();
+  command.add_option("-o,--output", a.output, "Model to write (YAML; - is standard output)")->required();
+  command.add_option("--keep", a.keep,
+                     "Model whose corrections are kept (default: MODEL itself, if it is there)");
+  command.add_option("--gltf", a.gltf, "The model for viewers (glTF 2.0)");
+  command.add_option("--picture", a.picture, "Plan and 3D view (PNG)");
+  command.add_option("--summary", a.summary, "What was found (JSON; - is standard output)");
+  command.add_option("--stages", a.model.segmentation.stages, "Folder for a picture of each stage");
+  command.add_option("--labelled", a.labelled, "The levelled cloud with a label per point (PLY)");
+  command.add_option("--slice", a.slice, "PREFIX of a 2D map at laser height (ROS map YAML and PGM)");
+  command.add_option("--slice-height", a.slice_height, "Height of the slice over the floor, m")
+      ->check(CLI::Range(0.02, 10.0))
+      ->capture_default_str();
+  command.add_flag("--floor-to-zero", a.model.floor_to_zero,
+                   "Move the model so that its ground floor is z = 0");
+  command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
+      ->transform(CLI::CheckedTransformer(units));
+  command.add_option("--threads", a.model.segmentation.threads, "Threads; 0: all")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command.add_flag("--force", a.overwrite, "Overwrite what is there; corrections in MODEL are kept");
+}
+
+}  // namespace
+
+void add_map_model(CLI::App& map, Exit& exit) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = map.add_subcommand("model", description);
+  command->footer(footer);
+  add_options(*command, *arguments);
+  command->callback([arguments, &exit] {
+    arguments->model.net.threads = arguments->model.segmentation.threads;
+    const Status status = run(*arguments);
+    if (!status) say(status.error().message);
+    exit = status ? Exit::done : Exit::failed;
+  });
+}
+
+}  // namespace parhelion

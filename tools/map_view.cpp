@@ -1,0 +1,60 @@
+// `parhelion map view`: pictures of a semantic model.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "tools/map_commands.hpp"
+#include "tools/model_pictures.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* description = "Labelled plan and coloured 3D view of a semantic model";
+constexpr const char* footer =
+    "Examples:\n  parhelion map view room.yaml -o room.png\n  parhelion map view room.yaml -o plan.png "
+    "--plan";
+
+struct Arguments {
+  std::string model, output;
+  bool plan = false, solid = false, overwrite = false;
+};
+
+Status run(const Arguments& a) {
+  if (const Status free = check_writable(a.output, a.overwrite); !free) return free;
+  const fs::path path = a.output;
+  if (path.extension() != ".png")
+    return Error{a.output + ": pictures are PNG; give it a name that ends in .png"};
+  const auto model = load_model(a.model);
+  if (!model) return model.error();
+  const ModelPicture what = a.plan ? ModelPicture::plan : a.solid ? ModelPicture::solid : ModelPicture::both;
+  std::string note;
+  const std::string name = fs::path(a.model).stem().string();
+  const Status status = write_beside(path, {path.filename().string()}, [&](const fs::path& folder) {
+    return draw_model(*model, name, what, folder / path.filename(), &note);
+  });
+  if (status && !note.empty()) std::fprintf(stderr, "parhelion map view: %s\n", note.c_str());
+  return status;
+}
+
+}  // namespace
+
+void add_map_view(CLI::App& map, Exit& exit) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = map.add_subcommand("view", description);
+  command->footer(footer);
+  command->add_option("MODEL", arguments->model, "Semantic model (YAML)")->required();
+  command->add_option("-o,--output", arguments->output, "Picture to write (PNG)")->required();
+  CLI::Option* plan = command->add_flag("--plan", arguments->plan, "The plan only");
+  command->add_flag("--3d", arguments->solid, "The 3D view only")->excludes(plan);
+  command->add_flag("--force", arguments->overwrite, "Overwrite PICTURE");
+  command->callback([arguments, &exit] {
+    const Status status = run(*arguments);
+    if (!status) std::fprintf(stderr, "parhelion map view: %s\n", status.error().message.c_str());
+    exit = status ? Exit::done : Exit::failed;
+  });
+}
+
+}  // namespace parhelion

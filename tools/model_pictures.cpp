@@ -1,0 +1,88 @@
+#include "tools/model_pictures.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+
+#include "fusion/semantic/build_model.hpp"
+#include "fusion/semantic/model_plan.hpp"
+#include "render/model_view.hpp"
+
+namespace parhelion {
+namespace {
+
+/// "7 walls, 2 doors, 1 flight of stairs; floor 0.00 m, ceiling 2.95 m"
+std::string contents(const SemanticModel& model) {
+  std::map<EntityLabel, std::size_t> count;
+  std::map<std::string, bool> flights;
+  double ceiling = 0;
+  for (const ModelEntity& e : model.entities) {
+    if (e.deleted) continue;
+    ++count[e.label];
+    if (e.label == EntityLabel::stairs) flights[e.part_of.empty() ? e.name : e.part_of] = true;
+    if (e.label == EntityLabel::ceiling) {
+      const double z = e.T_map_body.translation().z() - e.size.z() / 2;
+      ceiling = count[e.label] == 1 ? z : std::max(ceiling, z);
+    }
+  }
+  std::string words;
+  const auto add = [&](std::size_t n, const char* one, const char* many) {
+    if (n > 0) words += (words.empty() ? "" : ", ") + std::to_string(n) + ' ' + (n == 1 ? one : many);
+  };
+  add(count[EntityLabel::wall], "wall", "walls");
+  add(count[EntityLabel::door], "door", "doors");
+  add(count[EntityLabel::window], "window", "windows");
+  add(count[EntityLabel::pillar], "pillar", "pillars");
+  add(flights.size(), "flight of stairs", "flights of stairs");
+  add(count[EntityLabel::unknown], "unknown box", "unknown boxes");
+  char heights[96];
+  if (const auto floor = ground_floor(model)) {
+    std::snprintf(heights, sizeof heights, "; floor %.2f m", *floor);
+    words += heights;
+  }
+  if (count[EntityLabel::ceiling] > 0) {
+    std::snprintf(heights, sizeof heights, ", ceiling %.2f m", ceiling);
+    words += heights;
+  }
+  return words;
+}
+
+Status write_png(const cv::Mat& picture, const std::filesystem::path& path) {
+  if (cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 9})) return {};
+  return Error{path.string() + ": the picture cannot be written"};
+}
+
+Result<cv::Mat> solid_view(const SemanticModel& model, const std::string& name) {
+  ModelView view;
+  view.title = name + ": from above at an angle";
+  view.subtitle = "ceilings left out, near walls cut to 0.9 m";
+  auto pixels = draw_model_view(model, view);
+  if (!pixels) return pixels.error();
+  return cv::Mat(pixels->height, pixels->width, CV_8UC3, pixels->bgr.data()).clone();
+}
+
+}  // namespace
+
+Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
+                  const std::filesystem::path& path, std::string* note) {
+  if (what == ModelPicture::solid) {
+    const auto solid = solid_view(model, name);
+    return solid ? write_png(*solid, path) : Status(solid.error());
+  }
+  ModelPlan plan;
+  plan.title = name + ": plan";
+  plan.subtitle = contents(model);
+  if (Status status = draw_model_plan(model, plan, path.string()); !status || what == ModelPicture::plan)
+    return status;
+  const auto solid = solid_view(model, name);
+  if (!solid) {
+    if (note != nullptr) *note = "the 3D view is left out: " + solid.error().message;
+    return {};
+  }
+  cv::Mat both;
+  cv::vconcat(cv::imread(path.string(), cv::IMREAD_COLOR), *solid, both);
+  return write_png(both, path);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,19 @@
+// A semantic model as people see it: the plan, the solid view, or both in one picture.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "protocols/model.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+enum class ModelPicture { both, plan, solid };
+
+/// Writes a PNG. `name`: of the model, for the title. Where only the solid view of `both` cannot be drawn
+/// (no EGL) the plan is written and the reason is in `note`.
+Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
+                  const std::filesystem::path& path, std::string* note = nullptr);
+
+}  // namespace parhelion
