@@ -72,6 +72,7 @@ struct WorldMessage {
   };
   SensorTime stamp;  ///< simulation time of the poses, on the server's clock
   std::uint64_t step = 0;
+  bool attitude_known = false;  ///< roll and pitch of the real robot are measured, not assumed
   std::vector<Entry> bodies;
 };
 Status decode(std::string_view channel, Bytes bytes, WorldMessage& world);

@@ -173,8 +173,8 @@ std::string say(const ServerStatus& status) {
 std::string say(const RobotMessage& message) { return quoted(message.yaml); }
 
 std::string say(const WorldMessage& world) {
-  std::string text =
-      format("step %llu, %zu bodies", static_cast<unsigned long long>(world.step), world.bodies.size());
+  std::string text = format("step %llu, attitude %s, %zu bodies", static_cast<unsigned long long>(world.step),
+                            world.attitude_known ? "known" : "not known", world.bodies.size());
   for (const WorldMessage::Entry& body : world.bodies) {
     text += "; " + quoted(body.entity) + "/" + quoted(body.part) + " " + place(body.T_map_body);
   }

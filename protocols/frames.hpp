@@ -17,6 +17,7 @@ struct CameraOptical {};  ///< z forward, x right, y down
 struct DepthOptical {};   ///< the same for a depth camera that is a sensor of its own
 struct Scanner {};        ///< a 3D scanner, one frame for each scan: x forward, y left, z up
 struct Cloud {};          ///< a registered cloud: the frame of its first scan, not levelled yet
+struct Imu {};            ///< an inertial sensor, axes as it has them
 struct Body {};           ///< a rigid body of the scene
 struct ShapeFrame {};     ///< a shape of a body, at its centre
 

@@ -50,16 +50,26 @@ struct CameraIntrinsics {
   std::array<double, 5> distortion{};  ///< in the lens model's order; zeros: none
 };
 
+/// A joint that turns what is mounted on it, such as pan or tilt of a camera head. Given in base_link with
+/// all joints of the head at zero.
+struct HeadJoint {
+  std::string joint;  ///< as JOINT_STATE names it; radians, right-handed about `axis`
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, any point of the axis
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector
+};
+
 struct CameraDescription {
   CameraIntrinsics intrinsics;
-  Transform<Base, CameraOptical> T_base_optical;
-  double readout = 0;  ///< s, first to last row of a rolling shutter; 0: global
-  std::string source;  ///< what an imported source said beyond these fields
+  Transform<Base, CameraOptical> T_base_optical;  ///< with all joints of `head` at zero
+  std::vector<HeadJoint> head;                    ///< from the base outwards; none: fixed to the base
+  double readout = 0;                             ///< s, first to last row of a rolling shutter; 0: global
+  std::string source;                             ///< what an imported source said beyond these fields
 };
 
 struct DepthCameraDescription {
   CameraIntrinsics intrinsics;
-  Transform<Base, DepthOptical> T_base_optical;
+  Transform<Base, DepthOptical> T_base_optical;  ///< with all joints of `head` at zero
+  std::vector<HeadJoint> head;
   double range_min = 0, range_max = 0;  ///< m
   std::string source;
 };

@@ -55,11 +55,51 @@ void write_intrinsics(yaml::Writer& writer, const CameraIntrinsics& camera) {
   writer.line("distortion", "[" + list + "]");
 }
 
+std::vector<HeadJoint> read_head(const Node& node, yaml::Problems& problems) {
+  std::vector<HeadJoint> head;
+  const Node* list = node.find("head");
+  if (list == nullptr) return head;
+  for (const Node& item : list->items) {
+    HeadJoint& joint = head.emplace_back();
+    yaml::read(item, "joint", joint.joint);
+    if (const Node* point = item.find("point")) joint.point = yaml::vector3(*point);
+    const Node& axis = *item.find("axis");
+    for (int i = 0; i < 3; ++i) joint.axis[i] = axis.items[static_cast<std::size_t>(i)].number;
+    const double length = joint.axis.norm();
+    if (!(std::abs(length - 1) < 0.01)) {
+      problems.add(axis.line, "'axis': expected a direction of length 1 such as [0, 0, 1], found length " +
+                                  yaml::format_number(length));
+    } else if (std::abs(length - 1) > 1e-12) {
+      joint.axis /= length;
+    }
+    const auto same = [&](const HeadJoint& other) { return other.joint == joint.joint; };
+    if (std::count_if(head.begin(), head.end(), same) > 1)
+      problems.add(item.line, "'joint': '" + yaml::printable(joint.joint) + "' is in the head twice");
+  }
+  return head;
+}
+
+void write_head(yaml::Writer& writer, const std::vector<HeadJoint>& head) {
+  if (head.empty()) return;
+  writer.open("head");
+  for (const HeadJoint& joint : head) {
+    writer.begin_item();
+    writer.text("joint", joint.joint);
+    writer.line("point", yaml::format_lengths(joint.point.data(), 3));
+    writer.line("axis", "[" + yaml::format_number(joint.axis.x()) + ", " +
+                            yaml::format_number(joint.axis.y()) + ", " + yaml::format_number(joint.axis.z()) +
+                            "]");
+    writer.end_item();
+  }
+  writer.close();
+}
+
 CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
   CameraDescription camera;
   camera.intrinsics = read_intrinsics(node, problems);
   camera.T_base_optical =
       Transform<Base, CameraOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
+  camera.head = read_head(node, problems);
   yaml::read(node, "readout", camera.readout);
   yaml::read(node, "source", camera.source);
   return camera;
@@ -70,6 +110,7 @@ DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
   depth.intrinsics = read_intrinsics(node, problems);
   depth.T_base_optical =
       Transform<Base, DepthOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
+  depth.head = read_head(node, problems);
   yaml::read(node, "range_min", depth.range_min);
   yaml::read(node, "range_max", depth.range_max);
   yaml::read(node, "source", depth.source);
@@ -115,6 +156,7 @@ RobotDescription read_robot(const Node& node, yaml::Problems& problems) {
   if (const Node* laser = node.find("laser")) robot.laser = yaml::read_laser(*laser, problems);
   if (const Node* camera = node.find("camera")) robot.camera = read_camera(*camera, problems);
   if (const Node* depth = node.find("depth")) robot.depth = read_depth(*depth, problems);
+  if (const Node* imu = node.find("imu")) yaml::read(*imu, "pose", robot.imu.emplace().T_base_imu, problems);
   if (const Node* footprint = node.find("footprint")) {
     for (const Node& corner : footprint->items) robot.footprint.push_back(yaml::vector2(corner));
     check_footprint(robot.footprint, *footprint, problems);
@@ -133,6 +175,7 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   if (robot.camera) {
     writer.open("camera");
     writer.line("pose", yaml::format_camera_isometry(robot.camera->T_base_optical.isometry()));
+    write_head(writer, robot.camera->head);
     write_intrinsics(writer, robot.camera->intrinsics);
     writer.quantity("readout", robot.camera->readout, Quantity::time);
     writer.text("source", robot.camera->source);
@@ -141,6 +184,7 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   if (robot.depth) {
     writer.open("depth");
     writer.line("pose", yaml::format_camera_isometry(robot.depth->T_base_optical.isometry()));
+    write_head(writer, robot.depth->head);
     write_intrinsics(writer, robot.depth->intrinsics);
     writer.quantity("range_min", robot.depth->range_min, Quantity::length);
     writer.quantity("range_max", robot.depth->range_max, Quantity::length);
@@ -183,6 +227,11 @@ std::string to_yaml(const RobotDescription& robot) {
   writer.text("name", robot.name);
   if (robot.laser) yaml::write_laser(writer, *robot.laser);
   write_cameras(writer, robot);
+  if (robot.imu) {
+    writer.open("imu");
+    writer.line("pose", yaml::format_isometry(robot.imu->T_base_imu.isometry()));
+    writer.close();
+  }
   if (!robot.footprint.empty()) {
     writer.open("footprint");
     for (const Eigen::Vector2d& corner : robot.footprint) writer.item(yaml::format_lengths(corner.data(), 2));

@@ -19,6 +19,10 @@ struct RobotLimits {
   double reaction_time = 0.2;  ///< s, from command to motion
 };
 
+struct ImuDescription {
+  Transform<Base, Imu> T_base_imu;
+};
+
 struct RobotDescription {
   enum class VelocityFrame { body, local };  ///< what pose_t.vel is expressed in
 
@@ -26,6 +30,7 @@ struct RobotDescription {
   std::optional<LaserDescription> laser;
   std::optional<CameraDescription> camera;
   std::optional<DepthCameraDescription> depth;
+  std::optional<ImuDescription> imu;       ///< none: no attitude, whatever comes on IMU
   std::vector<Eigen::Vector2d> footprint;  ///< convex, counter-clockwise, m, in base_link
   double height = 0.5;                     ///< m, top of the body over the floor
   double mass = 50;                        ///< kg

@@ -56,6 +56,7 @@ struct LaserDescription {
   double noise_sigma = 0;      ///< m, 1 sigma, of a range
   double quantization = 0;     ///< m, step of a range on the wire, 0: none
   double intensity_scale = 1;  ///< sensor's intensity for a reflectivity of 1; of 0, it is 0
+  bool intensities = false;    ///< a simulated scan carries them, as this sensor does
   /// For simulated lasers: what a scan looks like.
   int beams = 0;
   double angle_first = 0;  ///< rad

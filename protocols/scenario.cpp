@@ -139,6 +139,12 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
     yaml::read(*injection, "restore", scenario.injection.restore);
   }
   if (const Node* contact = node.find("contact")) read_contact(*contact, scenario.contact, problems);
+  if (const Node* pose = node.find("pose")) {
+    PoseInput& input = scenario.pose.emplace();
+    yaml::read(*pose, "position_sigma", input.position_sigma);
+    yaml::read(*pose, "yaw_sigma", input.yaw_sigma);
+    yaml::read(*pose, "map_id", input.map_id);
+  }
   if (const Node* agents = node.find("agents")) {
     for (const Node& agent : agents->items) scenario.agents.push_back(read_agent(agent, problems));
     check_agent_names(scenario.agents, *agents, problems);
@@ -213,6 +219,13 @@ std::string to_yaml(const Scenario& scenario) {
   writer.quantity("crawl_speed", scenario.contact.crawl_speed, Quantity::speed);
   writer.quantity("silence", scenario.contact.silence, Quantity::time);
   writer.close();
+  if (scenario.pose) {
+    writer.open("pose");
+    writer.quantity("position_sigma", scenario.pose->position_sigma, Quantity::length);
+    writer.quantity("yaw_sigma", scenario.pose->yaw_sigma, Quantity::angle);
+    if (!scenario.pose->map_id.empty()) writer.text("map_id", scenario.pose->map_id);
+    writer.close();
+  }
   if (!scenario.agents.empty()) {
     writer.open("agents");
     for (const AgentDefinition& agent : scenario.agents) write_agent(writer, agent);

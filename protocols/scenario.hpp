@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,13 @@ struct ContactLimits {
   double silence = 0.5;         ///< s without TELEOP: stop
 };
 
+/// POSE (a pose without covariance) in place of POSE_COV: how well it is known, and in which map.
+struct PoseInput {
+  double position_sigma = 0;  ///< m, 1 sigma of x and of y (and z)
+  double yaw_sigma = 0;       ///< rad, 1 sigma (and of roll and pitch)
+  std::string map_id;         ///< map that the poses are in; empty: the model's
+};
+
 struct Scenario {
   std::string name;
   int level = 3;  ///< 1, 2 or 3
@@ -34,6 +42,7 @@ struct Scenario {
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
   InjectionLimits injection;
   ContactLimits contact;
+  std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is
   std::vector<AgentDefinition> agents;
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };

@@ -24,6 +24,7 @@ struct BodyState {
 struct WorldSnapshot {
   SimulationTime stamp;    ///< the instant at which the poses hold
   std::uint64_t step = 0;  ///< number of the physics step that made it (the earlier one where interpolated)
+  bool attitude_known = false;  ///< roll and pitch of the real robot are measured, not assumed
   std::shared_ptr<const Scene> scene;
   std::vector<BodyState> bodies;  ///< ascending id, one for each body of `scene` that exists at the stamp
 };

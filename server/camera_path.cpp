@@ -23,15 +23,16 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
   const RobotDescription& robot = configuration.robot;
   if (state.depth && robot.depth) {
     const Duration apart = job.image.stamp - state.depth->stamp;
-    const auto pose = state.track.at(state.depth->stamp);
-    if (pose && std::abs(apart.ns) <= depth_partner.ns) {
+    const auto pose = robot_pose(state, state.depth->stamp);
+    const auto turn = head_turn(robot.depth->head, state.joints, state.depth->stamp);
+    if (pose && turn.ok() && std::abs(apart.ns) <= depth_partner.ns) {
       job.depth = state.depth;
       job.depth_camera = *robot.depth;
-      job.T_map_depth = pose->T_map_base * robot.depth->T_base_optical;
+      job.T_map_depth = pose->T_map_base * Transform<Base, Base>(*turn) * robot.depth->T_base_optical;
     }
   }
   if (!state.scan.have_real || !robot.laser) return;
-  const auto pose = state.track.at(state.scan.real.stamp);
+  const auto pose = robot_pose(state, state.scan.real.stamp);
   if (!pose) return;
   job.scan = state.scan.real;
   job.laser = *robot.laser;
@@ -72,14 +73,16 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
     pass_original(std::move(job.image), waiting.sequence, reason, outputs);
   };
   NoPose why{};
-  const auto pose = state.track.at(job.image.stamp, &why);
+  const auto pose = robot_pose(state, job.image.stamp, &why);
   if (!pose) return original(std::string("no pose: ") + to_string(why));
+  const auto turn = head_turn(configuration.robot.camera->head, state.joints, job.image.stamp);
+  if (!turn) return original("camera head: " + turn.error().message);
   if (!state.simulation.at(state.robot_clock.to_server(job.image.stamp), job.world)) {
     return original("the world at the image's stamp is not known");
   }
   leave_out_uncertain(configuration, *pose, state, job.world);
   job.camera = *configuration.robot.camera;
-  job.T_map_optical = pose->T_map_base * job.camera.T_base_optical;
+  job.T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * job.camera.T_base_optical;
   job.floor_z = 0;
   add_occluders(configuration, state, job);
   outputs.add_frame({std::move(job), waiting.sequence, ""});

@@ -1,5 +1,7 @@
 // The instructor's and the trainee's commands: agents appear and go, TELEOP becomes MR_CMD, only ever reduced
 // (promise 3).
+#include <algorithm>
+
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -42,6 +44,32 @@ void send_command(const Configuration& configuration, SimulationTime now, State&
   note_hold(configuration, now, result.reason, state, outputs);
 }
 
+/// A stop of what was asked for last: no velocity, no effort, and the position where the encoders say that
+/// the joints are. Where they do not, no position: none is made up.
+Joints joint_stop(const Configuration& configuration, SimulationTime now, const State& state) {
+  Joints stop = state.joint_command;
+  stop.stamp = {now.ns};
+  stop.velocities.assign(stop.names.size(), 0.0);
+  std::fill(stop.efforts.begin(), stop.efforts.end(), 0.0);
+  for (std::size_t i = 0; i < stop.positions.size(); ++i) {
+    const auto measured = state.joint_positions.find(stop.names[i]);
+    const bool fresh = measured != state.joint_positions.end() &&
+                       (now - measured->second.second).seconds() < configuration.scenario.contact.silence;
+    if (!fresh) {
+      stop.positions.clear();
+      break;
+    }
+    stop.positions[i] = measured->second.first;
+  }
+  return stop;
+}
+
+void stop_joints(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  state.last_joint_command = now;
+  encode(joint_stop(configuration, now, state),
+         outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
+}
+
 }  // namespace
 
 void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
@@ -77,10 +105,31 @@ void answer_teleop(const Configuration& configuration, const Message& input, Sta
 }
 
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  if (!state.teleop || now - state.last_command < repeat) return;
-  const bool silent =
-      (now - simulation_time(state.teleop_arrival)).seconds() >= configuration.scenario.contact.silence;
-  if (silent) send_command(configuration, now, state, outputs);
+  const auto silent = [&](ArrivalTime last, SimulationTime said) {
+    return now - said >= repeat &&
+           (now - simulation_time(last)).seconds() >= configuration.scenario.contact.silence;
+  };
+  if (state.teleop && silent(state.teleop_arrival, state.last_command))
+    send_command(configuration, now, state, outputs);
+  if (!state.joint_command.names.empty() && silent(state.joint_command_arrival, state.last_joint_command))
+    stop_joints(configuration, now, state, outputs);
+}
+
+/// Joints have no virtual contact: a command passes as it is, and stops when it is not renewed.
+void answer_joint_command(const Configuration& configuration, const Message& input, State& state,
+                          Outputs& outputs) {
+  const SimulationTime now = simulation_time(input.arrival);
+  Joints command;
+  if (const Status read = decode(input.channel, input.payload, command); !read) {
+    refuse(read.error(), state);
+    // A command that cannot be read is a stop of what moves.
+    if (!state.joint_command.names.empty()) stop_joints(configuration, now, state, outputs);
+    return;
+  }
+  state.joint_command = std::move(command);
+  state.joint_command_arrival = input.arrival;
+  state.last_joint_command = now;
+  encode(state.joint_command, outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
 }
 
 void drive_agent(const Message& input, std::string_view agent, State& state) {

@@ -12,13 +12,22 @@ constexpr std::string_view teleop_suffix = "_TELEOP";
 
 ChannelMap::ChannelMap(const Scenario& scenario)
     : renamed_(scenario.channels.begin(), scenario.channels.end()) {
-  const std::pair<const char*, InputKind> known[] = {
-      {channel::robot, InputKind::robot},       {channel::scan, InputKind::scan},
-      {channel::odometry, InputKind::odometry}, {channel::pose_cov, InputKind::pose_cov},
-      {channel::camera, InputKind::camera},     {channel::depth, InputKind::depth},
-      {channel::teleop, InputKind::teleop},     {channel::mr_agent_cmd, InputKind::agent_command},
+  std::vector<std::pair<const char*, InputKind>> known = {
+      {channel::robot, InputKind::robot},
+      {channel::scan, InputKind::scan},
+      {channel::odometry, InputKind::odometry},
+      {channel::camera, InputKind::camera},
+      {channel::depth, InputKind::depth},
+      {channel::imu, InputKind::imu},
+      {channel::teleop, InputKind::teleop},
+      {channel::joint_state, InputKind::joint_state},
+      {channel::joint_cmd, InputKind::joint_command},
+      {channel::mr_agent_cmd, InputKind::agent_command},
       {channel::loop, InputKind::loop},
+      {channel::pose_cov, InputKind::pose_cov},
   };
+  // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV.
+  if (scenario.pose) known.back() = {channel::pose, InputKind::pose};
   for (const auto& [canonical, kind] : known) inputs_.push_back({canonical, kind, bus(canonical)});
 }
 

@@ -21,9 +21,13 @@ enum class InputKind : std::uint8_t {
   scan,
   odometry,
   pose_cov,
+  pose,  ///< only where the scenario says how well it is known
+  imu,
   camera,
   depth,
   teleop,
+  joint_state,
+  joint_command,
   agent_command,
   agent_teleop,
   loop,

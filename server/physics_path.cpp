@@ -17,10 +17,11 @@ constexpr Duration scan_silence = milliseconds(500);  // without a scan for long
 /// The real robot as the simulation is to have it at an instant; none where the pose is not known.
 std::optional<RealRobotState> real_robot_at(SimulationTime t, State& state) {
   if (!state.robot_clock.known()) return std::nullopt;
-  const auto pose = state.track.at(state.robot_clock.to_sensor(t));
+  const auto pose = robot_pose(state, state.robot_clock.to_sensor(t));
   if (!pose) return std::nullopt;
   RealRobotState real;
   real.T_map_base = pose->T_map_base;
+  real.attitude_known = pose->attitude_known;
   real.twist = pose->twist;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> position(pose->covariance.topLeftCorner<2, 2>());
   real.sigma = std::sqrt(std::max(0.0, position.eigenvalues()(1)));
@@ -95,6 +96,7 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
   WorldMessage& message = state.world_message;
   message.stamp = {world.stamp.ns};
   message.step = world.step;
+  message.attitude_known = world.attitude_known;
   message.bodies.clear();
   auto definition = world.scene->bodies.begin();
   for (const BodyState& body : world.bodies) {

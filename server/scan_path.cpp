@@ -33,9 +33,9 @@ Verdict find_moment(const Configuration& configuration, const Message& input, St
     return {Degraded::clock, "the stamp is more than a second off the robot's clock"};
   }
   NoPose why{};
-  const auto start = state.track.at(first, &why);
+  const auto start = robot_pose(state, first, &why);
   if (!start) return no_pose(why);
-  const auto end = state.track.at(last, &why);
+  const auto end = robot_pose(state, last, &why);
   if (!end) return no_pose(why);
   if (!state.simulation.at(state.robot_clock.to_server(first), path.world_start) ||
       !state.simulation.at(state.robot_clock.to_server(last), path.world_end)) {

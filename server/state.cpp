@@ -9,11 +9,31 @@ PoseTrackOptions track_options(const Configuration& configuration) {
   return options;
 }
 
+std::vector<std::vector<HeadJoint>> heads(const RobotDescription& robot) {
+  std::vector<std::vector<HeadJoint>> all;
+  if (robot.camera) all.push_back(robot.camera->head);
+  if (robot.depth) all.push_back(robot.depth->head);
+  return all;
+}
+
 }  // namespace
 
 State::State(Simulation simulation_, const Configuration& configuration)
-    : simulation(std::move(simulation_)), track(configuration.robot, track_options(configuration)) {
+    : simulation(std::move(simulation_)),
+      track(configuration.robot, track_options(configuration)),
+      attitude(configuration.robot.imu),
+      joints(heads(configuration.robot)) {
   caster.set_building(configuration.model);
+}
+
+std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose* why) {
+  auto pose = state.track.at(t, why);
+  if (!pose) return pose;
+  if (const auto attitude = state.attitude.at(t)) {
+    pose->T_map_base = with_attitude(pose->T_map_base, *attitude);
+    pose->attitude_known = true;
+  }
+  return pose;
 }
 
 Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start) {

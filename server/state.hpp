@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "fusion/pose/attitude_track.hpp"
+#include "fusion/pose/joint_track.hpp"
 #include "fusion/pose/pose_track.hpp"
 #include "fusion/scan/augment.hpp"
 #include "fusion/scan/unexplained.hpp"
@@ -86,11 +88,16 @@ struct WaitingImage {
   SimulationTime arrival;
 };
 
+/// Where the encoders said last that each joint is, and when that arrived. At most 256 joints are kept.
+using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
+
 struct State {
   State(Simulation simulation_, const Configuration& configuration);
 
   Simulation simulation;
   PoseTrack track;
+  AttitudeTrack attitude;
+  JointTrack joints;
   ClockOffset robot_clock;
   RayCaster caster;
   InjectionGate gate;
@@ -109,6 +116,11 @@ struct State {
   std::optional<TwistCommand> teleop;  ///< the newest
   ArrivalTime teleop_arrival;
   SimulationTime last_command;  ///< when MR_CMD was last sent
+  JointPositions joint_positions;
+  Joints joint_state;    ///< scratch of JOINT_STATE
+  Joints joint_command;  ///< the newest; empty at the start: nobody moves joints
+  ArrivalTime joint_command_arrival;
+  SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   HoldReason held = HoldReason::none;
   std::map<std::string, AgentKind> kinds;  ///< of the agents, for MR_WORLD
   std::uint64_t scene_published = 0;       ///< version of the scene in the last MR_WORLD
@@ -120,6 +132,10 @@ struct State {
 
   Tally tally;
 };
+
+/// The real robot at t: place and heading from SLAM and odometry, roll and pitch from the inertial sensor
+/// where these are known.
+std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose* why = nullptr);
 
 /// The world before the first input, its physics clock set to `start`, with the scenario's agents in it.
 Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start);

@@ -12,15 +12,32 @@ void take_odometry(const Message& input, State& state) {
   if (state.robot_clock.add(input.arrival, odometry.stamp)) state.track.add(odometry);
 }
 
-void take_pose(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
-  PoseEstimate estimate;
-  if (const Status read = decode(input.channel, input.payload, estimate); !read)
+void take_imu(const Message& input, State& state) {
+  ImuSample sample;
+  if (const Status read = decode(input.channel, input.payload, sample); !read)
     return refuse(read.error(), state);
-  if (estimate.step_time.ns > 0)
-    state.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
-  if (!estimate.causal)
-    return refuse({input.channel + ": a pose that was computed with later data is never injected with"},
-                  state);
+  if (state.robot_clock.add(input.arrival, sample.stamp)) state.attitude.add(sample);
+}
+
+void take_joint_state(const Message& input, State& state) {
+  constexpr std::size_t most_joints = 256;
+  Joints& joints = state.joint_state;
+  if (const Status read = decode(input.channel, input.payload, joints); !read)
+    return refuse(read.error(), state);
+  if (!state.robot_clock.add(input.arrival, joints.stamp)) return;
+  state.joints.add(joints);
+  for (std::size_t i = 0; i < joints.positions.size(); ++i) {
+    auto known = state.joint_positions.find(joints.names[i]);
+    if (known == state.joint_positions.end()) {
+      if (state.joint_positions.size() == most_joints) continue;
+      known = state.joint_positions.try_emplace(joints.names[i]).first;
+    }
+    known->second = {joints.positions[i], simulation_time(input.arrival)};
+  }
+}
+
+void take_estimate(const Configuration& configuration, const Message& input, const PoseEstimate& estimate,
+                   State& state, Outputs& outputs) {
   if (!state.robot_clock.known()) state.robot_clock.add(input.arrival, estimate.stamp);
   if (state.track.add(estimate) != PoseTrack::Correction::relocalization) return;
   state.relocalized = true;
@@ -30,6 +47,35 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
   event.subject = configuration.robot.name;
   event.position = estimate.T_map_base.translation();
   publish_event(configuration, event, state, outputs);
+}
+
+/// POSE says no covariance: the scenario does. Whoever sends it is taken to be sure of it while it comes.
+void take_plain_pose(const Configuration& configuration, const Message& input, State& state,
+                     Outputs& outputs) {
+  PoseStamped pose;
+  if (const Status read = decode(input.channel, input.payload, pose); !read)
+    return refuse(read.error(), state);
+  const PoseInput& known = *configuration.scenario.pose;
+  PoseEstimate estimate;
+  estimate.stamp = pose.stamp;
+  estimate.T_map_base = pose.T_map_base;
+  estimate.covariance.diagonal().head<3>().setConstant(known.position_sigma * known.position_sigma);
+  estimate.covariance.diagonal().tail<3>().setConstant(known.yaw_sigma * known.yaw_sigma);
+  estimate.map_id = known.map_id.empty() ? configuration.model.map_id : known.map_id;
+  estimate.state = SlamState::tracking;
+  take_estimate(configuration, input, estimate, state, outputs);
+}
+
+void take_pose(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+  PoseEstimate estimate;
+  if (const Status read = decode(input.channel, input.payload, estimate); !read)
+    return refuse(read.error(), state);
+  if (estimate.step_time.ns > 0)
+    state.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
+  if (!estimate.causal)
+    return refuse({input.channel + ": a pose that was computed with later data is never injected with"},
+                  state);
+  take_estimate(configuration, input, estimate, state, outputs);
 }
 
 /// Steps that a live server could not do in time are not done in replay either; scans that its log lacks are
@@ -59,6 +105,14 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
       return take_odometry(input, state);
     case InputKind::pose_cov:
       return take_pose(configuration, input, state, outputs);
+    case InputKind::pose:
+      return take_plain_pose(configuration, input, state, outputs);
+    case InputKind::imu:
+      return take_imu(input, state);
+    case InputKind::joint_state:
+      return take_joint_state(input, state);
+    case InputKind::joint_command:
+      return answer_joint_command(configuration, input, state, outputs);
     case InputKind::camera:
       return answer_image(configuration, input, state, outputs);
     case InputKind::depth:

@@ -38,8 +38,10 @@ void watch_waiting_image(const Configuration& configuration, SimulationTime now,
 void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs);
 void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
+void answer_joint_command(const Configuration& configuration, const Message& input, State& state,
+                          Outputs& outputs);
 void drive_agent(const Message& input, std::string_view agent, State& state);
-/// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long.
+/// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD.
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
 /// physics_path.cpp: what the physics says, to MR_EVENTS and MR_WORLD.
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs);

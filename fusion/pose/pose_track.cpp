@@ -205,7 +205,10 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
   // The pair that t lies between, or the last pair where it lies beyond.
   const std::size_t end = age == 0 ? 0 : age - 1;
   const EstimateSample& b = estimates_.newest(end);
-  PoseAtInstant pose{b.T_map_base, b.covariance, t - last.stamp, {}};
+  PoseAtInstant pose;
+  pose.T_map_base = b.T_map_base;
+  pose.covariance = b.covariance;
+  pose.age = t - last.stamp;
   const double ahead = std::max(0.0, (t - last.stamp).seconds());
   const bool pair = end + 1 < estimates_.count() && !b.jumped &&
                     b.stamp - estimates_.newest(end + 1).stamp <= options_.max_extrapolation;

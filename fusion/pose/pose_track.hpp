@@ -17,7 +17,8 @@ struct PoseAtInstant {
   PoseCovariance covariance =
       PoseCovariance::Zero();  ///< map frame, grown by what odometry carried since the last word of SLAM
   Duration age;  ///< since the stamp of the last word of SLAM; negative for an instant before it
-  Twist2 twist;  ///< body frame, from odometry (without odometry: from two words of SLAM)
+  bool attitude_known = false;  ///< roll and pitch are measured; else they are what SLAM says, planar: none
+  Twist2 twist;                 ///< body frame, from odometry (without odometry: from two words of SLAM)
 };
 
 /// Why there is no pose, in words for MR_SCAN_INFO and people.

@@ -69,11 +69,15 @@ void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const 
   out.stamp = stamp;
   out.angle_first = static_cast<float>(laser.angle_first);
   out.angle_step = static_cast<float>(laser.angle_step);
-  out.intensities.clear();
+  out.intensities.resize(laser.intensities ? body_hits.size() : 0);
   out.ranges.resize(body_hits.size());
   for (std::size_t i = 0; i < body_hits.size(); ++i) {
     const RangeHit& wall = i < building_hits.size() ? building_hits[i] : kNothing;
-    out.ranges[i] = measure_range(laser, key, i, std::min(body_hits[i].range, wall.range));
+    const RangeHit& nearest = wall.range < body_hits[i].range ? wall : body_hits[i];
+    const Measurement measured = measure(laser, key, i, nearest.range);
+    out.ranges[i] = measured.range;
+    const bool returned = measured.kind == BeamKind::hit || measured.kind == BeamKind::too_close;
+    if (laser.intensities) out.intensities[i] = returned ? intensity(laser, nearest.reflectivity) : 0;
   }
 }
 

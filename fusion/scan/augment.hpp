@@ -23,7 +23,8 @@ std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseK
                          Scan& out, std::vector<std::int32_t>& beam_body);
 
 /// A whole simulated scan (levels 1 and 2, agents' own lasers): nearest of bodies and building, through
-/// measure(). One beam per body hit, angles of the description, no intensities.
+/// measure(). One beam per body hit, angles of the description. Where the description has intensities, each
+/// is the reflectivity of what the beam hit times intensity_scale, 0 where nothing came back.
 void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const RangeHit> body_hits,
                    std::span<const RangeHit> building_hits, SensorTime stamp, Scan& out);
 

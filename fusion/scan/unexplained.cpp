@@ -26,6 +26,10 @@ std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, cons
     const double range = real.ranges[i];
     if (laser.convention.classify(real.ranges[i]) != BeamKind::hit) continue;
     if (!(range < building_hits[i].range - (options_.margin + doubt))) continue;
+    // A laser that points down, on a ramp, sees the floor, which no model need have.
+    const double height = (rays_.origin(i) + range * rays_.direction(i)).z();
+    if (rays_.direction(i).z() < -1e-6 && height < options_.floor_margin + options_.floor_slope * range)
+      continue;
     unexplained_[i] = clear_of_model(i, range, building_hits, options_.clearance + doubt, real.angle_step);
   }
 

@@ -28,6 +28,9 @@ struct UnexplainedOptions {
   double max_diameter = 1.0;  ///< m; what is longer becomes several discs
   double min_radius = 0.1;    ///< m; a laser sees the near side only
   std::size_t min_returns = 2;
+  double floor_margin =
+      0.05;  ///< m over the map's floor (z = 0): what a downward beam meets below is the floor
+  double floor_slope = 0.01;  ///< m more for each metre of range: the attitude is not exact
 };
 
 /// Memory is kept from scan to scan: after warm-up nothing is allocated.

@@ -16,7 +16,7 @@ constexpr std::array<const char*, 3> stamp_beam_names{"first", "middle", "last"}
 constexpr const char* value_keys[] = {"range_min",   "range_max",   "no_return",    "too_close",
                                       "stamp_beam",  "passes",      "pass_period",  "beam_interval",
                                       "scan_period", "noise_sigma", "quantization", "intensity_scale",
-                                      "beams",       "angle_first", "angle_step"};
+                                      "intensities", "beams",       "angle_first",  "angle_step"};
 
 void read_sentinel(const Node& map, std::string_view key, RangeConvention::Sentinel& kind, float& value) {
   const Node* node = map.find(key);
@@ -53,6 +53,7 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
   read(map, "noise_sigma", laser.noise_sigma);
   read(map, "quantization", laser.quantization);
   read(map, "intensity_scale", laser.intensity_scale);
+  read(map, "intensities", laser.intensities);
   read(map, "beams", laser.beams);
   read(map, "angle_first", laser.angle_first);
   read(map, "angle_step", laser.angle_step);
@@ -121,6 +122,7 @@ void write_laser(Writer& writer, const LaserDescription& laser) {
   writer.quantity("noise_sigma", laser.noise_sigma, Quantity::length);
   writer.quantity("quantization", laser.quantization, Quantity::length);
   writer.number("intensity_scale", laser.intensity_scale);
+  writer.flag("intensities", laser.intensities);
   writer.integer("beams", laser.beams);
   writer.quantity("angle_first", laser.angle_first, Quantity::angle);
   writer.quantity("angle_step", laser.angle_step, Quantity::angle);

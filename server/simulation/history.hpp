@@ -14,6 +14,7 @@ namespace parhelion {
 struct HistoryRecord {
   SimulationTime stamp;
   std::uint64_t step = 0;
+  bool attitude_known = false;  ///< of the real robot
   std::shared_ptr<const Scene> scene;
   std::vector<BodyState> bodies;  ///< those that can move and exist at the stamp, ascending id
 };

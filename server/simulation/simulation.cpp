@@ -138,6 +138,7 @@ void Simulation::State::record() {
   record.stamp = stamp_of(step);
   record.step = step;
   record.scene = scene;
+  record.attitude_known = real.present && real.last.attitude_known;
   if (real.present) {
     const Eigen::Isometry3d& base = real.last.T_map_base.isometry();
     const Eigen::Vector3d velocity =
@@ -253,6 +254,7 @@ bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
   snapshot.stamp = t;
   snapshot.step = record->step;
   snapshot.scene = record->scene;
+  snapshot.attitude_known = record->attitude_known;
   return true;
 }
 

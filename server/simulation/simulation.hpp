@@ -22,6 +22,7 @@ namespace parhelion {
 /// Where the real robot is known to be at a step; absent: its body is suspended (no contacts).
 struct RealRobotState {
   Transform<Map, Base> T_map_base;
+  bool attitude_known = false;  ///< roll and pitch are measured
   Twist2 twist;              ///< body frame, from odometry, never differenced from corrections
   double sigma = 0;          ///< m, 1 sigma of its position: the margin of distance queries
   bool relocalized = false;  ///< teleport: no velocity, contacts suspended for this step

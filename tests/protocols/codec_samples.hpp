@@ -89,6 +89,7 @@ inline WorldMessage sample_world() {
   WorldMessage world;
   world.stamp = {sample_stamp.ns + 1};
   world.step = 240;
+  world.attitude_known = true;
   world.bodies.resize(2);
   world.bodies[0].entity = "guide-1";
   world.bodies[0].part = "torso";

@@ -317,6 +317,7 @@ RC_GTEST_PROP(CodecTwin, WorldMessage, ()) {
   WorldMessage world, back;
   world.stamp = {any_utime() * 1000 + *rc::gen::inRange(0, 1000)};
   world.step = *rc::gen::arbitrary<std::uint64_t>();
+  world.attitude_known = *rc::gen::arbitrary<bool>();
   for (int i = *rc::gen::inRange(0, 8); i > 0; --i) {
     world.bodies.push_back({any_text(), any_text(), any_enumerator(AgentKind::robot),
                             any_enumerator(BodyOwner::building), *rc::gen::arbitrary<std::uint32_t>(),
@@ -325,6 +326,8 @@ RC_GTEST_PROP(CodecTwin, WorldMessage, ()) {
   const auto twin = through_liblcm<world_t>(world, back);
   RC_ASSERT(back.stamp == world.stamp && back.step == world.step &&
             back.bodies.size() == world.bodies.size());
+  RC_ASSERT(back.attitude_known == world.attitude_known &&
+            (twin.attitude_known != 0) == world.attitude_known);
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     const auto &a = world.bodies[i], &b = back.bodies[i];
     RC_ASSERT(a.entity == b.entity && a.part == b.part && a.kind == b.kind && a.owner == b.owner);

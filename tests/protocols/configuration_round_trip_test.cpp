@@ -87,6 +87,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.contact.slow_distance = between(1.5, 3);
   a.contact.crawl_speed = positive();
   a.contact.silence = positive();
+  if (*rc::gen::arbitrary<bool>()) a.pose = PoseInput{positive(), positive(), text()};
   for (int i = *rc::gen::inRange(0, 5); i > 0; --i) {
     AgentDefinition agent;
     agent.name = "Agent_" + std::to_string(i) + "-x";
@@ -117,6 +118,11 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->contact.crawl_speed == a.contact.crawl_speed);
   RC_ASSERT(b->contact.silence == a.contact.silence);
   RC_ASSERT(b->channels == a.channels);
+  RC_ASSERT(b->pose.has_value() == a.pose.has_value());
+  if (a.pose) {
+    RC_ASSERT(b->pose->position_sigma == a.pose->position_sigma && b->pose->yaw_sigma == a.pose->yaw_sigma);
+    RC_ASSERT(b->pose->map_id == a.pose->map_id);
+  }
   RC_ASSERT(b->agents.size() == a.agents.size());
   for (std::size_t i = 0; i < a.agents.size(); ++i) {
     const AgentDefinition &x = a.agents[i], &y = b->agents[i];
@@ -217,6 +223,7 @@ LaserDescription any_laser() {
   laser.noise_sigma = between(0, 1);
   laser.quantization = between(0, 1);
   laser.intensity_scale = between(0.001, 70'000);
+  laser.intensities = *rc::gen::arbitrary<bool>();
   laser.beams = *rc::gen::inRange(0, 100'001);
   laser.angle_first = finite();
   laser.angle_step = positive();
@@ -232,8 +239,8 @@ bool same(const LaserDescription& a, const LaserDescription& b) {
          a.stamp_beam == b.stamp_beam && a.passes == b.passes && a.pass_period == b.pass_period &&
          a.beam_interval == b.beam_interval && a.scan_period == b.scan_period &&
          a.noise_sigma == b.noise_sigma && a.quantization == b.quantization &&
-         a.intensity_scale == b.intensity_scale && a.beams == b.beams && a.angle_first == b.angle_first &&
-         a.angle_step == b.angle_step && a.source == b.source;
+         a.intensity_scale == b.intensity_scale && a.intensities == b.intensities && a.beams == b.beams &&
+         a.angle_first == b.angle_first && a.angle_step == b.angle_step && a.source == b.source;
 }
 
 CameraIntrinsics any_intrinsics() {
@@ -255,17 +262,36 @@ bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
          a.cy == b.cy && a.lens == b.lens && a.distortion == b.distortion;
 }
 
+std::vector<HeadJoint> any_head() {
+  std::vector<HeadJoint> head;
+  for (int i = *rc::gen::inRange(0, 3); i > 0; --i) {
+    const double angle = between(-3, 3);
+    head.push_back({"joint " + std::to_string(i),
+                    {finite(), finite(), finite()},
+                    {std::cos(angle), 0, std::sin(angle)}});
+  }
+  return head;
+}
+
+bool same(const std::vector<HeadJoint>& a, const std::vector<HeadJoint>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const HeadJoint& x, const HeadJoint& y) {
+    return x.joint == y.joint && x.point == y.point && x.axis == y.axis;
+  });
+}
+
 RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   RobotDescription a;
   a.name = text();
   if (*rc::gen::arbitrary<bool>()) a.laser = any_laser();
   if (*rc::gen::arbitrary<bool>()) {
-    a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(), between(0, 60), text()};
+    a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(), any_head(),
+                                 between(0, 60), text()};
   }
   if (*rc::gen::arbitrary<bool>()) {
-    a.depth = DepthCameraDescription{any_intrinsics(), any_pose<Base, DepthOptical>(), between(0, 1),
-                                     between(2, 9), text()};
+    a.depth = DepthCameraDescription{
+        any_intrinsics(), any_pose<Base, DepthOptical>(), any_head(), between(0, 1), between(2, 9), text()};
   }
+  if (*rc::gen::arbitrary<bool>()) a.imu = ImuDescription{any_pose<Base, Imu>()};
   if (*rc::gen::arbitrary<bool>()) a.footprint = {{0, 0}, {between(1, 2), 0}, {between(1, 2), between(1, 2)}};
   a.height = positive();
   a.mass = positive();
@@ -284,15 +310,19 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   if (a.camera) {
     RC_ASSERT(same(a.camera->intrinsics, b->camera->intrinsics));
     RC_ASSERT(same(a.camera->T_base_optical, b->camera->T_base_optical));
+    RC_ASSERT(same(a.camera->head, b->camera->head));
     RC_ASSERT(a.camera->readout == b->camera->readout && a.camera->source == b->camera->source);
   }
   RC_ASSERT(a.depth.has_value() == b->depth.has_value());
   if (a.depth) {
     RC_ASSERT(same(a.depth->intrinsics, b->depth->intrinsics));
     RC_ASSERT(same(a.depth->T_base_optical, b->depth->T_base_optical));
+    RC_ASSERT(same(a.depth->head, b->depth->head));
     RC_ASSERT(a.depth->range_min == b->depth->range_min && a.depth->range_max == b->depth->range_max);
     RC_ASSERT(a.depth->source == b->depth->source);
   }
+  RC_ASSERT(a.imu.has_value() == b->imu.has_value());
+  if (a.imu) RC_ASSERT(same(a.imu->T_base_imu, b->imu->T_base_imu));
   RC_ASSERT(a.footprint == b->footprint);
   RC_ASSERT(a.height == b->height && a.mass == b->mass);
   RC_ASSERT(a.limits.speed == b->limits.speed && a.limits.yaw_rate == b->limits.yaw_rate);

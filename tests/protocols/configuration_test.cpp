@@ -264,6 +264,13 @@ TEST(Robot, RefusesWhatCannotBeMeant) {
       {"laser: {pose: {}, range_max: 8 m, no_return: never}", "(or infinity or nan)"},
       {"laser: {pose: {}, range_max: 8 m, beams: 3}", "expected angle_step != 0 rad"},
       {"camera: {width: 640}", "key 'pose' is missing in 'camera'"},
+      {"imu: {}", "key 'pose' is missing in 'imu'"},
+      {"camera: {pose: {}, width: 1, height: 1, fx: 1 px, fy: 1 px, cx: 0 px, cy: 0 px, head: [{joint: pan, "
+       "axis: [0, 1, 1]}]}",
+       "expected a direction of length 1"},
+      {"camera: {pose: {}, width: 1, height: 1, fx: 1 px, fy: 1 px, cx: 0 px, cy: 0 px, head: [{joint: pan, "
+       "axis: [0, 0, 1]}, {joint: pan, axis: [0, 1, 0]}]}",
+       "'pan' is in the head twice"},
       {"footprint: [[0 m, 0 m], [0 m, 1 m], [1 m, 0 m]]", "counter-clockwise"},
       {"footprint: [[0 m, 0 m], [1 m, 0 m]]", "expected number of items >= 3"},
       {"footprint: [[1 m, 0 m], [-1 m, 1 m], [0 m, -1 m], [0 m, 1 m], [-1 m, -1 m]]", "'footprint'"},

@@ -53,7 +53,7 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
   EXPECT_EQ(fingerprint<agent_cmd_t>(), 0x2f876a564ee9e9c2U);
   EXPECT_EQ(fingerprint<event_t>(), 0xcd1413b729dbfd5bU);
-  EXPECT_EQ(fingerprint<world_t>(), 0xc778dbb2f6cdaf27U);
+  EXPECT_EQ(fingerprint<world_t>(), 0x403d23274c4a0e14U);
 }
 
 }  // namespace

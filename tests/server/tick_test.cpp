@@ -4,52 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <map>
 #include <random>
 
 #include "protocols/sha256.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick_fixture.hpp"
 
 namespace parhelion {
 namespace {
 
 using test::agent;
-
-/// Feeds messages to a tick and keeps what comes out.
-class TickTest : public testing::Test {
- protected:
-  void start(Configuration configuration) {
-    configuration_ = std::move(configuration);
-    auto made = make_state(configuration_, ArrivalTime::from_utime(test::start_us - 2000));
-    ASSERT_TRUE(made.ok()) << made.error().message;
-    state_ = std::move(*made);
-  }
-  void feed(const Message& input) {
-    outputs_.clear();
-    tick(configuration_, input, *state_, outputs_, observer_);
-    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
-  }
-  void feed(const std::vector<Message>& log) {
-    for (const Message& each : log) feed(each);
-  }
-  template <class T>
-  std::vector<T> decoded(const std::string& channel) {
-    std::vector<T> all;
-    for (const auto& payload : out_[channel]) {
-      T item;
-      const Status read = decode(channel, payload, item);
-      EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
-      all.push_back(std::move(item));
-    }
-    return all;
-  }
-
-  Configuration configuration_;
-  std::unique_ptr<State> state_;
-  Outputs outputs_;
-  StageObserver observer_;
-  std::map<std::string, std::vector<std::vector<std::uint8_t>>> out_;
-};
+using test::TickTest;
 
 TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
@@ -350,8 +314,8 @@ TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
   lens.width = 4;
   lens.height = 2;
   lens.fx = lens.fy = 4;
-  configuration.robot.camera = CameraDescription{lens, {}, 0, ""};
-  configuration.robot.depth = DepthCameraDescription{lens, {}, 0.1, 8, ""};
+  configuration.robot.camera = CameraDescription{lens, {}, {}, 0, ""};
+  configuration.robot.depth = DepthCameraDescription{lens, {}, {}, 0.1, 8, ""};
   start(std::move(configuration));
   feed(test::drive(2));
   const auto image = [](PixelFormat format, std::int64_t utime, int bytes_per_pixel) {

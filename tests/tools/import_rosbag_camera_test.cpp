@@ -147,5 +147,52 @@ TEST(ImportRosbagCamera, ScanIsPutInTheOrderOfItsTime) {
   }
 }
 
+RosBytes imu(std::uint32_t ns, double orientation_covariance) {
+  RosBytes bytes;
+  bytes.header(100, ns, "imu_link").doubles({0, 0.6, 0, 0.8});
+  for (int i = 0; i < 9; ++i) bytes.add(i == 0 ? orientation_covariance : 0.0);
+  bytes.doubles({0.1, 0.2, 0.3}).doubles({0, 0, 0, 0, 0, 0, 0, 0, 0});
+  bytes.doubles({1, 2, 9.5}).doubles({0, 0, 0, 0, 0, 0, 0, 0, 0});
+  return bytes;
+}
+
+RosBytes joint_state(std::uint32_t ns, double position) {
+  RosBytes bytes;
+  bytes.header(100, ns, "").add(std::uint32_t{2}).text("pan").text("tilt");
+  bytes.array<double>({position, 0.25}).array<double>({}).array<double>({1, 2});
+  return bytes;
+}
+
+TEST(ImportRosbag, ImuWithItsMountingAndJointsAreKept) {
+  TemporaryFolder folder;
+  WrittenBag bag = bag_with_camera();
+  bag.add("/tf_static", "tf2_msgs/TFMessage", 100,
+          transform("base_link", "imu_link", {0.1, 0, 0.2, 0, 0, 0.6, 0.8}));
+  bag.add("/imu", "sensor_msgs/Imu", 100, imu(3000, 0.01));
+  bag.add("/imu", "sensor_msgs/Imu", 100, imu(5000, -1));
+  bag.add("/joint_states", "sensor_msgs/JointState", 100, joint_state(4000, 0.5));
+  bag.add("/joint_states", "sensor_msgs/JointState", 100, joint_state(6000, std::nan("")));
+  bag.write(folder / "a.bag");
+  const auto report = import_recording(test::import_options(folder / "a.bag", folder / "a.lcm"), {});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->refused, 1U) << "a position that is no number";
+  const ImportedLog log(folder / "a.lcm");
+  const auto samples = log.all<ImuSample>(channel::imu);
+  ASSERT_EQ(samples.size(), 2U);
+  ASSERT_TRUE(samples[0].orientation);
+  EXPECT_NEAR(samples[0].orientation->angularDistance(Eigen::Quaterniond(0.8, 0, 0.6, 0)), 0, 1e-7);
+  EXPECT_EQ(samples[0].rotation_rate, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(samples[0].acceleration, Eigen::Vector3d(1, 2, 9.5));
+  EXPECT_FALSE(samples[1].orientation) << "ROS says so by a covariance of -1";
+  const auto joints = log.all<Joints>(channel::joint_state);
+  ASSERT_EQ(joints.size(), 1U);
+  EXPECT_EQ(joints[0].names, (std::vector<std::string>{"pan", "tilt"}));
+  EXPECT_EQ(joints[0].positions, (std::vector<double>{0.5, 0.25}));
+  EXPECT_TRUE(joints[0].velocities.empty());
+  ASSERT_TRUE(log.robot().imu);
+  EXPECT_TRUE(log.robot().imu->T_base_imu.isometry().isApprox(
+      Transform<Base, Imu>(Eigen::Quaterniond(0.8, 0, 0, 0.6), {0.1, 0, 0.2}).isometry(), 1e-9));
+}
+
 }  // namespace
 }  // namespace parhelion

@@ -175,6 +175,15 @@ Status RecordingWriter::put(std::string_view channel, const TwistCommand& comman
   return put_checked(channel, command, place, received);
 }
 
+Status RecordingWriter::put(std::string_view channel, const ImuSample& sample, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, sample, place, received);
+}
+Status RecordingWriter::put(std::string_view channel, const Joints& joints, Place place,
+                            std::optional<ArrivalTime> received) {
+  return put_checked(channel, joints, place, received);
+}
+
 void RecordingWriter::refuse(Place place, std::string why) { refuse_at({place_text(place), std::move(why)}); }
 
 void RecordingWriter::refuse_at(Refusal refusal) {

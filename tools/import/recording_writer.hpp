@@ -44,6 +44,10 @@ class RecordingWriter {
              std::optional<ArrivalTime> received = {});
   Status put(std::string_view channel, const TwistCommand& command, Place place,
              std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const ImuSample& sample, Place place,
+             std::optional<ArrivalTime> received = {});
+  Status put(std::string_view channel, const Joints& joints, Place place,
+             std::optional<ArrivalTime> received = {});
 
   void refuse(Place place, std::string why);
   void refuse_at(Refusal refusal);

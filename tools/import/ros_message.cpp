@@ -196,4 +196,36 @@ Result<Twist> read_twist(MessageBytes bytes) {
   return in.done(Twist{{v[0], v[1], v[5]}});
 }
 
+Result<Imu> read_imu(MessageBytes bytes) {
+  Cursor in(bytes);
+  Imu imu;
+  imu.header = in.header();
+  double q[4], covariance[9], v[3];
+  in.numbers(q);
+  in.numbers(covariance);
+  // sensor_msgs/Imu: "if you have no estimate [of the orientation], set element 0 of its covariance to -1";
+  // some leave the quaternion at zero instead.
+  const Eigen::Quaterniond orientation(q[3], q[0], q[1], q[2]);
+  if (covariance[0] != -1 && orientation.norm() != 0) imu.orientation = orientation;
+  in.numbers(v);
+  imu.angular_velocity = {v[0], v[1], v[2]};
+  in.numbers(covariance);
+  in.numbers(v);
+  imu.linear_acceleration = {v[0], v[1], v[2]};
+  in.numbers(covariance);
+  return in.done(std::move(imu));
+}
+
+Result<JointState> read_joint_state(MessageBytes bytes) {
+  Cursor in(bytes);
+  JointState joints;
+  joints.header = in.header();
+  const auto n = in.number<std::uint32_t>();
+  for (std::uint32_t i = 0; i < n && in.ok(); ++i) joints.names.push_back(in.text());
+  joints.positions = in.array<double>();
+  joints.velocities = in.array<double>();
+  joints.efforts = in.array<double>();
+  return in.done(std::move(joints));
+}
+
 }  // namespace parhelion::ros

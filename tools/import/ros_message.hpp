@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -74,6 +75,19 @@ struct Twist {  ///< geometry_msgs/Twist
   Twist2 twist;
 };
 
+struct Imu {  ///< sensor_msgs/Imu, without its covariances; no orientation where the sensor says that it has
+              ///< none
+  Header header;
+  std::optional<Eigen::Quaterniond> orientation;
+  Eigen::Vector3d angular_velocity, linear_acceleration;
+};
+
+struct JointState {  ///< sensor_msgs/JointState
+  Header header;
+  std::vector<std::string> names;
+  std::vector<double> positions, velocities, efforts;
+};
+
 Result<LaserScan> read_laser_scan(MessageBytes bytes);
 Result<Image> read_image(MessageBytes bytes);
 Result<CompressedImage> read_compressed_image(MessageBytes bytes);
@@ -83,5 +97,8 @@ Result<PoseStamped> read_pose_stamped(MessageBytes bytes);
 Result<Odometry> read_odometry(MessageBytes bytes);
 Result<std::vector<StampedTransform>> read_tf(MessageBytes bytes);
 Result<Twist> read_twist(MessageBytes bytes);
+/// A rate or an acceleration that the sensor says it has not (covariance -1) is zero, as ROS writes it.
+Result<Imu> read_imu(MessageBytes bytes);
+Result<JointState> read_joint_state(MessageBytes bytes);
 
 }  // namespace parhelion::ros

@@ -1,4 +1,5 @@
-// ROS 1 bags: LaserScan, Odometry or tf, Image and CompressedImage, CameraInfo, PoseStamped, Twist.
+// ROS 1 bags: LaserScan, Odometry or tf, Image and CompressedImage, CameraInfo, PoseStamped, Twist, Imu,
+// JointState.
 #include <cmath>
 
 #include "protocols/channels.hpp"
@@ -35,6 +36,8 @@ class Copy {
     if (message.topic == choice_.camera || message.topic == choice_.depth) return put_image(message);
     if (message.topic == choice_.reference) return put_reference(message);
     if (message.topic == choice_.teleop) return put_twist(message);
+    if (message.topic == choice_.imu) return put_imu(message);
+    if (message.topic == choice_.joints) return put_joints(message);
     // These are in the robot description.
     if (is_tf(message.type) || message.type == "sensor_msgs/CameraInfo") return {};
     writer_.leave_out(message.topic + " (" + message.type + ")");
@@ -113,6 +116,24 @@ class Copy {
     const auto twist = ros::read_twist(message.bytes);
     if (!twist) return refuse(message, twist.error());
     return put(channel::teleop, TwistCommand{SensorTime{message.received.ns}, twist->twist}, message);
+  }
+
+  Status put_imu(const BagMessage& message) {
+    const auto imu = ros::read_imu(message.bytes);
+    if (!imu) return refuse(message, imu.error());
+    return put(
+        channel::imu,
+        ImuSample{imu->header.stamp, imu->orientation, imu->angular_velocity, imu->linear_acceleration},
+        message);
+  }
+
+  Status put_joints(const BagMessage& message) {
+    auto joints = ros::read_joint_state(message.bytes);
+    if (!joints) return refuse(message, joints.error());
+    return put(channel::joint_state,
+               Joints{joints->header.stamp, std::move(joints->names), std::move(joints->positions),
+                      std::move(joints->velocities), std::move(joints->efforts)},
+               message);
   }
 
   RecordingWriter& writer_;

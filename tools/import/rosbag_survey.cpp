@@ -18,6 +18,8 @@ constexpr const char* camera_info = "sensor_msgs/CameraInfo";
 constexpr const char* odometry = "nav_msgs/Odometry";
 constexpr const char* pose_stamped = "geometry_msgs/PoseStamped";
 constexpr const char* twist = "geometry_msgs/Twist";
+constexpr const char* imu = "sensor_msgs/Imu";
+constexpr const char* joint_state = "sensor_msgs/JointState";
 
 void state(const std::string& topic, const ros::LaserScan& scan, LaserEvidence& evidence) {
   evidence.range_min = scan.range_min;
@@ -90,6 +92,14 @@ Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, Ba
     if (*chosen && **chosen == name_of(edge)) choice.odometry_edge = edge;
   }
   return {};
+}
+
+/// What nobody asked for is no reason to refuse a bag: of several, none is taken.
+Result<std::optional<std::string>> choose_extra(const ImportOptions& options, const std::string& channel,
+                                                const std::vector<std::string>& candidates,
+                                                const std::string& what) {
+  if (candidates.size() > 1 && options.topics.count(channel) == 0) return std::optional<std::string>();
+  return choose_topic(options, channel, candidates, what);
 }
 
 template <class Description>
@@ -189,6 +199,9 @@ void BagSurvey::take(const BagMessage& message) {
   } else if (message.type == pose_stamped && topic.count == 0) {
     const auto pose = ros::read_pose_stamped(message.bytes);
     if (pose) see(pose->header);
+  } else if (message.type == imu && topic.count == 0) {
+    const auto sample = ros::read_imu(message.bytes);
+    if (sample) see(sample->header);
   }
 }
 
@@ -222,6 +235,11 @@ Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) 
   if (done.ok() && choice.depth) {
     done = set(choose_topic(options, "DEPTH_INFO", infos_of(survey, *choice.depth), camera_info),
                choice.depth_info);
+  }
+  if (done.ok()) done = set(choose_extra(options, channel::imu, survey.of_type(imu), imu), choice.imu);
+  if (done.ok()) {
+    done = set(choose_extra(options, channel::joint_state, survey.of_type(joint_state), joint_state),
+               choice.joints);
   }
   if (done.ok()) done = set(choose_reference(options, survey), choice.reference);
   // Commands are taken only where they were asked for: what drove the robot is not always what a trainee
@@ -276,6 +294,16 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
   if (!depth) return depth.error();
   robot.camera = std::move(*camera);
   robot.depth = std::move(*depth);
+  if (choice.imu) {
+    bool moves = false;
+    const std::string& frame = survey.topics.at(*choice.imu).frame;
+    if (const auto pose = survey.frames.find(base, frame, moves)) {
+      robot.imu = ImuDescription{Transform<Base, Imu>(*pose)};
+    } else {
+      notes.push_back(*choice.imu + ": no tf from " + base + " to " + frame +
+                      ", so its attitude is not used; give the description an 'imu' section");
+    }
+  }
   robot.source += "; " + joined(notes) + survey.frames.static_edges_text();
   for (const auto& [topic, info] : survey.cameras) {
     if (topic != choice.camera_info && topic != choice.depth_info)

@@ -36,7 +36,8 @@ struct BagSurvey {
 
 /// Which topic goes where, after --topics; empty: none.
 struct BagChoice {
-  std::optional<std::string> scan, odometry, camera, camera_info, depth, depth_info, reference, teleop;
+  std::optional<std::string> scan, odometry, camera, camera_info, depth, depth_info, reference, teleop, imu,
+      joints;
   std::optional<RosFrames::Key> odometry_edge;  ///< where odometry comes from tf
 };
 

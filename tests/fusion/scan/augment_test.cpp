@@ -283,5 +283,38 @@ TEST(Simulation, writes_the_nearest_of_bodies_and_building) {
   EXPECT_TRUE(scan.out.intensities.empty());
 }
 
+// The twin: what augment_scan writes into a scan in which nothing came back.
+TEST(Simulation, writes_the_intensities_that_augmentation_writes) {
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Draw draw(seed);
+    LaserDescription laser = random_laser(draw);
+    laser.intensities = true;
+    laser.convention.no_return = RangeConvention::Sentinel::infinity;
+    std::vector<RangeHit> bodies(50), building(50, {kInf, -1, 0}), nearest(50);
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const auto hit = [&](int body) {
+        return draw.chance(0.3) ? RangeHit{kInf, -1, 0}
+                                : RangeHit{static_cast<float>(draw.real(0, 120)), body,
+                                           static_cast<float>(draw.real(0, 1))};
+      };
+      bodies[i] = hit(3);
+      building[i] = hit(-1);
+      nearest[i] = bodies[i].range <= building[i].range ? bodies[i] : building[i];
+      if (nearest[i].range < kInf) nearest[i].body = 0;
+    }
+    Scan simulated;
+    simulate_scan(laser, {seed, 1}, bodies, building, {}, simulated);
+    Scan empty, augmented;
+    empty.ranges.assign(50, laser.convention.no_return_sentinel());
+    empty.intensities.assign(50, 0);
+    std::vector<std::int32_t> beam_body;
+    const std::vector<RangeHit> open(50, {kInf, -1, 0});
+    augment_scan(empty, laser, {seed, 1}, nearest, open, augmented, beam_body);
+    ASSERT_EQ(simulated.intensities, augmented.intensities) << "seed " << seed;
+    for (std::size_t i = 0; i < 50; ++i)
+      ASSERT_TRUE(simulated.ranges[i] == augmented.ranges[i] || std::isnan(simulated.ranges[i])) << i;
+  }
+}
+
 }  // namespace
 }  // namespace parhelion

@@ -1,0 +1,50 @@
+// A tick that is fed messages, for the tests of the ways of the data.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/tick.hpp"
+#include "tests/server/synthetic.hpp"
+
+namespace parhelion::test {
+
+/// Feeds messages to a tick and keeps what comes out.
+class TickTest : public testing::Test {
+ protected:
+  void start(Configuration configuration) {
+    configuration_ = std::move(configuration);
+    auto made = make_state(configuration_, ArrivalTime::from_utime(start_us - 2000));
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    state_ = std::move(*made);
+  }
+  void feed(const Message& input) {
+    outputs_.clear();
+    tick(configuration_, input, *state_, outputs_, observer_);
+    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+  }
+  void feed(const std::vector<Message>& log) {
+    for (const Message& each : log) feed(each);
+  }
+  template <class T>
+  std::vector<T> decoded(const std::string& channel) {
+    std::vector<T> all;
+    for (const auto& payload : out_[channel]) {
+      T item;
+      const Status read = decode(channel, payload, item);
+      EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
+      all.push_back(std::move(item));
+    }
+    return all;
+  }
+
+  Configuration configuration_;
+  std::unique_ptr<State> state_;
+  Outputs outputs_;
+  StageObserver observer_;
+  std::map<std::string, std::vector<std::vector<std::uint8_t>>> out_;
+};
+
+}  // namespace parhelion::test
