@@ -1,5 +1,7 @@
 // CAMERA to MR_CAMERA: a job for the render thread with the world at the image's instant, or the original
 // with the reason.
+#include <algorithm>
+
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -64,6 +66,48 @@ void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant
   bodies.resize(kept);
 }
 
+std::optional<Transform<Map, CameraOptical>> camera_at(const CameraDescription& camera, const State& state,
+                                                       SensorTime t) {
+  const auto pose = robot_pose(state, t);
+  const auto turn = head_turn(camera.head, state.joints, t);
+  if (!pose || !turn) return std::nullopt;
+  return pose->T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
+}
+
+/// Instant of the row in which a point is seen, from the stamp of the middle row; none behind the camera. The
+/// lens' distortion is left out: it moves a point by few rows.
+std::optional<Duration> row_instant(const CameraDescription& camera, const Eigen::Vector3d& p_optical) {
+  constexpr double nearest = 0.05;  // m
+  if (p_optical.z() < nearest) return std::nullopt;
+  const double row = camera.intrinsics.fy * p_optical.y() / p_optical.z() + camera.intrinsics.cy;
+  const double place = std::clamp(row / std::max(camera.intrinsics.height - 1, 1), 0.0, 1.0);
+  return seconds((place - 0.5) * camera.readout);
+}
+
+/// A rolling shutter shows each body as it stood to the camera when its row was read. The picture is drawn
+/// from where the camera was at the middle row, so the body is put where it looks the same from there.
+void show_at_their_rows(const CameraDescription& camera, const State& state, RenderJob& job) {
+  if (!(camera.readout > 0)) return;
+  WorldSnapshot then;
+  auto definition = job.world.scene->bodies.begin();
+  for (BodyState& body : job.world.bodies) {
+    while ((*definition)->id < body.id) ++definition;
+    if (!(*definition)->injectable || (*definition)->shapes.empty()) continue;
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const Shape& shape : (*definition)->shapes) center += shape.T_body_shape.translation();
+    center /= static_cast<double>((*definition)->shapes.size());
+    const auto after = row_instant(camera, job.T_map_optical.inverse() * (body.T_map_body * center));
+    if (!after) continue;
+    const SensorTime t = job.image.stamp + *after;
+    const auto T_map_optical = camera_at(camera, state, t);
+    if (!T_map_optical || !state.simulation.at(state.robot_clock.to_server(t), then)) continue;
+    const auto same = std::lower_bound(then.bodies.begin(), then.bodies.end(), body.id,
+                                       [](const BodyState& each, BodyId id) { return each.id < id; });
+    if (same == then.bodies.end() || same->id != body.id || same->epoch != body.epoch) continue;
+    body.T_map_body = job.T_map_optical * T_map_optical->inverse() * same->T_map_body;
+  }
+}
+
 void finish_image(const Configuration& configuration, State& state, Outputs& outputs) {
   WaitingImage waiting = std::move(*state.waiting_image);
   state.waiting_image.reset();
@@ -83,6 +127,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   leave_out_uncertain(configuration, *pose, state, job.world);
   job.camera = *configuration.robot.camera;
   job.T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * job.camera.T_base_optical;
+  show_at_their_rows(job.camera, state, job);
   job.floor_z = 0;
   add_occluders(configuration, state, job);
   outputs.add_frame({std::move(job), waiting.sequence, ""});

@@ -16,7 +16,9 @@ constexpr const char* footer =
     "Example:\n  parhelion map extrude site.yaml -o model.yaml --height 2.5 --picture model.png\n\n"
     "MAP is the YAML of a ROS map (map_server), as `parhelion slam --save-map` writes it. Each occupied cell "
     "ends up inside\n"
-    "a box: straight ones in walls, the rest in small boxes labelled unknown.";
+    "a box: straight ones in walls, the rest in small boxes labelled unknown. Specks of a few cells that no "
+    "robot "
+    "can come\nnear are left out (--min-support 1 keeps them).";
 
 struct Arguments {
   std::string map, output, picture;
@@ -71,6 +73,10 @@ void add_map_extrude(CLI::App& map, Exit& exit) {
       ->required();
   command->add_option("--height", arguments->options.height, "Height of the walls, m")->capture_default_str();
   command->add_option("--min-wall", arguments->options.min_wall_length, "Shortest wall, m")
+      ->capture_default_str();
+  command
+      ->add_option("--min-support", arguments->options.min_support,
+                   "Cells that a group needs where no robot can come near")
       ->capture_default_str();
   command->add_flag("--ceiling", arguments->options.ceiling, "Add a ceiling");
   command->add_option("--picture", arguments->picture, "Picture of map and model (PNG)");

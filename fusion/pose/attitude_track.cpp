@@ -3,11 +3,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "fusion/pose/around.hpp"
+
 namespace parhelion {
 namespace {
 
 constexpr std::size_t slots = 2048;  // two seconds at 1 kHz
-constexpr Duration clock_restart = seconds(2.0);
 constexpr double steepest = 80 * std::numbers::pi / 180;
 
 }  // namespace
@@ -29,28 +30,15 @@ bool AttitudeTrack::add(const ImuSample& sample) {
   const Eigen::Matrix3d R = (*sample.orientation * *R_imu_base_).toRotationMatrix();
   const Attitude attitude{std::atan2(R(2, 1), R(2, 2)), std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)))};
   if (std::abs(attitude.pitch) > steepest) return false;
-  if (samples_.count() > 0 && sample.stamp <= samples_.newest().stamp) {
-    if (samples_.newest().stamp - sample.stamp <= clock_restart) return false;
-    samples_.clear();
-  }
-  samples_.push({sample.stamp, attitude});
-  return true;
+  return push_in_order({sample.stamp, attitude}, samples_);
 }
 
 std::optional<Attitude> AttitudeTrack::at(SensorTime t) const {
-  const std::size_t age = samples_.age_at(t);
-  if (age == samples_.count()) return std::nullopt;
-  const Sample& before = samples_.newest(age);
-  if (age == 0) {
-    if (t - before.stamp > longest_gap) return std::nullopt;
-    return before.attitude;
-  }
-  const Sample& after = samples_.newest(age - 1);
-  if (after.stamp - before.stamp > longest_gap) return std::nullopt;
-  const double s = (t - before.stamp).seconds() / (after.stamp - before.stamp).seconds();
-  const double roll = wrap_angle(after.attitude.roll - before.attitude.roll);
-  const double pitch = after.attitude.pitch - before.attitude.pitch;
-  return Attitude{wrap_angle(before.attitude.roll + s * roll), before.attitude.pitch + s * pitch};
+  const auto found = around(samples_, t, longest_gap);
+  if (!found) return std::nullopt;
+  const Attitude &before = found->before->attitude, &after = found->after->attitude;
+  return Attitude{wrap_angle(before.roll + found->s * wrap_angle(after.roll - before.roll)),
+                  before.pitch + found->s * (after.pitch - before.pitch)};
 }
 
 }  // namespace parhelion

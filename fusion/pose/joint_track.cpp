@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
+#include "fusion/pose/around.hpp"
+
 namespace parhelion {
 namespace {
 
 constexpr std::size_t slots = 2048;  // two seconds at 1 kHz
-constexpr Duration clock_restart = seconds(2.0);
 
 }  // namespace
 
@@ -25,12 +26,8 @@ void JointTrack::add(const Joints& joints) {
   for (Followed& followed : joints_) {
     const auto name = std::find(joints.names.begin(), joints.names.end(), followed.name);
     if (name == joints.names.end()) continue;
-    Ring<Sample>& samples = followed.samples;
-    if (samples.count() > 0 && joints.stamp <= samples.newest().stamp) {
-      if (samples.newest().stamp - joints.stamp <= clock_restart) continue;
-      samples.clear();
-    }
-    samples.push({joints.stamp, joints.positions[static_cast<std::size_t>(name - joints.names.begin())]});
+    const double position = joints.positions[static_cast<std::size_t>(name - joints.names.begin())];
+    push_in_order({joints.stamp, position}, followed.samples);
   }
 }
 
@@ -38,18 +35,9 @@ std::optional<double> JointTrack::at(const std::string& joint, SensorTime t) con
   const auto followed =
       std::find_if(joints_.begin(), joints_.end(), [&](const Followed& each) { return each.name == joint; });
   if (followed == joints_.end()) return std::nullopt;
-  const Ring<Sample>& samples = followed->samples;
-  const std::size_t age = samples.age_at(t);
-  if (age == samples.count()) return std::nullopt;
-  const Sample& before = samples.newest(age);
-  if (age == 0) {
-    if (t - before.stamp > longest_gap) return std::nullopt;
-    return before.position;
-  }
-  const Sample& after = samples.newest(age - 1);
-  if (after.stamp - before.stamp > longest_gap) return std::nullopt;
-  const double s = (t - before.stamp).seconds() / (after.stamp - before.stamp).seconds();
-  return before.position + s * (after.position - before.position);
+  const auto found = around(followed->samples, t, longest_gap);
+  if (!found) return std::nullopt;
+  return found->before->position + found->s * (found->after->position - found->before->position);
 }
 
 Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,

@@ -54,6 +54,12 @@ std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMas
 /// Few upright, disjoint rectangles over the cells of `mask`, with few other cells in them.
 std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask);
 
+/// The groups of touching cells of `mask` (8 neighbours) that have at least `min_support` cells, or a cell
+/// within `reach` cells (along x and along y) of a place where a robot may stand: the square in the disc of
+/// `clear_radius` cells about it is known to be free.
+CellMask supported_or_in_reach(const CellGrid& grid, const CellMask& mask, int min_support,
+                               double clear_radius, double reach);
+
 /// The cells of `mask` that lie in some solid square of `side` cells (morphological opening).
 CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side);
 

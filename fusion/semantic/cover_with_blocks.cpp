@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "fusion/semantic/cell_grid.hpp"
 
@@ -146,6 +148,46 @@ CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side) {
     }
   }
   return solid;
+}
+
+CellMask supported_or_in_reach(const CellGrid& grid, const CellMask& mask, int min_support,
+                               double clear_radius, double reach) {
+  // Squares, so that sums do: a smaller one than the robot and a larger one than its reach, never the
+  // reverse.
+  const auto around = [&](std::size_t i, int side) {
+    const auto w = static_cast<std::size_t>(grid.width);
+    const int x = static_cast<int>(i % w), y = static_cast<int>(i / w);
+    return Rectangle{std::max(x - side, 0), std::max(y - side, 0), std::min(x + side, grid.width - 1),
+                     std::min(y + side, grid.height - 1)};
+  };
+  const int clear = static_cast<int>(std::floor(clear_radius / std::numbers::sqrt2));
+  const int near = static_cast<int>(std::ceil(reach));
+  const SummedArea not_free(grid, [&](std::size_t i) { return grid.cells[i] != Cell::free; });
+  const SummedArea standable(grid, [&](std::size_t i) { return not_free.sum(around(i, clear)) == 0; });
+
+  CellMask kept(mask.size(), 0), seen(mask.size(), 0);
+  std::vector<std::size_t> group;
+  for (std::size_t first = 0; first < mask.size(); ++first) {
+    if (mask[first] == 0 || seen[first] != 0) continue;
+    group.assign(1, first);
+    seen[first] = 1;
+    bool in_reach = false;
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      in_reach = in_reach || standable.sum(around(group[k], near)) > 0;
+      const Rectangle r = around(group[k], 1);
+      for (int y = r.y0; y <= r.y1; ++y) {
+        for (int x = r.x0; x <= r.x1; ++x) {
+          const std::size_t next = grid.index(x, y);
+          if (mask[next] == 0 || seen[next] != 0) continue;
+          seen[next] = 1;
+          group.push_back(next);
+        }
+      }
+    }
+    if (!in_reach && group.size() < static_cast<std::size_t>(min_support)) continue;
+    for (const std::size_t cell : group) kept[cell] = 1;
+  }
+  return kept;
 }
 
 }  // namespace parhelion

@@ -30,6 +30,10 @@ Status check(const GridMap& map, const ExtrudeOptions& options) {
     return Error{"wall height: expected 0 m < height <= 100 m, found " + std::to_string(options.height) +
                  " m"};
   }
+  if (options.min_support < 1 || !(options.clear_radius >= 0) || !(options.reach >= 0) ||
+      !std::isfinite(options.clear_radius + options.reach)) {
+    return Error{"expected min_support >= 1, clear_radius >= 0 m and reach >= 0 m"};
+  }
   if (!(options.free_below < options.occupied_above) || !(options.slab_thickness > 0) ||
       !(options.min_wall_length > 0)) {
     return Error{"expected free_below < occupied_above, slab_thickness > 0 m and min_wall_length > 0 m"};
@@ -159,6 +163,8 @@ Result<SemanticModel> extrude(const GridMap& map, const ExtrudeOptions& options)
                  std::to_string(map.height) + " cells";
   model.entities = walls_of(grid, options, left);
   for (std::size_t i = 0; i < left.size(); ++i) left[i] = left[i] != 0 || solid[i] != 0 ? 1 : 0;
+  left = supported_or_in_reach(grid, left, options.min_support, options.clear_radius / grid.resolution,
+                               options.reach / grid.resolution);
   std::size_t unknown = 0;
   for (const PlanBox& box : cover_with_blocks(grid, left)) {
     ModelEntity entity = upright_box(grid, box, 0, options.height);

@@ -3,7 +3,8 @@
 // Straight walls: greedy Hough transform over the occupied cells (Duda and Hart 1972), each peak refined by
 // total least squares over its longest run; the cells that a box covers vote no more. What is left (clutter,
 // legs, round things) becomes small upright boxes labelled unknown, so that each occupied cell is inside some
-// box.
+// box: but for specks that no robot can come near, which a laser that looks through windows and doors leaves
+// by the hundred.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,13 @@ struct ExtrudeOptions {
   double free_below = 0.35;      ///< probability up to which a cell was seen to be free
   double min_wall_length = 0.3;  ///< m; shorter pieces are unknown, not walls
   double slab_thickness = 0.1;   ///< m, of floor and ceiling
-  bool floor = true;             ///< a slab under everything that was seen, top at z = 0
+  /// A group of fewer cells than this is left out where it is out of reach; 1 leaves nothing out.
+  int min_support = 4;
+  /// Within reach: less than `reach` (m, along x and along y) from a place where a robot may have its centre,
+  /// which is one with known free cells for at least `clear_radius` (m) all around.
+  double clear_radius = 0.15;
+  double reach = 0.75;
+  bool floor = true;  ///< a slab under everything that was seen, top at z = 0
   bool ceiling = false;
 };
 

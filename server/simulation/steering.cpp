@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 namespace parhelion {
 namespace {
@@ -37,6 +39,18 @@ Arc best_arc(const Pose2& pose, double radius, double margin, double to_heading,
   return best;
 }
 
+/// Something has come nearer than the narrow margin.
+bool crowded(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch) {
+  Footprint& disc = scratch.disc;
+  disc.vertices.resize(1);
+  disc.radius = disc.bound = limits.radius;
+  disc.center = disc.vertices[0] = pose.position();
+  return std::any_of(scratch.obstacles.begin(), scratch.obstacles.end(), [&](const Footprint* obstacle) {
+    return distance_bound(disc, *obstacle) < limits.narrow_margin &&
+           signed_distance(disc, *obstacle) < limits.narrow_margin;
+  });
+}
+
 }  // namespace
 
 double free_length(const Pose2& pose, double radius, double margin, double kappa, double limit,
@@ -68,16 +82,66 @@ double free_length(const Pose2& pose, double radius, double margin, double kappa
   return way;
 }
 
+namespace {
+
+/// How near the nearest obstacle is after `way` m in the direction (cos, sin); nothing where that leads
+/// nearer to one that is too near.
+std::optional<double> room_after(const Pose2& pose, const SteeringLimits& limits,
+                                 const Eigen::Vector2d& direction, double way, SteeringScratch& scratch) {
+  Footprint& disc = scratch.disc;
+  double room = way;
+  for (const Footprint* obstacle : scratch.obstacles) {
+    disc.center = disc.vertices[0] = pose.position();
+    if (distance_bound(disc, *obstacle) > 2 * way + limits.narrow_margin) continue;
+    const double before = signed_distance(disc, *obstacle);
+    disc.center = disc.vertices[0] = pose.position() + way * direction;
+    const double after = signed_distance(disc, *obstacle);
+    if (after < std::min(limits.narrow_margin, before)) return std::nullopt;
+    room = std::min(room, after);
+  }
+  return room;
+}
+
+/// Out of where something presses and no arc is free: the direction with most room after a short way,
+/// forwards or backwards, whichever is nearer. Stands where there is none.
+Twist2 escape(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch) {
+  constexpr int directions = 24;
+  constexpr double way = 0.15, aligned = 0.35;  // m, rad
+  std::optional<double> best_room;
+  double best_angle = 0;
+  for (int i = 0; i < directions; ++i) {
+    const double angle = 2 * std::numbers::pi * i / directions;
+    const auto room = room_after(pose, limits, {std::cos(angle), std::sin(angle)}, way, scratch);
+    if (!room || (best_room && *room <= *best_room)) continue;
+    best_room = room;
+    best_angle = angle;
+  }
+  if (!best_room) return {};
+  const double ahead = wrap_angle(best_angle - pose.yaw);
+  const bool backwards = std::abs(ahead) > std::numbers::pi / 2;
+  const double turn = backwards ? wrap_angle(ahead + std::numbers::pi) : ahead;
+  const double speed = std::min(limits.speed, kCarefulSpeed) * (backwards ? -1 : 1);
+  return {std::abs(turn) < aligned ? speed : 0, 0, std::clamp(3 * turn, -limits.yaw_rate, limits.yaw_rate)};
+}
+
+}  // namespace
+
 Twist2 steer(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch,
              SteeringState& state) {
   const double to_heading = wrap_angle(state.heading - pose.yaw);
+  const bool pressed = crowded(pose, limits, scratch);
   double speed = limits.speed;
   Arc arc = best_arc(pose, limits.radius, limits.margin, to_heading, scratch);
   if (arc.way <= 0) {
     arc = best_arc(pose, limits.radius, limits.narrow_margin, to_heading, scratch);
     speed = std::min(speed, kCarefulSpeed);
   }
-  const bool behind = std::abs(to_heading) > 1.9;
+  if (arc.way <= 0 && pressed) {
+    state.turn = 0;
+    return escape(pose, limits, scratch);
+  }
+  // Who is pressed leaves by the first way out; a heading behind can wait.
+  const bool behind = std::abs(to_heading) > 1.9 && !pressed;
   if (arc.way <= 0 || (behind && state.turn != 0)) {
     if (state.turn == 0) state.turn = to_heading >= 0 ? 1 : -1;
     return {0, 0, state.turn * limits.yaw_rate};

@@ -204,6 +204,41 @@ TEST_F(TickTest, StaleEncodersStopInjectionIntoThatCameraAndSayWhy) {
   EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live) << "the laser does not sit on the head";
 }
 
+TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
+  const std::int64_t seen = test::start_us + 950 * ms;
+  std::map<double, Transform<Map, Body>> shown;
+  for (const double readout : {0.0, 0.1}) {
+    RobotDescription robot = robot_with_head();
+    robot.camera->head.clear();
+    robot.camera->readout = readout;
+    robot.camera->T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 3}};  // the box is low
+    start(with_robot(robot));
+    feed(test::drive(1.1));
+    feed(image_at(seen));
+    ASSERT_EQ(outputs_.frames().size(), 1U);
+    ASSERT_EQ(outputs_.frames().front().reason, "");
+    const RenderJob& job = outputs_.frames().front().job;
+    for (std::size_t i = 0, d = 0; i < job.world.bodies.size(); ++i) {
+      while (job.world.scene->bodies[d]->id < job.world.bodies[i].id) ++d;
+      if (job.world.scene->bodies[d]->entity == "box_1") shown[readout] = job.world.bodies[i].T_map_body;
+    }
+    if (readout == 0) continue;
+    // Seen from the camera of the row it is in, the box stands where it is.
+    const CameraIntrinsics& lens = robot.camera->intrinsics;
+    const Eigen::Vector3d centre(0, 0, 0.3);
+    const Eigen::Vector3d p = job.T_map_optical.inverse() * (shown[0.0] * centre);
+    const double row = lens.fy * p.y() / p.z() + lens.cy;
+    ASSERT_GT(row, 0.6 * lens.height);
+    const double after = (std::min(row / (lens.height - 1), 1.0) - 0.5) * readout;
+    const auto then = *state_->track.at(SensorTime::from_utime(seen) + seconds(after));
+    const auto T_map_optical = then.T_map_base * robot.camera->T_base_optical;
+    const Eigen::Vector3d expected = T_map_optical.inverse() * (shown[0.0] * centre);
+    const Eigen::Vector3d found = job.T_map_optical.inverse() * (shown[readout] * centre);
+    EXPECT_LT((found - expected).norm(), 0.002);
+    EXPECT_GT((expected - p).norm(), 0.005) << "the robot moves: else this shows nothing";
+  }
+}
+
 TEST_F(TickTest, JointCommandsPassAndStopBySilence) {
   start(with_robot(test::robot()));
   const auto at = [](int t) { return test::start_us + t * ms; };

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "protocols/image.hpp"
+#include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"

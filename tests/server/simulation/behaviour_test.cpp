@@ -107,6 +107,25 @@ TEST(Behaviour, AgentsStopForTheRealRobotThatStandsInTheirWay) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
 }
 
+// Its way lies behind the robot that presses it against the wall: it must not stand and turn until it is hit.
+TEST(Behaviour, WhomTheRealRobotPressesAgainstAWallLeavesInTime) {
+  for (int start = 0; start < 8; ++start) {
+    Simulation simulation = make(room(12));
+    AgentDefinition guard = moving("guard", AgentKind::robot, 0.05 * start, 5.45, BehaviourKind::patrol, 0.5);
+    guard.T_map_base = Transform<Map, Base>::planar(0.05 * start, 5.45, start * 0.8);
+    guard.behaviour.waypoints = {{0, -4}};
+    const auto pressing = [](double t) {
+      return real_at(0, 4.2 + 0.06 * t, std::numbers::pi / 2, {0.06, 0, 0});
+    };
+    spawn(simulation, guard, pressing(0));
+    std::vector<LaserRequest> requests;
+    for (int i = 0; i < 240 * 22; ++i) simulation.step(pressing(i / 240.0), requests);
+    for (const Event& event : simulation.take_events())
+      EXPECT_NE(event.kind, EventKind::collision_started)
+          << "start " << start << ", with " << event.object << " after " << (event.stamp - kStart).seconds();
+  }
+}
+
 TEST(Behaviour, NearARobotThatCannotSeeThemAgentsHoldStillAndFarOnesGoOn) {
   Simulation simulation = make(room(30));
   spawn(simulation, moving("near", AgentKind::robot, 1.5, 0, BehaviourKind::wander));

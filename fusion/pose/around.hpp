@@ -1,0 +1,47 @@
+// The samples around an instant, for sensors that say a value and nothing of how it goes on.
+#pragma once
+
+#include <optional>
+
+#include "fusion/pose/ring.hpp"
+
+namespace parhelion {
+
+template <class Sample>
+struct Around {
+  const Sample* before;
+  const Sample* after;  ///< `before` itself after the newest
+  double s;             ///< 0 at before, 1 at after
+};
+
+/// Two samples at most `longest_gap` apart, or the newest for at most that long. None: t is too old, too far
+/// ahead, or in a gap.
+template <class Sample>
+std::optional<Around<Sample>> around(const Ring<Sample>& samples, SensorTime t, Duration longest_gap) {
+  const std::size_t age = samples.age_at(t);
+  if (age == samples.count()) return std::nullopt;
+  const Sample& before = samples.newest(age);
+  if (age == 0) {
+    if (t - before.stamp > longest_gap) return std::nullopt;
+    return Around<Sample>{&before, &before, 0};
+  }
+  const Sample& after = samples.newest(age - 1);
+  const Duration gap = after.stamp - before.stamp;
+  if (gap > longest_gap) return std::nullopt;
+  return Around<Sample>{&before, &after, (t - before.stamp).seconds() / gap.seconds()};
+}
+
+/// Keeps the sample, or refuses a backward stamp; one that is more than two seconds back is a new start of
+/// the sensor's clock, and what was known is dropped.
+template <class Sample>
+bool push_in_order(const Sample& sample, Ring<Sample>& samples) {
+  constexpr Duration restart = seconds(2.0);
+  if (samples.count() > 0 && sample.stamp <= samples.newest().stamp) {
+    if (samples.newest().stamp - sample.stamp <= restart) return false;
+    samples.clear();
+  }
+  samples.push(sample);
+  return true;
+}
+
+}  // namespace parhelion
