@@ -42,7 +42,7 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
 }
 
 /// Agents whose place in the picture is not known well enough are not drawn (as in the scan).
-void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose, State& state,
+void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose,
                          WorldSnapshot& world) {
   std::vector<BodyState>& bodies = world.bodies;
   std::vector<const BodyDefinition*> definitions;
@@ -58,9 +58,7 @@ void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant
       const double error = predicted_error(pose, bodies[end].T_map_body.translation());
       if (!(error <= worst)) worst = error;
     }
-    const bool shown = !definitions[begin]->injectable ||
-                       state.gate.admit(definitions[begin]->entity, worst, world.stamp,
-                                        configuration.scenario.injection, state.simulation);
+    const bool shown = !definitions[begin]->injectable || worst <= configuration.scenario.injection.max_error;
     for (std::size_t i = begin; shown && i < end; ++i) bodies[kept++] = bodies[i];
   }
   bodies.resize(kept);
@@ -124,7 +122,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   if (!state.simulation.at(state.robot_clock.to_server(job.image.stamp), job.world)) {
     return original("the world at the image's stamp is not known");
   }
-  leave_out_uncertain(configuration, *pose, state, job.world);
+  leave_out_uncertain(configuration, *pose, job.world);
   job.camera = *configuration.robot.camera;
   job.T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * job.camera.T_base_optical;
   show_at_their_rows(job.camera, state, job);
