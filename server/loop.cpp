@@ -293,7 +293,7 @@ Report Session::report() {
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
   tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
-  if (const std::string fault = renderer_.fault(); !fault.empty()) report.notes["render"] = fault;
+  note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   return report;
 }
 

@@ -156,7 +156,7 @@ void Run::take_stock() {
   report_.log_seconds = (last_ - first_).seconds();
   report_.wall_seconds = (steady_now() - begun_).seconds();
   tell_completeness(outbox_, report_);
-  if (!renderer_.fault().empty()) report_.notes["render"] = renderer_.fault();
+  note_what_images_lack(configuration_.robot, renderer_.fault(), report_);
 }
 
 /// Once a second of the log, for whoever listens; never in the session log, since the figures are measured.

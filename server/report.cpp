@@ -49,6 +49,14 @@ void tell_completeness(const Outbox& outbox, Report& report) {
                                " scans went out as they came and are not in the session log: too many waited";
 }
 
+void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report) {
+  if (!render_fault.empty()) report.notes["render"] = render_fault;
+  if (report.tally.frames_in > 0 && !robot.camera) {
+    report.notes["calibration"] =
+        "robot description '" + robot.name + "' has no 'camera' section: images go out as they came in";
+  }
+}
+
 ServerStatus to_status(const Report& report, ArrivalTime now) {
   const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
   const Tally& tally = report.tally;
@@ -148,6 +156,10 @@ std::string summary(const Report& report) {
   if (tally.refused_inputs > 0) {
     text +=
         "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";
+  }
+  for (const char* key : {"calibration", "render"}) {
+    const auto lack = report.notes.find(key);
+    if (lack != report.notes.end()) text += "images  " + lack->second + "\n";
   }
   if (report.log_damage_bytes > 0) {
     const auto where = report.notes.find("log");

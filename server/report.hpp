@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "protocols/robot.hpp"
 #include "server/outbox.hpp"
 #include "server/outputs.hpp"
 #include "server/percentiles.hpp"
@@ -48,6 +49,9 @@ struct Report {
 
 /// Sets `complete` and why not: a write failed, or scans went out that the log lacks.
 void tell_completeness(const Outbox& outbox, Report& report);
+/// Why images go out as they came, where the robot description or the renderer makes it so; into the notes.
+void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);
+
 /// MR_STATUS at `now`: the same figures.
 ServerStatus to_status(const Report& report, ArrivalTime now);
 std::string to_json(const Report& report);

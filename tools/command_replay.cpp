@@ -54,6 +54,9 @@ Exit run(Arguments& arguments, const CLI::App& command) {
       return fail(written.error().message);
     }
   }
+  const Tally& tally = report->tally;
+  if (tally.scans_in == 0 && tally.refused_inputs > 0)
+    return fail(options.log + ": none of its scans could be used; see 'refused' above");
   return report->complete && !stop_asked() ? Exit::done : Exit::failed;
 }
 
@@ -77,7 +80,8 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("--url", arguments->url, "LCM URL to publish on (implies --publish)");
   command->add_flag("--force", arguments->options.overwrite, "Overwrite files that exist");
   command->footer(
-      "Example: parhelion replay drive.lcm --scenario lab.yaml -o session.lcm --report report.json");
+      "Example: parhelion replay localized.lcm --scenario lab.yaml -o session.lcm --report report.json\n\n"
+      "The log needs POSE_COV, as `parhelion slam` writes it; without it scans go out unchanged.");
   command->callback([arguments, command, &exit] { exit = run(*arguments, *command); });
 }
 

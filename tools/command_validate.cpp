@@ -13,7 +13,7 @@ constexpr const char* description =
     "laser preset, "
     "ROS map, LCM log";
 constexpr const char* footer =
-    "Example:\n  parhelion validate site/scenario.yaml drive.lcm\n\n"
+    "Example:\n  parhelion validate lab.yaml drive.lcm\n\n"
     "Prints one line per file, for a log one more per channel. Errors go to stderr with file and line, "
     "channel or offset;\n"
     "exit code 1 where there are any.";

@@ -1,6 +1,7 @@
 #include "tools/validate_log.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -18,6 +19,7 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t errors_shown = 20;
+constexpr Duration leap = seconds(60.0);  // between two events: a pause, or a clock that was set
 
 template <class T>
 Status decodes(std::string_view channel, Bytes bytes) {
@@ -121,6 +123,10 @@ class LogCheck {
 
   void add(const Message& message) {
     if (events_ > 0 && message.arrival < last_) ++backward_;
+    if (events_ > 0 && message.arrival - last_ > leap && leap_.empty()) {
+      leap_ = "event " + std::to_string(events_) + " comes " +
+              std::to_string(std::lround((message.arrival - last_).seconds())) + " s after the one before";
+    }
     if (events_ == 0) first_ = message.arrival;
     last_ = message.arrival;
     ++events_;
@@ -175,13 +181,15 @@ class LogCheck {
                         " messages cannot be used; first: " + count.first_refusal);
     }
     if (!note_on_robot_.empty()) out.notes.push_back(note_on_robot_);
+    if (!leap_.empty()) out.notes.push_back(leap_);
     if (backward_ > 0)
       out.notes.push_back(std::to_string(backward_) + " events with an earlier stamp than the one before");
     if (damaged_ > errors_shown)
       errors_.push_back("... and " + std::to_string(damaged_ - errors_shown) + " more damaged places");
     if (damaged_ > 0) {
-      errors_.push_back(path_ + ": " + std::to_string(damaged_) + " damaged places, " +
-                        std::to_string(skipped) + " bytes lost");
+      errors_.push_back(path_ + ": " + std::to_string(damaged_) +
+                        (damaged_ == 1 ? " damaged place, " : " damaged places, ") + std::to_string(skipped) +
+                        " bytes lost");
     }
     if (events_ == 0) errors_.push_back(path_ + ": no event in it");
     out.errors = errors_;
@@ -191,7 +199,7 @@ class LogCheck {
   std::string path_;
   std::map<std::string, ChannelCount> channels_;
   std::vector<std::string> errors_;
-  std::string note_on_robot_;
+  std::string note_on_robot_, leap_;
   std::uint64_t events_ = 0, damaged_ = 0, backward_ = 0;
   ArrivalTime first_, last_;
 };

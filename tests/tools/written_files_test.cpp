@@ -135,6 +135,34 @@ TEST(WrittenFiles, WriteBesideKeepsAllOrNothing) {
   EXPECT_FALSE(check_writable(path / "y", true)) << "its folder is not there";
 }
 
+TEST(WrittenFiles, AReportThatIsThereIsRefusedBeforeTheReplay) {
+  const test::Folder folder;
+  const std::string log = write_drive(folder), scenario = folder / "s.yaml", report = folder / "r.json";
+  std::ofstream(scenario) << "name: x\n";
+  std::ofstream(report) << "mine";
+  const std::vector<std::string> replay{
+      "replay", log, "--scenario", scenario, "-o", folder / "session.lcm", "--report", report};
+  const auto ran = test::run(replay, folder / "said.txt");
+  EXPECT_EQ(ran.exit, 1);
+  EXPECT_THAT(ran.output, HasSubstr("r.json: exists already"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "session.lcm"));
+  EXPECT_EQ(test::text_of(report), "mine");
+}
+
+TEST(Replay, ALogNoneOfWhoseScansCanBeUsedFails) {
+  const test::Folder folder;
+  auto messages = test::drive(1);
+  for (Message& message : messages) {
+    if (message.channel == "SCAN") message.payload[0] ^= 0x55;  // of its fingerprint
+  }
+  const std::string log = folder / "drive.lcm", scenario = folder / "s.yaml";
+  ASSERT_TRUE(LogWriter::create(log, false)->write(messages));
+  std::ofstream(scenario) << "name: x\n";
+  const auto ran = test::run({"replay", log, "--scenario", scenario}, folder / "said.txt");
+  EXPECT_EQ(ran.exit, 1);
+  EXPECT_THAT(ran.output, AllOf(HasSubstr("planar_lidar_t"), HasSubstr("none of its scans could be used")));
+}
+
 TEST(TopicEcho, ARobotDescriptionIsPrintedAsItsYaml) {
   const Message message = test::message(
       "ROBOT", 5, RobotMessage{SensorTime::from_utime(test::start_us), "name: r2\nsource: \"\x1b[2J\"\n"});
