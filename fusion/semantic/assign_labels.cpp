@@ -1,0 +1,194 @@
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "fusion/semantic/factor_graph.hpp"
+#include "fusion/semantic/net_entities.hpp"
+
+namespace parhelion {
+namespace {
+
+// What relations are worth, in logarithms: the odds that two labels stand together against chance.
+constexpr double kAtRightAngles = 0.25;  ///< walls that are parallel or orthogonal
+constexpr double kOnLevel = 0.4;         ///< a wall that stands on a floor or carries a ceiling
+constexpr double kInNoWall = -8;         ///< a door or a window in what is no wall
+constexpr double kTwice = -6;            ///< two walls in one place
+constexpr double kTreadAndFloor = -6;    ///< a step's tread that is a floor too
+constexpr double kNextStep = 1.5;        ///< a step above and parallel to a step
+
+/// One variable of the graph and what its labels mean.
+struct Variable {
+  std::size_t index = 0;
+  std::vector<EntityLabel> labels;
+};
+
+class Net {
+ public:
+  Variable add(const std::vector<std::pair<EntityLabel, double>>& scores) {
+    Variable variable;
+    Eigen::VectorXd values(static_cast<Eigen::Index>(scores.size()));
+    for (std::size_t i = 0; i < scores.size(); ++i) {
+      variable.labels.push_back(scores[i].first);
+      values(static_cast<Eigen::Index>(i)) = scores[i].second;
+    }
+    variable.index = graph_.add_variable(values);
+    unary_.push_back(values);
+    return variable;
+  }
+  /// A worth for label `a` of one variable together with label `b` of the other.
+  void relate(const Variable& a, EntityLabel label_a, const Variable& b, EntityLabel label_b, double worth) {
+    Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(a.labels.size()),
+                                                   static_cast<Eigen::Index>(b.labels.size()));
+    scores(place(a, label_a), place(b, label_b)) = worth;
+    graph_.add_pair(a.index, b.index, scores);
+  }
+  void solve() { solution_ = graph_.solve(); }
+
+  CandidateLabel label_of(const Variable& variable) const {
+    CandidateLabel result;
+    result.label = variable.labels[solution_.labels[variable.index]];
+    const Eigen::ArrayXd unary = unary_[variable.index].array() - unary_[variable.index].maxCoeff();
+    const Eigen::ArrayXd likelihood = unary.exp() / unary.exp().sum();
+    for (std::size_t i = 0; i < variable.labels.size(); ++i) {
+      const auto label = static_cast<std::size_t>(variable.labels[i]);
+      result.likelihood[label] = likelihood(static_cast<Eigen::Index>(i));
+      result.belief[label] = solution_.beliefs[variable.index](static_cast<Eigen::Index>(i));
+    }
+    return result;
+  }
+
+ private:
+  static Eigen::Index place(const Variable& variable, EntityLabel label) {
+    return std::find(variable.labels.begin(), variable.labels.end(), label) - variable.labels.begin();
+  }
+  FactorGraph graph_;
+  std::vector<Eigen::VectorXd> unary_;
+  FactorGraph::Solution solution_;
+};
+
+double angle_between(const WallCandidate& a, const WallCandidate& b) {
+  return std::abs(std::remainder(a.yaw() - b.yaw(), EIGEN_PI));  // 0 .. pi/2
+}
+
+/// Two candidates for one wall: parallel, and within each other's thickness for most of the shorter.
+bool same_place(const WallCandidate& a, const WallCandidate& b) {
+  if (angle_between(a, b) > 0.17) return false;
+  const WallCandidate &longer = a.length() > b.length() ? a : b, &shorter = a.length() > b.length() ? b : a;
+  const Eigen::Vector2d along = (longer.end - longer.start).normalized();
+  const Eigen::Vector2d p = shorter.start - longer.start, q = shorter.end - longer.start;
+  const auto across = [&](const Eigen::Vector2d& d) {
+    return std::abs(along.x() * d.y() - along.y() * d.x());
+  };
+  if (0.5 * (across(p) + across(q)) > 0.15) return false;
+  const double from = std::min(along.dot(p), along.dot(q)), to = std::max(along.dot(p), along.dot(q));
+  return std::min(to, longer.length()) - std::max(from, 0.0) > 0.4 * shorter.length();
+}
+
+double distance(const WallCandidate& a, const WallCandidate& b) {
+  return std::min({(a.start - b.start).norm(), (a.start - b.end).norm(), (a.end - b.start).norm(),
+                   (a.end - b.end).norm()});
+}
+
+void relate_walls(Net& net, const std::vector<Variable>& variables, const std::vector<WallCandidate>& walls) {
+  constexpr std::size_t kNeighbours = 4;  // of each wall: its corner's others and the opposite one
+  constexpr double kFarthest = 8;         // m
+  constexpr double kSquare = 0.035;       // rad, 2 degrees
+  std::set<std::pair<std::size_t, std::size_t>> related;
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    std::vector<std::pair<double, std::size_t>> near;
+    for (std::size_t j = 0; j < walls.size(); ++j) {
+      if (j == i) continue;
+      if (j > i && same_place(walls[i], walls[j]))
+        net.relate(variables[i], EntityLabel::wall, variables[j], EntityLabel::wall, kTwice);
+      if (walls[j].score < 0 || distance(walls[i], walls[j]) > kFarthest) continue;
+      const double angle = angle_between(walls[i], walls[j]);
+      if (angle > kSquare && std::abs(angle - EIGEN_PI / 2) > kSquare) continue;
+      near.emplace_back(distance(walls[i], walls[j]), j);
+    }
+    std::sort(near.begin(), near.end());
+    for (std::size_t k = 0; k < std::min(near.size(), kNeighbours); ++k) {
+      const std::size_t j = near[k].second;
+      if (!related.emplace(std::min(i, j), std::max(i, j)).second) continue;
+      net.relate(variables[i], EntityLabel::wall, variables[j], EntityLabel::wall, kAtRightAngles);
+    }
+  }
+}
+
+void relate_levels(Net& net, const std::vector<Variable>& walls, const std::vector<Variable>& horizontals,
+                   const NetCandidates& candidates) {
+  constexpr double kSame = 0.12;  // m, between a wall's foot and its floor
+  const std::vector<HorizontalSurface>& surfaces = candidates.segmentation.horizontals;
+  // The largest surface at a height, of those that reach a place near the wall.
+  const auto level_at = [&](double z) {
+    std::size_t best = surfaces.size();
+    for (std::size_t h = 0; h < surfaces.size(); ++h) {
+      if (std::abs(surfaces[h].z - z) < kSame &&
+          (best == surfaces.size() || surfaces[h].area > surfaces[best].area))
+        best = h;
+    }
+    return best;
+  };
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    const WallCandidate& wall = candidates.walls.walls[w];
+    const std::size_t under = level_at(wall.floor), over = level_at(wall.ceiling);
+    if (under < surfaces.size() && wall.z_low - wall.floor < 0.4)
+      net.relate(walls[w], EntityLabel::wall, horizontals[under], EntityLabel::floor, kOnLevel);
+    if (over < surfaces.size() && wall.ceiling - wall.z_high < 0.4)
+      net.relate(walls[w], EntityLabel::wall, horizontals[over], EntityLabel::ceiling, kOnLevel);
+  }
+}
+
+}  // namespace
+
+Labelling assign_labels(const NetCandidates& candidates) {
+  Net net;
+  std::vector<Variable> walls, openings, horizontals, pillars;
+  std::vector<std::vector<Variable>> flights;
+  for (const WallCandidate& wall : candidates.walls.walls)
+    walls.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::wall, wall.score}}));
+  for (const Opening& opening : candidates.walls.openings) {
+    openings.push_back(net.add({{EntityLabel::unknown, 0},
+                                {EntityLabel::door, opening.door_score},
+                                {EntityLabel::window, opening.window_score}}));
+    for (const EntityLabel label : {EntityLabel::door, EntityLabel::window})
+      net.relate(openings.back(), label, walls[opening.wall], EntityLabel::unknown, kInNoWall);
+  }
+  for (std::size_t h = 0; h < candidates.segmentation.horizontals.size(); ++h) {
+    horizontals.push_back(net.add({{EntityLabel::unknown, 0},
+                                   {EntityLabel::floor, candidates.levels.floor_score(h)},
+                                   {EntityLabel::ceiling, candidates.levels.ceiling_score(h)}}));
+  }
+  for (const PillarCandidate& pillar : candidates.pillars)
+    pillars.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::pillar, pillar.score}}));
+  for (const Flight& flight : candidates.flights) {
+    std::vector<Variable> steps;
+    const double each = flight.score / static_cast<double>(flight.steps.size());
+    for (std::size_t i = 0; i < flight.steps.size(); ++i) {
+      steps.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::stairs, each}}));
+      const std::uint32_t tread = flight.steps[i].horizontal;
+      if (i > 0 && i + 1 < flight.steps.size() && tread != no_surface)
+        net.relate(steps[i], EntityLabel::stairs, horizontals[tread], EntityLabel::floor, kTreadAndFloor);
+      if (i == 0) continue;
+      net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::stairs, kNextStep);
+      net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::unknown, -kNextStep);
+      net.relate(steps[i - 1], EntityLabel::unknown, steps[i], EntityLabel::stairs, -kNextStep);
+    }
+    flights.push_back(steps);
+  }
+  relate_walls(net, walls, candidates.walls.walls);
+  relate_levels(net, walls, horizontals, candidates);
+  net.solve();
+
+  Labelling labelling;
+  const auto read = [&](const std::vector<Variable>& variables, std::vector<CandidateLabel>& labels) {
+    for (const Variable& variable : variables) labels.push_back(net.label_of(variable));
+  };
+  read(walls, labelling.walls);
+  read(openings, labelling.openings);
+  read(horizontals, labelling.horizontals);
+  read(pillars, labelling.pillars);
+  for (const auto& steps : flights) read(steps, labelling.steps.emplace_back());
+  return labelling;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,50 @@
+// A small pairwise factor graph over labels: what each variable says by itself, what each pair says together.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+namespace parhelion {
+
+/// Scores are natural logarithms; adding a constant to a variable's or pair's scores changes nothing.
+class FactorGraph {
+ public:
+  /// A variable with one score per label; its index.
+  std::size_t add_variable(Eigen::VectorXd scores);
+  /// `scores(i, j)`: label i of `a` together with label j of `b`. a != b.
+  void add_pair(std::size_t a, std::size_t b, Eigen::MatrixXd scores);
+
+  std::size_t size() const { return unary_.size(); }
+
+  struct Solution {
+    std::vector<std::size_t> labels;       ///< of the assignment, one per variable
+    std::vector<Eigen::VectorXd> beliefs;  ///< per variable and label, each sums to 1
+    double score = 0;                      ///< of the assignment
+  };
+
+  /// Loopy sum-product for the beliefs (Pearl 1988; exact on trees), then the assignment that starts from
+  /// the most believed labels and climbs, one variable or one pair at a time, to where no such change is
+  /// better. The order is fixed: the same graph gives the same solution.
+  Solution solve() const;
+
+  /// The slow twin: every assignment. For at most some millions of them.
+  Solution enumerate() const;
+
+  double score(const std::vector<std::size_t>& labels) const;
+
+ private:
+  struct Pair {
+    std::size_t a, b;
+    Eigen::MatrixXd scores;
+  };
+  std::vector<Eigen::VectorXd> propagate() const;
+  void climb(std::vector<std::size_t>& labels) const;
+  double gain(const std::vector<std::size_t>& labels, std::size_t variable, std::size_t label) const;
+
+  std::vector<Eigen::VectorXd> unary_;
+  std::vector<Pair> pairs_;
+  std::vector<std::vector<std::size_t>> pairs_of_;  ///< per variable: its pairs
+};
+
+}  // namespace parhelion

@@ -1,0 +1,20 @@
+// Slender things that stand from the floor to above a person's head. Internal to the semantic net.
+#pragma once
+
+#include <vector>
+
+#include "fusion/semantic/levels.hpp"
+#include "fusion/semantic/wall_candidates.hpp"
+
+namespace parhelion {
+
+struct PillarCandidate {
+  Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Zero();  ///< m, bounds in the plan
+  double floor = 0, top = 0;                                                      ///< m
+  double score = 0;  ///< logarithm, as a pillar against something unknown
+};
+
+std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCandidates& walls,
+                                          const Levels& levels);
+
+}  // namespace parhelion

@@ -1,0 +1,183 @@
+#include "fusion/semantic/find_stairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t kMostPoints = 600;  ///< of a surface that decide where it lies
+constexpr int kDirections = 72;           ///< tried around the circle
+constexpr std::size_t kLeastRises = 3;    ///< of a flight; two may be a threshold and a box
+constexpr double kGap = 0.30;             ///< m, between two treads in the plan: hidden by the step's edge
+constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
+constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
+
+double quantile(std::vector<double>& values, double q) {
+  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+struct Tread {
+  std::uint32_t horizontal = 0;
+  double z = 0;
+  std::vector<Eigen::Vector2d> plan;  ///< of a sample of its points
+};
+
+std::vector<Tread> treads_of(const PointCloud<Map>& cloud, const Segmentation& segmentation) {
+  std::vector<Tread> treads;
+  const std::size_t verticals = segmentation.verticals.size();
+  std::vector<std::uint32_t> seen(segmentation.horizontals.size(), 0);
+  for (std::uint32_t h = 0; h < segmentation.horizontals.size(); ++h)
+    treads.push_back({h, segmentation.horizontals[h].z, {}});
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t surface = segmentation.surface_of[i];
+    if (surface == no_surface || surface < verticals) continue;
+    const std::size_t h = surface - verticals;
+    const std::size_t stride = 1 + segmentation.horizontals[h].points / kMostPoints;
+    if (seen[h]++ % stride == 0) treads[h].plan.emplace_back(cloud.points[i].head<2>().cast<double>());
+  }
+  std::erase_if(treads, [&](const Tread& tread) {
+    return tread.plan.size() < 20 || segmentation.horizontals[tread.horizontal].faces_down;
+  });
+  std::stable_sort(treads.begin(), treads.end(), [](const Tread& a, const Tread& b) { return a.z < b.z; });
+  return treads;
+}
+
+Step strip(const Tread& tread, const Eigen::Vector2d& direction) {
+  const Eigen::Vector2d across(-direction.y(), direction.x());
+  std::vector<double> s, t;
+  for (const Eigen::Vector2d& p : tread.plan) s.push_back(direction.dot(p)), t.push_back(across.dot(p));
+  return {tread.horizontal,  tread.z,           quantile(s, 0.05),
+          quantile(s, 0.95), quantile(t, 0.05), quantile(t, 0.95)};
+}
+
+/// Whether `b` is the step after `a`: above and parallel (paper 2.3).
+bool follows(const Step& a, const Step& b, const SemanticNetOptions& options) {
+  const double rise = b.z - a.z;
+  if (rise < options.rise_min || rise > options.rise_max) return false;
+  const double depth = std::min({a.far - a.near, b.far - b.near, 0.4});
+  if (b.near - a.far > kGap || a.far - b.near > 0.35 * depth) return false;
+  if (b.near - a.near < 0.6 * options.tread_min) return false;
+  const double overlap = std::min(a.right, b.right) - std::max(a.left, b.left);
+  return overlap > 0.5 * std::min(a.right - a.left, b.right - b.left) && overlap > 0.4;
+}
+
+/// The longest chain in one direction that no other step is in yet.
+Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
+               const Eigen::Vector2d& direction, const SemanticNetOptions& options) {
+  const std::size_t n = steps.size();
+  std::vector<int> length(n, 0);
+  std::vector<std::size_t> before(n, n);
+  Flight flight;
+  flight.direction = direction;
+  std::size_t best = n;
+  for (std::size_t j = 0; j < n; ++j) {
+    if (used[j]) continue;
+    for (std::size_t i = 0; i < j; ++i) {
+      if (used[i] || length[i] + 1 <= length[j] || !follows(steps[i], steps[j], options)) continue;
+      if (before[i] < n &&
+          std::abs((steps[j].z - steps[i].z) - (steps[i].z - steps[before[i]].z)) > 2 * kUneven)
+        continue;
+      length[j] = length[i] + 1;
+      before[j] = i;
+    }
+    if (best == n || length[j] > length[best]) best = j;
+  }
+  for (std::size_t i = best; i < n; i = before[i]) flight.steps.push_back(steps[i]);
+  std::reverse(flight.steps.begin(), flight.steps.end());
+  return flight;
+}
+
+/// Height of the points just beyond the flight's lower or upper end, where they lie level at one more rise.
+std::optional<Step> beyond(const PointCloud<Map>& cloud, const Flight& flight, bool below) {
+  std::vector<double> rises = flight.rises();
+  const double rise = quantile(rises, 0.5);
+  const Step& end = below ? flight.steps.front() : flight.steps.back();
+  const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
+  const double z = below ? end.z - rise : end.z + rise;
+  std::vector<double> heights, along;
+  for (const Eigen::Vector3f& point : cloud.points) {
+    if (std::abs(point.z() - z) > 2 * kUneven) continue;
+    const Eigen::Vector2d p = point.head<2>().cast<double>();
+    const double s = flight.direction.dot(p), t = across.dot(p);
+    if (t < end.left || t > end.right) continue;
+    if (below ? s > end.near + 0.05 || s < end.near - 0.6 : s < end.far - 0.05 || s > end.far + 0.6) continue;
+    heights.push_back(point.z());
+    along.push_back(s);
+  }
+  if (heights.size() < 50) return std::nullopt;
+  // A riser passes through all heights; a tread has most of its points at one.
+  const double middle = quantile(heights, 0.5), spread = quantile(heights, 0.8) - quantile(heights, 0.2);
+  if (spread > 0.6 * kUneven) return std::nullopt;
+  return Step{no_surface, middle, quantile(along, 0.05), quantile(along, 0.95), end.left, end.right};
+}
+
+void judge(Flight& flight) {
+  std::vector<double> rises = flight.rises();
+  const double middle = quantile(rises, 0.5);
+  flight.score = -4;
+  for (const double rise : rises) flight.score += 2 - 2 * std::abs(rise - middle) / kUneven;
+  for (std::size_t i = 1; i < flight.steps.size(); ++i) {
+    const Step &a = flight.steps[i - 1], &b = flight.steps[i];
+    flight.score -= 2 * std::max(0.0, a.far - b.near) / kShallow;  // strips do not lie over each other
+  }
+}
+
+}  // namespace
+
+std::vector<double> Flight::rises() const {
+  std::vector<double> result;
+  for (std::size_t i = 1; i < steps.size(); ++i) result.push_back(steps[i].z - steps[i - 1].z);
+  return result;
+}
+
+std::vector<double> Flight::treads() const {
+  std::vector<double> result;
+  for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+    const double from = 0.5 * (steps[i - 1].far + steps[i].near),
+                 to = 0.5 * (steps[i].far + steps[i + 1].near);
+    result.push_back(to - from);
+  }
+  return result;
+}
+
+std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+                                 const SemanticNetOptions& options) {
+  const std::vector<Tread> treads = treads_of(cloud, segmentation);
+  std::vector<std::vector<Step>> strips;
+  std::vector<Eigen::Vector2d> directions;
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kDirections;
+    directions.emplace_back(std::cos(angle), std::sin(angle));
+    strips.emplace_back();
+    for (const Tread& tread : treads) strips.back().push_back(strip(tread, directions.back()));
+  }
+  std::vector<Flight> flights;
+  std::vector<bool> used(treads.size(), false);
+  for (;;) {
+    Flight best;
+    for (std::size_t k = 0; k < directions.size(); ++k) {
+      Flight flight = longest(strips[k], used, directions[k], options);
+      if (flight.steps.size() <= kLeastRises) continue;
+      judge(flight);
+      if (best.steps.empty() || flight.score > best.score) best = std::move(flight);
+    }
+    if (best.steps.empty()) break;
+    for (std::size_t i = 0; i < treads.size(); ++i) {
+      used[i] = used[i] || std::any_of(best.steps.begin(), best.steps.end(),
+                                       [&](const Step& s) { return s.horizontal == treads[i].horizontal; });
+    }
+    if (auto step = beyond(cloud, best, true)) best.steps.insert(best.steps.begin(), *step);
+    if (auto step = beyond(cloud, best, false)) best.steps.push_back(*step);
+    judge(best);
+    flights.push_back(std::move(best));
+  }
+  return flights;
+}
+
+}  // namespace parhelion

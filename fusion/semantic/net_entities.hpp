@@ -1,0 +1,47 @@
+// From candidates to a joint labelling, and from that to entities with relations. Internal to the semantic
+// net.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fusion/semantic/find_pillars.hpp"
+#include "fusion/semantic/find_stairs.hpp"
+#include "fusion/semantic/levels.hpp"
+#include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/wall_candidates.hpp"
+
+namespace parhelion {
+
+struct NetCandidates {
+  const Segmentation& segmentation;
+  const Levels& levels;
+  WallCandidates walls;
+  std::vector<PillarCandidate> pillars;
+  std::vector<Flight> flights;
+};
+
+/// The label of one candidate, before and after its neighbours were heard.
+struct CandidateLabel {
+  EntityLabel label = EntityLabel::unknown;
+  std::array<double, 10> likelihood{}, belief{};
+  double confidence() const { return belief[static_cast<std::size_t>(label)]; }
+};
+
+struct Labelling {
+  std::vector<CandidateLabel> walls;               ///< wall or unknown
+  std::vector<CandidateLabel> openings;            ///< door, window or unknown (a gap)
+  std::vector<CandidateLabel> horizontals;         ///< floor, ceiling, stairs or unknown
+  std::vector<CandidateLabel> pillars;             ///< pillar or unknown
+  std::vector<std::vector<CandidateLabel>> steps;  ///< per flight and step: stairs or unknown
+};
+
+Labelling assign_labels(const NetCandidates& candidates);
+
+SemanticNet entities_of(const NetCandidates& candidates, const Labelling& labelling);
+
+/// Fills net.labels: an EntityLabel for each point.
+void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates, const Labelling& labelling,
+                  SemanticNet& net);
+
+}  // namespace parhelion

@@ -1,0 +1,142 @@
+#include "fusion/semantic/wall_raster.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t kMostRays = 60'000;  ///< that are followed for one wall
+constexpr double kBeyond = 0.5;            ///< m, a ray that ends this far behind a plane went through it
+constexpr double kRecessMost = 0.40;       ///< m, the deepest recess of a door
+
+void count(std::vector<std::uint16_t>& cells, std::size_t i) {
+  if (cells[i] < std::numeric_limits<std::uint16_t>::max()) ++cells[i];
+}
+
+}  // namespace
+
+PlanPoints::PlanPoints(const PointCloud<Map>& cloud, std::size_t most) {
+  for (const Eigen::Vector3d& v : cloud.viewpoints) viewpoints_.push_back(v.cast<float>());
+  const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + most - 1) / most);
+  keep_ = 1.0 / static_cast<double>(stride);
+  Eigen::AlignedBox2d bounds;
+  for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>().cast<double>());
+  if (cloud.empty()) return;
+  low_ = bounds.min();
+  cells_ = cell_of(bounds.max()).array() + 1;
+  const auto cell = [&](const Eigen::Vector3f& p) {
+    const Eigen::Vector2i c = cell_of(p.head<2>().cast<double>());
+    return static_cast<std::size_t>(c.y()) * static_cast<std::size_t>(cells_.x()) +
+           static_cast<std::size_t>(c.x());
+  };
+  start_.assign(static_cast<std::size_t>(cells_.x()) * static_cast<std::size_t>(cells_.y()) + 1, 0);
+  for (std::size_t i = 0; i < cloud.size(); i += stride) ++start_[cell(cloud.points[i]) + 1];
+  for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
+  points_.resize(start_.back());
+  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+  for (std::size_t i = 0; i < cloud.size(); i += stride) {
+    const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
+    points_[next[cell(cloud.points[i])]++] = {
+        cloud.points[i], scan < viewpoints_.size() ? static_cast<std::int32_t>(scan) : -1};
+  }
+}
+
+bool WallRaster::covered(int c, int r) const {
+  for (int y = std::max(r - 1, 0); y <= std::min(r + 1, rows - 1); ++y) {
+    for (int x = std::max(c - 1, 0); x <= std::min(c + 1, columns - 1); ++x) {
+      if (on[at(x, y)] > 0) return true;
+    }
+  }
+  return false;
+}
+
+WallRaster::Shares WallRaster::shares(int c0, int c1, double z0, double z1) const {
+  Shares sum;
+  c0 = std::max(c0, 0), c1 = std::min(c1, columns);
+  for (int r = std::max(row_of(z0 + 0.5 * row), 0); r < std::min(row_of(z1 + 0.5 * row), rows); ++r) {
+    for (int c = c0; c < c1; ++c) {
+      const std::size_t i = at(c, r);
+      ++sum.cells;
+      sum.rays += through[i];
+      if (covered(c, r))
+        sum.on += 1;
+      else if (behind[i] > 0)
+        sum.behind += 1;
+      else if (through[i] > 0)
+        sum.through += 1;
+    }
+  }
+  if (sum.cells > 0) sum.on /= sum.cells, sum.behind /= sum.cells, sum.through /= sum.cells;
+  return sum;
+}
+
+WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
+                     double z_low, double z_high, double near) {
+  WallRaster wall;
+  wall.start = start;
+  wall.along = (end - start).normalized();
+  wall.z_low = z_low;
+  wall.columns = std::max(1, static_cast<int>(std::lround((end - start).norm() / wall.column)));
+  wall.rows = std::max(1, static_cast<int>(std::ceil((z_high - z_low) / wall.row)));
+  const Eigen::Vector2d normal(-wall.along.y(), wall.along.x());
+
+  // The side that is seen: where most of its points were measured from; without viewpoints, where most of
+  // the cloud nearby is.
+  double side = 0;
+  points.near_segment(start, end, 2.0, [&](const PlanPoints::Point& point) {
+    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - start;
+    const double offset = normal.dot(d);
+    if (point.viewpoint >= 0) {
+      if (std::abs(offset) > near) return;
+      const Eigen::Vector3f& from = points.viewpoints()[static_cast<std::size_t>(point.viewpoint)];
+      side += normal.dot(from.head<2>().cast<double>() - start) > 0 ? 1 : -1;
+    } else if (std::abs(offset) > kRecessMost) {
+      side += offset > 0 ? 1 : -1;
+    }
+  });
+  wall.away = side > 0 ? -normal : normal;
+
+  const auto cells = static_cast<std::size_t>(wall.columns) * static_cast<std::size_t>(wall.rows);
+  wall.on.assign(cells, 0);
+  wall.behind.assign(cells, 0);
+  wall.through.assign(cells, 0);
+  std::vector<double> depth(static_cast<std::size_t>(wall.columns), 0);
+  std::vector<int> deep(static_cast<std::size_t>(wall.columns), 0);
+  points.near_segment(start, end, kRecessMost, [&](const PlanPoints::Point& point) {
+    const Eigen::Vector2d d = point.p.head<2>().cast<double>() - start;
+    const int c = static_cast<int>(std::floor(wall.along.dot(d) / wall.column));
+    const int r = wall.row_of(point.p.z());
+    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
+    const double offset = wall.away.dot(d);
+    if (std::abs(offset) <= near) {
+      count(wall.on, wall.at(c, r));
+    } else if (offset > near && offset <= kRecessMost) {
+      count(wall.behind, wall.at(c, r));
+      depth[static_cast<std::size_t>(c)] += offset;
+      ++deep[static_cast<std::size_t>(c)];
+    }
+  });
+  for (std::size_t c = 0; c < depth.size(); ++c)
+    wall.depth.push_back(deep[c] > 0 ? static_cast<float>(depth[c] / deep[c]) : 0.F);
+
+  const std::vector<PlanPoints::Point>& all = points.all();
+  const std::size_t stride = std::max<std::size_t>(1, all.size() / kMostRays);
+  for (std::size_t k = 0; k < all.size(); k += stride) {
+    if (all[k].viewpoint < 0) continue;
+    wall.sight = true;
+    const Eigen::Vector3d from =
+        points.viewpoints()[static_cast<std::size_t>(all[k].viewpoint)].cast<double>();
+    const Eigen::Vector3d to = all[k].p.cast<double>();
+    const double a = normal.dot(from.head<2>() - start), b = normal.dot(to.head<2>() - start);
+    if (a * b >= 0 || std::abs(b) < kBeyond || std::abs(a) < near) continue;
+    const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
+    const int c = static_cast<int>(std::floor(wall.along.dot(hit.head<2>() - start) / wall.column));
+    const int r = wall.row_of(hit.z());
+    if (c >= 0 && c < wall.columns && r >= 0 && r < wall.rows) count(wall.through, wall.at(c, r));
+  }
+  return wall;
+}
+
+}  // namespace parhelion

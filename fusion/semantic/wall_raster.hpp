@@ -1,0 +1,92 @@
+// A vertical plane cut into cells: where a surface was measured, where a scanner looked through, and what
+// nobody has seen. The paper's cubes (figure 5), laid along a wall. Internal to the semantic net.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "fusion/cloud/point_cloud.hpp"
+
+namespace parhelion {
+
+/// Points of a cloud by place in the plan, thinned to a bounded number, with the rays that measured them.
+class PlanPoints {
+ public:
+  explicit PlanPoints(const PointCloud<Map>& cloud, std::size_t most = 1'000'000);
+
+  struct Point {
+    Eigen::Vector3f p = Eigen::Vector3f::Zero();  ///< m, map frame
+    std::int32_t viewpoint = -1;                  ///< into viewpoints(); -1: not known
+  };
+  const std::vector<Eigen::Vector3f>& viewpoints() const { return viewpoints_; }
+  const std::vector<Point>& all() const { return points_; }
+  double keep() const { return keep_; }  ///< share of the cloud's points that were kept
+
+  /// Calls visit(point) for each point whose plan cell lies within `reach` of the segment from a to b.
+  template <class Visit>
+  void near_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
+    const Eigen::Vector2d low = a.cwiseMin(b).array() - reach, high = a.cwiseMax(b).array() + reach;
+    const Eigen::Vector2d along = (b - a).normalized();
+    const Eigen::Vector2i first = cell_of(low).cwiseMax(0),
+                          last = cell_of(high).cwiseMin(cells_.array().matrix() - Eigen::Vector2i::Ones());
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x) {
+        const Eigen::Vector2d centre = low_ + kCell * (Eigen::Vector2d(x, y).array() + 0.5).matrix();
+        const Eigen::Vector2d d = centre - a;
+        if (std::abs(along.x() * d.y() - along.y() * d.x()) > reach + 0.75 * kCell) continue;
+        const std::size_t i =
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(cells_.x()) + static_cast<std::size_t>(x);
+        for (std::uint32_t k = start_[i]; k < start_[i + 1]; ++k) visit(points_[k]);
+      }
+    }
+  }
+
+ private:
+  static constexpr double kCell = 0.5;  ///< m
+  Eigen::Vector2i cell_of(const Eigen::Vector2d& p) const {
+    return ((p - low_) / kCell).array().floor().cast<int>();
+  }
+  Eigen::Vector2d low_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2i cells_ = Eigen::Vector2i::Zero();
+  std::vector<Point> points_;  ///< sorted by cell
+  std::vector<std::uint32_t> start_;
+  std::vector<Eigen::Vector3f> viewpoints_;
+  double keep_ = 1;
+};
+
+/// Cells of a wall's plane: columns along it, rows upwards.
+struct WallRaster {
+  Eigen::Vector2d start = Eigen::Vector2d::Zero(), along = Eigen::Vector2d::UnitX();  ///< m; unit
+  Eigen::Vector2d away = Eigen::Vector2d::UnitY();  ///< unit, across the wall, to the side that is not seen
+  double z_low = 0;                                 ///< m, lower edge of row 0
+  double column = 0.05, row = 0.1;                  ///< m
+  int columns = 0, rows = 0;
+  bool sight = false;                  ///< viewpoints are known: `through` means something
+  std::vector<std::uint16_t> on;       ///< points within `near` of the plane
+  std::vector<std::uint16_t> behind;   ///< points 5 to 40 cm behind it: a recess
+  std::vector<std::uint16_t> through;  ///< rays that crossed it and went on by half a metre or more
+  std::vector<float> depth;            ///< m, per column: mean of `behind`
+
+  std::size_t at(int c, int r) const {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c);
+  }
+  int row_of(double z) const { return static_cast<int>(std::floor((z - z_low) / row)); }
+  double length() const { return column * columns; }
+
+  /// Shares of the cells of columns [c0, c1) and heights [z0, z1) that are measured (or touch one that is: a
+  /// scan's lines leave gaps), else recessed, else seen through.
+  struct Shares {
+    double on = 0, behind = 0, through = 0;
+    int cells = 0;
+    int rays = 0;  ///< that went through
+  };
+  bool covered(int c, int r) const;
+  Shares shares(int c0, int c1, double z0, double z1) const;
+};
+
+/// The raster of the plane over start..end between two heights. `near`: m, a point this near is on it.
+WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
+                     double z_low, double z_high, double near);
+
+}  // namespace parhelion
