@@ -15,27 +15,28 @@ namespace parhelion {
 namespace {
 
 constexpr int resolutions = 4;  // each twice as fine as the one before
+constexpr double surfels_a_radius =
+    25;  // fine enough for furniture, with a dozen points in each of a usual scan's
 
-/// m, four of five points are within it of the middle point: the size of a scene, whatever few points do and
-/// however dense the scan is near its scanner.
+/// m, four of five points are within it of the middle point: the size of a scene, whatever few points do.
 double scene_radius(const std::vector<Eigen::Vector3f>& points) {
   constexpr std::size_t most_looked_at = 2000;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / most_looked_at);
-  const auto quantile = [](std::vector<float>& values, std::size_t tenths) {
+  const std::size_t step = 1 + points.size() / most_looked_at;
+  std::vector<float> values;
+  const auto quantile = [&](std::size_t tenths) {
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * tenths / 10);
     std::nth_element(values.begin(), at, values.end());
     return *at;
   };
-  std::vector<float> values;
   Eigen::Vector3f centre;
   for (int axis = 0; axis < 3; ++axis) {
     values.clear();
     for (std::size_t i = 0; i < points.size(); i += step) values.push_back(points[i][axis]);
-    centre[axis] = quantile(values, 5);
+    centre[axis] = quantile(5);
   }
   values.clear();
   for (std::size_t i = 0; i < points.size(); i += step) values.push_back((points[i] - centre).norm());
-  return quantile(values, 8);
+  return quantile(8);
 }
 
 template <class Frame>
@@ -70,6 +71,9 @@ Status check_options(const RegistrationOptions& options) {
   if (!(options.min_overlap > 0 && options.min_overlap <= 1))
     return Error{"register: min_overlap is " + std::to_string(options.min_overlap) +
                  "; give a share in (0, 1]"};
+  if (!(options.surfel_size >= 0) || !std::isfinite(options.surfel_size))
+    return Error{"register: surfel_size is " + std::to_string(options.surfel_size) +
+                 " m; give one above 0, or 0"};
   if (options.threads < 0)
     return Error{"register: threads is " + std::to_string(options.threads) + "; give 0 or more"};
   return {};
@@ -119,7 +123,7 @@ struct Level {
 /// The coarser, the wider partners are looked for: each level's gate holds what the one before leaves.
 std::vector<Level> make_levels(const Pyramid& target, const Pyramid& source,
                                const RegistrationOptions& options) {
-  constexpr std::array<double, resolutions> gates{3, 2, 1.5, 1.25};  // of the surfels' size
+  constexpr std::array<double, resolutions> gates{2.5, 2, 1.5, 1.25};  // of the surfels' size
   std::vector<Level> levels;
   for (std::size_t i = 0; i < resolutions; ++i) {
     const double size = source[i].size;
@@ -134,7 +138,8 @@ struct Descent {
   Eigen::Isometry3d T;
   MatchOptions options;  ///< of the last round
   int iterations = 0;
-  bool settled = false;
+  bool settled = false;  ///< the last step was small
+  double last_step = 0;  ///< m
 };
 
 /// The kernel's width that fits how well these clouds match at best: 3 sigma of the residuals, by their
@@ -147,7 +152,7 @@ double fitted_kernel(const Level& level, const std::vector<std::int32_t>& found,
   if (residuals.empty()) return level.options.kernel;
   const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
   std::nth_element(residuals.begin(), middle, residuals.end());
-  return std::clamp(3 * 1.4826 * *middle, level.source.size / 2, level.options.gate);
+  return std::clamp(3 * 1.4826 * *middle, level.source.size / 2, level.source.size);
 }
 
 /// Gauss and Newton's method from the coarsest level to the finest, there once more with the fitted kernel.
@@ -173,10 +178,13 @@ Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, i
       if (equations.pairs < 6) return result;
       Matrix6d H = equations.H;
       H.diagonal().array() += 1e-6 * H.trace() / 6;  // along what is not determined, stay
-      const Vector6d step = H.ldlt().solve(equations.b);
+      // Partners that change to and fro would keep it swinging: shorter steps end that.
+      const double shorter = i < 8 ? 1 : i < 16 ? 0.5 : 0.2;
+      const Vector6d step = shorter * H.ldlt().solve(equations.b);
       if (!step.allFinite()) return result;
       result.T = stepped(result.T, step, centre);
       ++result.iterations;
+      result.last_step = step.head<3>().norm();
       result.settled = step.head<3>().norm() < size / 200 && step.tail<3>().norm() < size / 600;
       if (result.settled && fitted) break;
     }
@@ -231,7 +239,7 @@ Attempt attempt(const Problem& problem, const Eigen::Isometry3d& start) {
   result.seen = evidence({levels[0].target, levels[0].source, problem.target.viewpoints,
                           problem.source.viewpoints, result.descent.T, result.descent.options});
   result.why = objection(result.seen, problem.options.min_overlap);
-  if (result.why.empty() && !result.descent.settled)
+  if (result.why.empty() && !result.descent.settled && result.descent.last_step > levels[0].source.size / 20)
     result.why = "still moving after " + std::to_string(result.descent.iterations) + " iterations";
   return result;
 }
@@ -247,8 +255,12 @@ double agreement(const Level& level, const Eigen::Isometry3d& T) {
 
 /// Rooms look alike when turned by quarters: a result is only right where those turns fit clearly worse.
 /// Looked at in the two coarsest levels first, which tells most of them apart.
-std::string rival(const Problem& problem, const Attempt& winner) {
+std::string rival(const Problem& problem, const Attempt& winner, const Eigen::Isometry3d& guess) {
   constexpr double nearly = 0.8;
+  // Of two that fit alike, a guess within an eighth of a turn decides; against one that fits better it does
+  // not.
+  const Eigen::Matrix3d from_guess = (guess.inverse(Eigen::Isometry) * winner.descent.T).linear();
+  const bool guess_decides = Eigen::AngleAxisd(from_guess).angle() < std::numbers::pi / 4;
   const std::span<const Level> coarse = std::span(problem.levels).last(2);
   const Eigen::Isometry3d& T = winner.descent.T;
   const double own = agreement(coarse[0], T);
@@ -263,14 +275,18 @@ std::string rival(const Problem& problem, const Attempt& winner) {
     if (agreement(coarse[0], quick.T) < nearly * own) continue;
     const Attempt other = attempt(problem, quick.T);
     if (!other.why.empty() || (T.inverse(Eigen::Isometry) * other.descent.T).linear().trace() > 2) continue;
-    if (score(other.seen) < 0.9 * score(winner.seen)) continue;
+    if (score(other.seen) < (guess_decides ? 1.25 : 0.9) * score(winner.seen)) continue;
     return "turned by " + std::to_string(90 * quarters) +
-           " degrees the source fits about as well; guess nearer";
+           " degrees the source fits as well or better; guess nearer";
   }
   return {};
 }
 
 }  // namespace
+
+double fitted_surfel_size(const std::vector<Eigen::Vector3f>& points) {
+  return points.empty() ? 0 : scene_radius(points) / surfels_a_radius;
+}
 
 Result<Registration> register_pair(const PointCloud<Target>& target, const PointCloud<Source>& source,
                                    const Transform<Target, Source>& guess,
@@ -284,8 +300,9 @@ Result<Registration> register_pair(const PointCloud<Target>& target, const Point
   if (const Status status = check_scales(target_size, source_size, options.max_distance); !status.ok())
     return status.error();
 
-  // Large enough for a dozen points, or noise decides; small enough for furniture.
-  const double surfel_size = std::clamp(target_size, source_size, 2 * source_size) / 25;
+  const double surfel_size = options.surfel_size > 0
+                                 ? options.surfel_size
+                                 : std::clamp(target_size, source_size, 2 * source_size) / surfels_a_radius;
   Pyramid target_surfels, source_surfels;
   do_both(
       options.threads,
@@ -304,7 +321,7 @@ Result<Registration> register_pair(const PointCloud<Target>& target, const Point
     best = attempt(problem, start);
   }
   if (!best.why.empty()) return first.registration();
-  best.why = rival(problem, best);
+  if (options.doubt_turns) best.why = rival(problem, best, guess.isometry());
   return best.registration();
 }
 

@@ -21,12 +21,14 @@ struct Source {};  ///< frame of the cloud that moves
 enum class IcpMethod : std::uint8_t { point_to_point, point_to_plane, generalised };
 
 struct RegistrationOptions {
-  IcpMethod method = IcpMethod::generalised;
+  IcpMethod method = IcpMethod::point_to_plane;
   double max_distance = 1.0;  ///< m, of a pair in the first round; shrinks with the residual
   int max_iterations = 60;    ///< over all resolutions
   bool paper_grid = false;    ///< 28 x 28 x 28 buckets over the normalised cube; else fitted to the cloud
   int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
-  double min_overlap = 0.3;   ///< share of the source's points that must find a partner
+  double surfel_size = 0;     ///< m, of the finest resolution; 0: fitted to the size of the scene
+  bool doubt_turns = true;   ///< refuse where a quarter turn fits better; false: the guess is surer than that
+  double min_overlap = 0.3;  ///< share of the source's points that must find a partner
 };
 
 /// What ICP found. `T_target_source` is only to be used where `converged`.
@@ -40,6 +42,9 @@ struct Registration {
   double rms = 0;      ///< m, of the pairs' residuals
   int iterations = 0;
 };
+
+/// m, the surfel size that is fitted to a cloud; 0 for an empty one. Points are finite.
+double fitted_surfel_size(const std::vector<Eigen::Vector3f>& points);
 
 /// Errors: an empty cloud, points that are not finite, options out of range. A bad alignment is no error but
 /// a verdict.

@@ -40,13 +40,15 @@ struct PlaneInformation {
 };
 
 PlaneInformation plane_information(const AlignedPair& pair, const std::vector<std::int32_t>& partners,
-                                   const Eigen::Vector3d& centre, double lever) {
+                                   const Eigen::Vector3d& centre, double lever, bool of_source) {
   PlaneInformation planes;
   for (std::size_t i = 0; i < partners.size(); ++i) {
     if (partners[i] < 0) continue;
     const auto j = static_cast<std::size_t>(partners[i]);
     if (pair.source.slack[i] > flat || pair.target.surfels.slack[j] > flat) continue;
-    const Eigen::Vector3d n = pair.target.surfels.normals[j].cast<double>();
+    const Eigen::Vector3d n =
+        of_source ? Eigen::Vector3d(pair.T_target_source.linear() * pair.source.normals[i].cast<double>())
+                  : Eigen::Vector3d(pair.target.surfels.normals[j].cast<double>());
     const Eigen::Vector3d r = pair.T_target_source * pair.source.means[i].cast<double>() - centre;
     Vector6d row;
     row << n, r.cross(n) / lever;
@@ -116,7 +118,7 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
     const double e = residual(pair.target, found[i], pair.source, i, pair.T_target_source);
     residuals.push_back(e);
     centre += pair.T_target_source * pair.source.means[i].cast<double>();
-    if (e > pair.options.kernel) continue;
+    if (e > pair.source.size / 2) continue;
     squares += e * e;
     on += 1;
   }
@@ -135,11 +137,15 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
   result.rms = std::sqrt(squares / on);
   result.ambiguity = *middle / (pair.options.gate / 2);
   result.contradiction = contradiction(pair);
-  const PlaneInformation planes = plane_information(pair, found, centre, lever);
+  const PlaneInformation planes = plane_information(pair, found, centre, lever, false);
   const double window = 1.5 * pair.source.size;
   const double noise = std::max(pair.source.noise(), pair.target.surfels.noise());
   // A normal comes from about 9 surfels' points.
   result.undetermined = undetermined_directions(planes, noise / window / 3);
+  // Either cloud may be the one with too few surfaces.
+  if (result.undetermined.empty())
+    result.undetermined =
+        undetermined_directions(plane_information(pair, found, centre, lever, true), noise / window / 3);
   result.covariance = covariance_of(planes, std::max(result.rms * result.rms, 1e-12), lever,
                                     pair.T_target_source.translation() - centre);
   return result;

@@ -26,6 +26,28 @@ inline Boxes furnished_room() {
           box(2.2, -2.4, -1.3, 2.6, -2, 1.6), box(-2.5, -3, -1.3, -0.5, -2.6, 1.6)};
 }
 
+/// A corridor 3 m wide around a block, 60 m along its middle, with pillars and doorways at uneven distances.
+inline Boxes ring_corridor() {
+  const auto box = [](double x0, double y0, double z0, double x1, double y1, double z1) {
+    return Eigen::AlignedBox3d(Eigen::Vector3d(x0, y0, z0), Eigen::Vector3d(x1, y1, z1));
+  };
+  Boxes boxes{box(-12, -9, -1.2, 12, 9, -1.1),   box(-12, -9, 1.5, 12, 9, 1.6),
+              box(-12.1, -9, -1.1, -12, 9, 1.5), box(12, -9, -1.1, 12.1, 9, 1.5),
+              box(-12, -9.1, -1.1, 12, -9, 1.5), box(-12, 9, -1.1, 12, 9.1, 1.5),
+              box(-9, -6, -1.1, 9, 6, 1.5)};
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> along(-11, 11), across(-8, 8), size(0.2, 0.5);
+  for (int i = 0; i < 12; ++i) {
+    const double x = along(generator), y = across(generator), s = size(generator);
+    const double top = i % 3 == 0 ? 0 : 1.5;
+    boxes.push_back(i % 2 == 0 ? box(x, -9, -1.1, x + 2 * s, -9 + s, top)
+                               : box(x, 9 - s, -1.1, x + 2 * s, 9, top));
+    boxes.push_back(i % 2 == 0 ? box(-12, y, -1.1, -12 + s, y + 2 * s, top)
+                               : box(12 - s, y, -1.1, 12, y + 2 * s, top));
+  }
+  return boxes;
+}
+
 /// m along the ray from outside, infinite where it misses.
 inline double hit(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from, const Eigen::Vector3d& ray) {
   double enter = -std::numeric_limits<double>::infinity(), leave = -enter;

@@ -1,0 +1,221 @@
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include "fusion/cloud/registration.hpp"
+#include "fusion/cloud/surfels.hpp"
+#include "fusion/pose/pose_graph3.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t most_scans_of_a_map = 3;  // nearest ones that a new scan is matched with
+constexpr std::size_t least_steps_of_a_loop = 5;
+
+/// One scan, thinned to what matching needs.
+struct Node {
+  PointCloud<Scanner> cloud;
+  std::size_t scan = 0;  ///< of the caller's
+  double reach = 0;      ///< m, four fifths of the points are nearer
+};
+
+Node make_node(const ScanToRegister& scan, std::size_t index, double surfel_size) {
+  Node node;
+  node.scan = index;
+  std::vector<float> ranges;
+  for (std::size_t i = 0; i < scan.cloud.size(); i += 1 + scan.cloud.size() / 2000)
+    ranges.push_back(scan.cloud.points[i].norm());
+  const auto at = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() * 8 / 10);
+  std::nth_element(ranges.begin(), at, ranges.end());
+  node.reach = *at;
+  // A third of a surfel: their normals keep their points.
+  node.cloud.points = VoxelMoments(scan.cloud.points, surfel_size / 3).surfels().means;
+  node.cloud.viewpoints = {Eigen::Vector3d::Zero()};
+  return node;
+}
+
+/// One for all scans, so that they compare.
+double middle_surfel_size(const std::vector<ScanToRegister>& scans) {
+  std::vector<double> sizes;
+  for (const ScanToRegister& scan : scans) sizes.push_back(fitted_surfel_size(scan.cloud.points));
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle;
+}
+
+class Sequence {
+ public:
+  Sequence(const std::vector<ScanToRegister>& scans, const RegistrationOptions& options)
+      : scans_(scans), options_(options), results_(scans.size()) {}
+
+  Status add(std::size_t index);
+  RegisteredSequence result() &&;
+
+ private:
+  Eigen::Isometry3d predicted(std::size_t index) const;
+  std::vector<std::size_t> nearest(const Eigen::Vector3d& p, double reach, std::size_t end) const;
+  Result<Registration> match(const Node& node, const std::vector<std::size_t>& among,
+                             const Eigen::Isometry3d& T_cloud_scan) const;
+  void connect(std::size_t from, const Registration& found, bool loop);
+  Status close_loop();
+
+  const std::vector<ScanToRegister>& scans_;
+  const RegistrationOptions options_;  ///< with a surfel size
+  std::vector<RegisteredScan> results_;
+  std::vector<Node> nodes_;  ///< of the scans that converged
+  std::vector<Eigen::Isometry3d> poses_;
+  std::vector<PoseGraph3Edge> edges_;
+};
+
+/// From the last scan that has a place, by the difference of both guesses.
+Eigen::Isometry3d Sequence::predicted(std::size_t index) const {
+  const ScanToRegister& scan = scans_[index];
+  const ScanToRegister& last = scans_[nodes_.back().scan];
+  if (!scan.has_guess) return poses_.back();
+  if (!last.has_guess) return scan.guess.isometry();
+  return poses_.back() * last.guess.isometry().inverse(Eigen::Isometry) * scan.guess.isometry();
+}
+
+/// Nodes before `end` that stand within reach, the nearest first.
+std::vector<std::size_t> Sequence::nearest(const Eigen::Vector3d& p, double reach, std::size_t end) const {
+  std::vector<std::size_t> found;
+  const auto distance = [&](std::size_t i) { return (poses_[i].translation() - p).norm(); };
+  for (std::size_t i = 0; i < end; ++i) {
+    if (distance(i) < reach) found.push_back(i);
+  }
+  std::stable_sort(found.begin(), found.end(), [&](auto a, auto b) { return distance(a) < distance(b); });
+  return found;
+}
+
+/// T of the first of `among` to the node.
+Result<Registration> Sequence::match(const Node& node, const std::vector<std::size_t>& among,
+                                     const Eigen::Isometry3d& T_cloud_scan) const {
+  const Eigen::Isometry3d T_anchor_cloud = poses_[among.front()].inverse(Eigen::Isometry);
+  PointCloud<Target> target;
+  for (const std::size_t i : among) {
+    const PointCloud<Target> part =
+        transformed(Transform<Target, Scanner>(T_anchor_cloud * poses_[i]), nodes_[i].cloud);
+    target.points.insert(target.points.end(), part.points.begin(), part.points.end());
+    target.scans.insert(target.scans.end(), part.size(),
+                        static_cast<std::uint16_t>(target.viewpoints.size()));
+    target.viewpoints.push_back(part.viewpoints.front());
+  }
+  PointCloud<Source> source;
+  source.points = node.cloud.points;
+  source.viewpoints = node.cloud.viewpoints;
+  return register_pair(target, source, Transform<Target, Source>(T_anchor_cloud * T_cloud_scan), options_);
+}
+
+/// An edge from a node to the newest, with the covariance turned into the newest's frame.
+void Sequence::connect(std::size_t from, const Registration& found, bool loop) {
+  const Eigen::Matrix3d R = found.T_target_source.rotation();
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = R.transpose();
+  const Eigen::Matrix<double, 6, 6> covariance = turn * found.covariance * turn.transpose();
+  edges_.push_back({from, nodes_.size() - 1, found.T_target_source.isometry(), covariance.inverse(), loop});
+}
+
+/// The newest node with the nearest that was passed long before.
+Status Sequence::close_loop() {
+  if (nodes_.size() <= least_steps_of_a_loop) return {};
+  const Node& newest = nodes_.back();
+  const std::vector<std::size_t> old =
+      nearest(poses_.back().translation(), newest.reach / 2, nodes_.size() - least_steps_of_a_loop);
+  if (old.empty()) return {};
+  const Result<Registration> found = match(newest, {old.front()}, poses_.back());
+  if (!found) return found.error();
+  if (!found->converged) return {};
+  connect(old.front(), *found, true);
+  poses_ = optimized(poses_, edges_);
+  return {};
+}
+
+Status Sequence::add(std::size_t index) {
+  RegisteredScan& result = results_[index];
+  Node node = make_node(scans_[index], index, options_.surfel_size);
+  if (nodes_.empty()) {
+    result.converged = true;
+    result.overlap = 1;
+    nodes_.push_back(std::move(node));
+    poses_.push_back(Eigen::Isometry3d::Identity());
+    return {};
+  }
+  const Eigen::Isometry3d start = predicted(index);
+  std::vector<std::size_t> among = nearest(start.translation(), node.reach, nodes_.size());
+  if (among.empty()) among = {nodes_.size() - 1};
+  among.resize(std::min(among.size(), most_scans_of_a_map));
+  const Result<Registration> found = match(node, among, start);
+  if (!found) return Error{scans_[index].name + ": " + found.error().message};
+  result.converged = found->converged;
+  result.why = found->why;
+  result.overlap = found->overlap;
+  result.rms = found->rms;
+  result.T_cloud_scan = Transform<Cloud, Scanner>(start);
+  if (!found->converged) return {};
+  nodes_.push_back(std::move(node));
+  poses_.push_back(poses_[among.front()] * found->T_target_source.isometry());
+  connect(among.front(), *found, false);
+  return close_loop();
+}
+
+RegisteredSequence Sequence::result() && {
+  RegisteredSequence result;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    RegisteredScan& scan = results_[nodes_[i].scan];
+    scan.T_cloud_scan = Transform<Cloud, Scanner>(poses_[i]);
+    const PointCloud<Cloud> part = transformed(scan.T_cloud_scan, scans_[nodes_[i].scan].cloud);
+    auto& all = result.cloud;
+    all.points.insert(all.points.end(), part.points.begin(), part.points.end());
+    all.normals.insert(all.normals.end(), part.normals.begin(), part.normals.end());
+    all.colours.insert(all.colours.end(), part.colours.begin(), part.colours.end());
+    all.labels.insert(all.labels.end(), part.labels.begin(), part.labels.end());
+    all.scans.insert(all.scans.end(), part.size(), static_cast<std::uint16_t>(nodes_[i].scan));
+  }
+  for (const RegisteredScan& scan : results_)
+    result.cloud.viewpoints.push_back(scan.T_cloud_scan.translation());
+  // A column that some scans lack is of no use to the rest.
+  const auto keep_whole = [&](auto& column) {
+    if (column.size() != result.cloud.size()) column.clear();
+  };
+  keep_whole(result.cloud.normals);
+  keep_whole(result.cloud.colours);
+  keep_whole(result.cloud.labels);
+  result.scans = std::move(results_);
+  return result;
+}
+
+}  // namespace
+
+Result<RegisteredSequence> register_sequence(const std::vector<ScanToRegister>& scans,
+                                             const RegistrationOptions& options,
+                                             const std::function<void(std::size_t, std::size_t)>& progress) {
+  if (scans.empty()) return Error{"register: no scans; give one or more"};
+  if (scans.size() > std::numeric_limits<std::uint16_t>::max())
+    return Error{"register: " + std::to_string(scans.size()) + " scans; give at most 65535 at once"};
+  for (const ScanToRegister& scan : scans) {
+    if (scan.cloud.empty()) return Error{scan.name + ": register: the scan has no points"};
+    for (std::size_t i = 0; i < scan.cloud.size(); ++i) {
+      if (!scan.cloud.points[i].allFinite())
+        return Error{scan.name + ": register: point " + std::to_string(i) +
+                     " is not finite; drop such points where the cloud is read"};
+    }
+    if (scan.has_guess && !scan.guess.finite())
+      return Error{scan.name + ": register: the guess is not finite; give a rigid transform"};
+  }
+  RegistrationOptions fitted = options;
+  fitted.doubt_turns = false;  // from scan to scan the guess is worth more than that
+  if (options.surfel_size == 0) fitted.surfel_size = middle_surfel_size(scans);
+  Sequence sequence(scans, fitted);
+  std::vector<double> seconds;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    if (const Status status = sequence.add(i); !status.ok()) return status.error();
+    seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    if (progress) progress(i + 1, scans.size());
+  }
+  RegisteredSequence result = std::move(sequence).result();
+  for (std::size_t i = 0; i < scans.size(); ++i) result.scans[i].seconds = seconds[i];
+  return result;
+}
+
+}  // namespace parhelion
