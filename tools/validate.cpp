@@ -1,8 +1,11 @@
 #include "tools/validate.hpp"
 
+#include <cmath>
+#include <cstdio>
 #include <filesystem>
 
 #include "fusion/pose/slam.hpp"
+#include "fusion/semantic/build_model.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
@@ -13,6 +16,8 @@
 
 namespace parhelion {
 namespace {
+
+constexpr double kLevelFloor = 0.05;  ///< m: what is nearer to z = 0 makes no difference to anybody
 
 std::string count(std::size_t n, const char* one, const char* many) {
   return std::to_string(n) + ' ' + (n == 1 ? one : many);
@@ -50,7 +55,23 @@ Verdict validate_scenario(const std::string& path) {
 Verdict validate_model(const std::string& path) {
   const auto model = load_model(path);
   if (!model) return {"", {}, {model.error().message}};
-  return {"semantic model, " + count(model->entities.size(), "entity", "entities"), {}, {}};
+  Verdict verdict;
+  verdict.summary = "semantic model, " + count(model->entities.size(), "entity", "entities");
+  if (!model->relations.empty())
+    verdict.summary += ", " + count(model->relations.size(), "relation", "relations");
+  std::size_t triangles = 0;
+  for (const ModelMesh& mesh : model->meshes) triangles += mesh.triangles.size();
+  if (triangles > 0) verdict.summary += ", " + count(triangles, "triangle", "triangles");
+  const auto floor = ground_floor(*model);
+  if (floor && std::abs(*floor) > kLevelFloor) {
+    char height[32];
+    std::snprintf(height, sizeof height, "%.2f m", *floor);
+    verdict.notes.push_back(
+        std::string("warning: its ground floor is at z = ") + height +
+        ", but poses in a map are at z = 0: robots would drive above or below it; make it "
+        "with `parhelion map model --floor-to-zero`");
+  }
+  return verdict;
 }
 
 Verdict validate_robot(const std::string& path) {

@@ -35,6 +35,19 @@ class Validate : public ::testing::Test {
   std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "parhelion_validate";
 };
 
+TEST_F(Validate, WarnsOfAModelWhoseFloorIsNotWhereRobotsDrive) {
+  SemanticModel model;
+  model.entities.resize(1);
+  model.entities[0].name = "floor";
+  model.entities[0].label = EntityLabel::floor;
+  model.entities[0].size = {5, 5, 0.1};
+  model.entities[0].T_map_body = Transform<Map, Body>::planar(0, 0, 0, -1.35);
+  EXPECT_THAT(validate_file(file("low.yaml", to_yaml(model))).notes,
+              ElementsAre(AllOf(HasSubstr("z = -1.30 m"), HasSubstr("--floor-to-zero"))));
+  model.entities[0].T_map_body = Transform<Map, Body>::planar(0, 0, 0, -0.05);
+  EXPECT_THAT(validate_file(file("level.yaml", to_yaml(model))).notes, IsEmpty());
+}
+
 TEST_F(Validate, NamesWhatEachFileIs) {
   EXPECT_THAT(validate_file(file("m.yaml", to_yaml(SemanticModel()))).summary,
               HasSubstr("semantic model, 0 entities"));
