@@ -12,6 +12,7 @@ BlockPlates::BlockPlates(const Site& site, const HorizontalSearch& horizontals, 
     : x0_(site.blocks.blocks()[block].x * block_cells),
       y0_(site.blocks.blocks()[block].y * block_cells),
       per_cell_(1 / site.cell()),
+      surfaces_(horizontals.surfaces),
       near_(site.options.near) {
   plates_ = std::span(horizontals.plates)
                 .subspan(horizontals.first[block], horizontals.first[block + 1] - horizontals.first[block]);
@@ -31,8 +32,9 @@ std::span<const Plate> BlockPlates::at(const Eigen::Vector3f& p) const {
 bool BlockPlates::lies_flat(const Eigen::Vector3f& p) const {
   constexpr double at_least = 0.02;  // m, the noise of a good scanner
   return std::ranges::any_of(at(p), [&](const Plate& plate) {
-    const double spread = std::sqrt(static_cast<double>(plate.variance));
-    return std::abs(static_cast<double>(p.z() - plate.z)) <= std::clamp(2.5 * spread, at_least, near_);
+    // Of the whole surface: a cell at the foot of a riser has a spread of its own.
+    const double spread = 1.25 * surfaces_[plate.surface].thickness;
+    return std::abs(static_cast<double>(p.z() - plate.z)) <= std::clamp(spread, at_least, near_);
   });
 }
 

@@ -75,8 +75,10 @@ class TilePlan {
     std::vector<PlanLine> lines;
     for (const PixelSegment& s : hough_segments(chain_.skeleton, hough)) {
       const Eigen::Vector2d a = metres(s.x0, s.y0), b = metres(s.x1, s.y1), middle = (a + b) / 2;
-      const double side = site_.tile_side();
-      if (std::floor(middle.x() / side) != tile_.x || std::floor(middle.y() / side) != tile_.y) continue;
+      // Half a block beyond the core as well: two tiles may each see the middle on the other's side.
+      const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
+      constexpr int low = block_pixels / 2, high = image_pixels - block_pixels / 2;
+      if (x < low || y < low || x >= high || y >= high) continue;
       lines.push_back({middle, (b - a).normalized(), -(b - a).norm() / 2, (b - a).norm() / 2, 0});
       if (stages != nullptr) stages->hough[static_cast<int>(Projection::oxy)].push_back({a, b});
     }

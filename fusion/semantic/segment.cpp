@@ -55,10 +55,10 @@ Result<Segmentation> run(const PointCloud<Map>& cloud, const SegmentationOptions
   site.tiles = tiles_of(site.blocks);
   StageImages stages;
   StageImages* const kept = options.stages.empty() ? nullptr : &stages;
-  HorizontalSearch horizontals = find_horizontals(site, kept);
+  const HorizontalSearch horizontals = find_horizontals(site, kept);
   Segmentation result;
   result.verticals = find_verticals(site, horizontals, kept);
-  result.horizontals = std::move(horizontals.surfaces);
+  result.horizontals = horizontals.surfaces;
   assign_points(site, horizontals, result);
   result.parallels = find_parallel_sets(result.verticals);
   if (kept != nullptr) {

@@ -35,7 +35,6 @@ struct Site {
   std::vector<Tile> tiles;       ///< those with points, by y, then x
   double z_low = 0, z_high = 0;  ///< m, of all points but stray ones, and the margin
 
-  double tile_side() const { return options.pixel * block_pixels * tile_blocks; }
   double cell() const { return options.pixel * block_pixels / block_cells; }
 };
 
@@ -84,14 +83,16 @@ class BlockPlates {
   BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block);
   /// Plates of the cell that `p` lies in.
   std::span<const Plate> at(const Eigen::Vector3f& p) const;
-  /// Whether some plate explains the point without help: it is within its own spread.
+  /// Whether some plate explains the point without help: it is within 2.5 sigma.
   bool lies_flat(const Eigen::Vector3f& p) const;
 
  private:
   std::span<const Plate> plates_;
   std::array<std::uint16_t, block_cells * block_cells + 1> first_{};
   int x0_ = 0, y0_ = 0;
-  double per_cell_ = 1, near_ = 0;
+  double per_cell_ = 1;
+  std::span<const HorizontalSurface> surfaces_;
+  double near_ = 0;
 };
 
 HorizontalSearch find_horizontals(const Site& site, StageImages* stages);
