@@ -22,6 +22,7 @@ inline constexpr const char* mr_scan_info = "MR_SCAN_INFO";
 inline constexpr const char* mr_camera = "MR_CAMERA";
 inline constexpr const char* mr_depth = "MR_DEPTH";
 inline constexpr const char* mr_session = "MR_SESSION";
+inline constexpr const char* mr_model = "MR_MODEL";
 inline constexpr const char* mr_world = "MR_WORLD";
 inline constexpr const char* mr_events = "MR_EVENTS";
 inline constexpr const char* mr_status = "MR_STATUS";

@@ -51,6 +51,7 @@ Status decode(std::string_view channel, Bytes bytes, SessionHeader& header);
 Status decode(std::string_view channel, Bytes bytes, ScanInfo& info);
 Status decode(std::string_view channel, Bytes bytes, LoopDecision& decision);
 Status decode(std::string_view channel, Bytes bytes, ServerStatus& status);
+Status decode(std::string_view channel, Bytes bytes, ModelVersion& model);
 
 /// ROBOT: utime and YAML.
 struct RobotMessage {
@@ -92,6 +93,7 @@ void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes);
 void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes);
 void encode(const LoopDecision& decision, std::vector<std::uint8_t>& bytes);
 void encode(const ServerStatus& status, std::vector<std::uint8_t>& bytes);
+void encode(const ModelVersion& model, std::vector<std::uint8_t>& bytes);
 void encode(const RobotMessage& message, std::vector<std::uint8_t>& bytes);
 void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes);
 

@@ -11,6 +11,7 @@
 #include "parhelion/joints_t.hpp"
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
+#include "parhelion/model_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
@@ -170,6 +171,10 @@ std::string say(const ServerStatus& status) {
   return text;
 }
 
+std::string say(const ModelVersion& model) {
+  return "version " + std::to_string(model.version) + ", " + std::to_string(model.yaml.size()) +
+         " bytes of YAML";
+}
 std::string say(const RobotMessage& message) { return quoted(message.yaml); }
 
 std::string say(const WorldMessage& world) {
@@ -214,6 +219,7 @@ const auto& types() {
       Type{scan_info_t::getHash(), "scan_info_t", describe_as<ScanInfo>},
       Type{loop_t::getHash(), "loop_t", describe_as<LoopDecision>},
       Type{status_t::getHash(), "status_t", describe_as<ServerStatus>},
+      Type{model_t::getHash(), "model_t", describe_as<ModelVersion>},
       Type{robot_t::getHash(), "robot_t", describe_as<RobotMessage>},
       Type{world_t::getHash(), "world_t", describe_as<WorldMessage>},
   };

@@ -1,5 +1,6 @@
-// robot_t, session_t, loop_t, status_t.
+// robot_t, session_t, loop_t, model_t, status_t.
 #include "parhelion/loop_t.hpp"
+#include "parhelion/model_t.hpp"
 #include "parhelion/robot_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
@@ -65,6 +66,23 @@ void encode(const LoopDecision& decision, std::vector<std::uint8_t>& bytes) {
   writer.number(decision.stamp.utime());
   writer.enumeration(decision.kind);
   writer.number(decision.count);
+}
+
+Status decode(std::string_view channel, Bytes bytes, ModelVersion& model) {
+  wire::Reader reader(channel, "model_t", model_t::getHash(), bytes);
+  model.stamp = reader.utime();
+  const auto version = reader.number<std::int64_t>("version");
+  reader.check_range("version", version, 1, INT64_MAX);
+  model.version = static_cast<std::uint64_t>(version);
+  reader.text("yaml", model.yaml);
+  return reader.status();
+}
+
+void encode(const ModelVersion& model, std::vector<std::uint8_t>& bytes) {
+  wire::Writer writer(model_t::getHash(), bytes);
+  writer.number(model.stamp.utime());
+  writer.number(static_cast<std::int64_t>(model.version));
+  writer.text(model.yaml);
 }
 
 Status decode(std::string_view channel, Bytes bytes, ServerStatus& status) {

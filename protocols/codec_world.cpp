@@ -85,7 +85,7 @@ void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes) {
 Status decode(std::string_view channel, Bytes bytes, Event& event) {
   wire::Reader reader(channel, "event_t", event_t::getHash(), bytes);
   event.stamp.ns = reader.nanosecond_stamp();
-  event.kind = reader.enumeration("kind", EventKind::injection_restored);
+  event.kind = reader.enumeration("kind", EventKind::model_changed);
   reader.text("subject", event.subject);
   reader.text("object", event.object);
   event.pair = reader.enumeration("pair", PairKind::virtual_virtual);

@@ -24,6 +24,7 @@ enum class EventKind : std::uint8_t {
   command_restored,
   injection_degraded,
   injection_restored,
+  model_changed,  ///< a new version of the model took the old one's place; `text` says which
 };
 
 enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virtual };

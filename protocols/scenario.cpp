@@ -134,6 +134,7 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "physics_rate", scenario.physics_rate);
   yaml::read(node, "model", scenario.model);
   yaml::read(node, "robot", scenario.robot);
+  yaml::read(node, "mapping", scenario.mapping);
   if (const Node* injection = node.find("injection")) {
     yaml::read(*injection, "max_error", scenario.injection.max_error);
     yaml::read(*injection, "restore", scenario.injection.restore);
@@ -209,6 +210,7 @@ std::string to_yaml(const Scenario& scenario) {
   writer.quantity("physics_rate", scenario.physics_rate, Quantity::rate);
   if (!scenario.model.empty()) writer.text("model", scenario.model);
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
+  if (scenario.mapping) writer.word("mapping", "true");
   writer.open("injection");
   writer.quantity("max_error", scenario.injection.max_error, Quantity::length);
   writer.number("restore", scenario.injection.restore);

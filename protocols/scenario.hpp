@@ -40,6 +40,7 @@ struct Scenario {
   double physics_rate = 240;  ///< Hz
   std::string model;          ///< path of a semantic model; empty: open floor
   std::string robot;          ///< path of a robot description; empty: the ROBOT channel
+  bool mapping = false;       ///< DEPTH images build the model further while the server runs
   InjectionLimits injection;
   ContactLimits contact;
   std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is

@@ -45,6 +45,14 @@ struct LoopDecision {
   std::int64_t count = 0;
 };
 
+/// MR_MODEL: a version of the semantic model that takes the one before's place at the next physics step. The
+/// server's own word, logged as an input, so that replay obeys it.
+struct ModelVersion {
+  SensorTime stamp;           ///< of the newest 3D scan in it
+  std::uint64_t version = 1;  ///< from 1; MR_SESSION embeds version 0
+  std::string yaml;           ///< the model
+};
+
 /// MR_STATUS: measured figures, outside promise 4.
 struct ServerStatus {
   SensorTime stamp;

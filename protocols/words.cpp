@@ -82,6 +82,8 @@ const char* to_string(EventKind kind) {
       return "injection_degraded";
     case EventKind::injection_restored:
       return "injection_restored";
+    case EventKind::model_changed:
+      return "model_changed";
   }
   return "unknown";
 }

@@ -128,7 +128,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   show_at_their_rows(job.camera, state, job);
   job.floor_z = 0;
   add_occluders(configuration, state, job);
-  outputs.add_frame({std::move(job), waiting.sequence, ""});
+  outputs.add_frame({std::move(job), waiting.sequence, state.model, ""});
 }
 
 /// The depth image of the image's own moment, or a later one, is there.

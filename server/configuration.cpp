@@ -24,6 +24,7 @@ ChannelMap::ChannelMap(const Scenario& scenario)
       {channel::joint_cmd, InputKind::joint_command},
       {channel::mr_agent_cmd, InputKind::agent_command},
       {channel::loop, InputKind::loop},
+      {channel::mr_model, InputKind::model},
       {channel::pose_cov, InputKind::pose_cov},
   };
   // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV.

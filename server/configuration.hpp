@@ -31,6 +31,7 @@ enum class InputKind : std::uint8_t {
   agent_command,
   agent_teleop,
   loop,
+  model,
 };
 
 /// Canonical channel names to those on the bus, both ways.

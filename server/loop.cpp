@@ -9,12 +9,16 @@
 #include "server/guard.hpp"
 #include "server/inbox.hpp"
 #include "server/render_thread.hpp"
+#include "server/site_mapper.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr int render_nice = 10;                 // rendering never takes a core from the tick
+constexpr int render_nice = 10;         // rendering never takes a core from the tick
+constexpr int mapping_nice = 15;        // nor does mapping, or from rendering
+constexpr double view_distance = 0.25;  // m and rad: a view from nearer by shows little more
+constexpr double view_angle = 0.25;
 constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
 constexpr Duration status_period = seconds(1.0);
 constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
@@ -42,7 +46,10 @@ class Session {
         guard_(options.guard,
                [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
         inbox_(bus, configuration.channels, guard_, options.inbox),
-        renderer_(configuration.model, render_nice) {}
+        renderer_(configuration.model, render_nice) {
+    if (configuration.scenario.mapping && options.update_site)
+      mapper_.emplace(options.update_site, configuration, mapping_nice);
+  }
 
   Result<Report> operator()();
 
@@ -58,6 +65,8 @@ class Session {
   void note_given_up();
   void send_frames();
   void take_answers();
+  void offer_view(const Message& message);
+  void take_models();
   void decide(LoopDecision::Kind kind, std::uint64_t count);
   void housekeeping();
   void sync_each_second(const std::stop_token& stop);
@@ -71,6 +80,8 @@ class Session {
   Guard guard_;
   Inbox inbox_;
   RenderThread renderer_;
+  std::optional<SiteMapper> mapper_;
+  std::optional<Transform<Map, DepthOptical>> last_view_;
   std::unique_ptr<State> state_;
   Outputs outputs_;
   StageClock stages_;
@@ -117,6 +128,7 @@ std::string Session::run_until_stopped() {
     }
     note_given_up();
     take_answers();
+    take_models();
     housekeeping();
   }
   return {};
@@ -153,6 +165,7 @@ void Session::handle(Arrived arrived) {
   tick(configuration_, message, *state_, outputs_, stages_);
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
+  offer_view(message);
 }
 
 /// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
@@ -258,6 +271,40 @@ void Session::take_answers() {
   }
 }
 
+/// A depth image from somewhere new goes to the mapper, where its place is known.
+void Session::offer_view(const Message& message) {
+  if (!mapper_ || configuration_.channels.kind(message.channel) != InputKind::depth) return;
+  if (!state_->depth || !configuration_.robot.depth) return;
+  const DepthCameraDescription& camera = *configuration_.robot.depth;
+  const auto pose = robot_pose(*state_, state_->depth->stamp);
+  const auto turn = head_turn(camera.head, state_->joints, state_->depth->stamp);
+  if (!pose || !turn) return;
+  const auto T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
+  if (last_view_) {
+    const Eigen::Isometry3d moved = (last_view_->inverse() * T_map_optical).isometry();
+    const bool turned = Eigen::AngleAxisd(moved.linear()).angle() >= view_angle;
+    if (moved.translation().norm() < view_distance && !turned) return;
+  }
+  last_view_ = T_map_optical;
+  mapper_->submit({*state_->depth, camera, T_map_optical});
+}
+
+/// A model that is ready is an input like any other: stamped, logged, and what replay obeys.
+void Session::take_models() {
+  if (!mapper_) return;
+  while (auto ready = mapper_->take()) {
+    last_ = inbox_.stamp();
+    if (skip_late_steps(last_)) last_ = inbox_.stamp();
+    Message message{configuration_.channels.bus(channel::mr_model), last_, {}};
+    encode(ready->message, message.payload);
+    state_->prepared_model = std::move(ready->prepared);
+    outputs_.clear();
+    tick(configuration_, message, *state_, outputs_, stages_);
+    outbox_.send(&message, outputs_.entries(), last_);
+    send_frames();
+  }
+}
+
 void Session::housekeeping() {
   if (steady_now() - last_housekeeping_ < status_period) return;
   last_housekeeping_ = steady_now();
@@ -294,6 +341,8 @@ Report Session::report() {
   tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
+  if (configuration_.scenario.mapping)
+    report.notes["mapping"] = mapper_ ? to_text(mapper_->counts()) : "none: this program has no mapper yet";
   return report;
 }
 
@@ -321,7 +370,7 @@ Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario&
 Result<Report> serve(Bus& bus, const Configuration& configuration, const ServeOptions& options) {
   for (const std::string& input : configuration.channels.inputs()) {
     const InputKind kind = configuration.channels.kind(input);
-    if (kind == InputKind::loop || kind == InputKind::robot)
+    if (kind == InputKind::loop || kind == InputKind::robot || kind == InputKind::model)
       continue;  // the server's own word; read before the start
     const bool newest_only = kind == InputKind::teleop || kind == InputKind::camera;
     if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)

@@ -10,6 +10,7 @@
 #include "server/configuration.hpp"
 #include "server/inbox.hpp"
 #include "server/report.hpp"
+#include "server/site_mapper.hpp"
 
 namespace parhelion {
 
@@ -18,7 +19,8 @@ struct ServeOptions {
   bool overwrite = false;
   Duration guard = milliseconds(20);
   InboxLimits inbox;
-  std::function<bool()> stop;                   ///< asked at least ten times a second
+  UpdateSite update_site;      ///< where the scenario says mapping: true; empty: none is done
+  std::function<bool()> stop;  ///< asked at least ten times a second
   std::function<void(const std::string&)> say;  ///< news for a person: started, waiting, degraded
 };
 

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocols/channels.hpp"
+#include "protocols/model.hpp"
 #include "render/compositor.hpp"
 
 namespace parhelion {
@@ -42,8 +44,9 @@ class Outputs {
   /// An image that waits for the render thread, with what it looked like when it came.
   struct Frame {
     RenderJob job;
-    std::uint64_t sequence = 0;  ///< of camera frames
-    std::string reason;          ///< why nothing is to be drawn: the original goes out, in its turn
+    std::uint64_t sequence = 0;                  ///< of camera frames
+    std::shared_ptr<const SemanticModel> model;  ///< the building; null: the one that the session began with
+    std::string reason;  ///< why nothing is to be drawn: the original goes out, in its turn
   };
 
   void clear() {

@@ -78,15 +78,17 @@ std::string RenderThread::fault() const {
   return fault_;
 }
 
+std::unique_ptr<Compositor> RenderThread::compositor_of(const SemanticModel& building) {
+  auto made = Compositor::create(building);
+  const std::lock_guard lock(mutex_);
+  fault_ = made ? "" : made.error().message;
+  return made ? std::move(*made) : nullptr;
+}
+
 void RenderThread::run(const SemanticModel& building, int nice) {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
-  std::unique_ptr<Compositor> compositor;
-  if (auto made = Compositor::create(building)) {
-    compositor = std::move(*made);
-  } else {
-    const std::lock_guard lock(mutex_);
-    fault_ = made.error().message;
-  }
+  std::unique_ptr<Compositor> compositor = compositor_of(building);
+  std::shared_ptr<const SemanticModel> model;
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stop_ || waiting_.has_value(); });
@@ -95,8 +97,13 @@ void RenderThread::run(const SemanticModel& building, int nice) {
     waiting_.reset();
     const WallTime since = waiting_since_;
     busy_ = true;
-    const std::string fault = fault_;
     lock.unlock();
+    if (frame.model != nullptr && frame.model != model) {
+      model = frame.model;
+      compositor.reset();  // its context goes before another one is made
+      compositor = compositor_of(*model);
+    }
+    const std::string fault = this->fault();
     FrameAnswer done{frame.sequence, compose(compositor.get(), frame, fault), {}};
     done.latency = steady_now() - since;
     lock.lock();

@@ -24,6 +24,7 @@ struct FrameAnswer {
 
 class RenderThread {
  public:
+  /// `building` is what the session began with; a frame that names another one is drawn with that.
   /// `nice`: how much lower than the tick's the thread's priority is.
   RenderThread(SemanticModel building, int nice);
   ~RenderThread();
@@ -41,6 +42,7 @@ class RenderThread {
 
  private:
   void run(const SemanticModel& building, int nice);
+  std::unique_ptr<Compositor> compositor_of(const SemanticModel& building);
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -280,7 +280,7 @@ void answer_scan(const Configuration& configuration, const Message& input, State
   observer.ended(Stage::encode);
   note_change(configuration, input, verdict, state, outputs);
   // Without a model everything real is unexplained, and there is nothing to tell people from walls.
-  if (verdict.why == Degraded::no && !configuration.model.entities.empty())
+  if (verdict.why == Degraded::no && (state.model ? *state.model : configuration.model).entities.size() > 0)
     note_unexplained(configuration, moment, state);
 }
 

@@ -3,6 +3,8 @@
 namespace parhelion {
 namespace {
 
+constexpr BodyId bodies_of_later_buildings = BodyId{1} << 22;  // a thousand each for four thousand versions
+
 PoseTrackOptions track_options(const Configuration& configuration) {
   PoseTrackOptions options;
   options.map_id = configuration.model.map_id;
@@ -40,6 +42,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   SimulationOptions options;
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
+  if (configuration.scenario.mapping) options.building_bodies = bodies_of_later_buildings;
   auto simulation =
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
   if (!simulation) return simulation.error();

@@ -18,6 +18,7 @@
 #include "server/clock_offset.hpp"
 #include "server/configuration.hpp"
 #include "server/injection_gate.hpp"
+#include "server/model_version.hpp"
 #include "server/percentiles.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
@@ -125,6 +126,10 @@ struct State {
   std::map<std::string, AgentKind> kinds;  ///< of the agents, for MR_WORLD
   std::uint64_t scene_published = 0;       ///< version of the scene in the last MR_WORLD
   WorldMessage world_message;
+
+  std::shared_ptr<const SemanticModel> model;   ///< of MR_MODEL; null: the configuration's still holds
+  std::uint64_t model_version = 0;              ///< of MR_MODEL; 0: the configuration's
+  std::optional<PreparedModel> prepared_model;  ///< for the MR_MODEL that comes next, where it was made ahead
 
   std::uint64_t frame_sequence = 0;
   std::optional<WaitingImage> waiting_image;

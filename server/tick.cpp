@@ -123,6 +123,8 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
       return answer_agent_command(configuration, input, state, outputs);
     case InputKind::agent_teleop:
       return drive_agent(input, agent, state);
+    case InputKind::model:
+      return change_model(configuration, input, state, outputs);
     case InputKind::robot:  // read before the session started; a change needs a new session
     case InputKind::loop:   // obeyed before the physics
     case InputKind::none:

@@ -29,6 +29,8 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state);
 void take_depth(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
+/// model_path.cpp: MR_MODEL, the building as it is known from now on.
+void change_model(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
 /// At the end of a session: what still waits is answered.
 void flush_images(const Configuration& configuration, State& state, Outputs& outputs);
 /// An image waits at most 50 ms for the depth image of its moment; drivers send colour first.

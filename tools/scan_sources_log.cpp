@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fusion/cloud/sensor_cloud.hpp"
+#include "fusion/pose/joint_track.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
@@ -127,6 +128,7 @@ class LogScans {
     if (!options_.tilt_joint.empty() && tilts_.empty()) {
       return Error{name_ + ": JOINT_STATE never names the joint " + options_.tilt_joint};
     }
+    if (robot_->depth) joints_.emplace(std::vector<std::vector<HeadJoint>>{robot_->depth->head});
     // Lines of a laser that lies level stay in one plane, which is no 3D scan.
     constexpr double level = 0.94;  // cosine of 20 degrees
     lines_ = robot_->laser &&
@@ -139,6 +141,11 @@ class LogScans {
   }
 
   Status take_scan(const Message& event) {
+    if (event.channel == channel::joint_state && joints_) {
+      Joints joints;
+      if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
+      joints_->add(joints);
+    }
     if (event.channel == channel::depth && robot_->depth) return take_depth(event);
     if (event.channel == channel::scan && lines_) return take_line(event);
     return {};
@@ -149,7 +156,10 @@ class LogScans {
     if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
     const auto T_map_base = base_at(image.stamp);
     if (!T_map_base) return ++without_pose_, Status();
-    const Transform<Map, DepthOptical> T_map_optical = *T_map_base * robot_->depth->T_base_optical;
+    const auto turn = head_turn(robot_->depth->head, *joints_, image.stamp);
+    if (!turn) return ++without_pose_, Status();
+    const Transform<Map, DepthOptical> T_map_optical =
+        *T_map_base * Transform<Base, Base>(*turn) * robot_->depth->T_base_optical;
     if (last_image_ && !moved_enough(*last_image_, T_map_optical.isometry(), options_)) return {};
     const auto pixels = decode_depth(image);
     if (!pixels) return ++damaged_, Status();
@@ -219,6 +229,7 @@ class LogScans {
   std::optional<RobotDescription> robot_;
   Track<Transform<Map, Base>> poses_, estimates_;
   Track<double> tilts_;
+  std::optional<JointTrack> joints_;  ///< of a head that turns the camera
   bool lines_ = false;
   std::optional<Eigen::Isometry3d> last_image_;
   std::vector<Scan> chunk_;

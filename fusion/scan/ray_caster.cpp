@@ -175,7 +175,9 @@ RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
-void RayCaster::set_building(const SemanticModel& model) { state_->building = BuildingTree(model); }
+void RayCaster::set_building(const SemanticModel& model) { set_building(BuildingTree(model)); }
+
+void RayCaster::set_building(BuildingTree tree) { state_->building = std::move(tree); }
 
 void RayCaster::cast_bodies(const LaserMotion& laser, const BeamSet& beams,
                             std::span<const BodyMotion> bodies, double max_range, std::span<RangeHit> hits) {

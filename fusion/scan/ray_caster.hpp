@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 
+#include "fusion/scan/building_tree.hpp"
 #include "protocols/model.hpp"
 #include "protocols/world.hpp"
 
@@ -51,6 +52,8 @@ class RayCaster {
   /// The static building, from the semantic model (all solid entities that are not
   /// is_virtual, and all meshes).
   void set_building(const SemanticModel& model);
+  /// The same with the tree made elsewhere, which takes time with large models.
+  void set_building(BuildingTree tree);
   /// hits.size() == beams.time.size(). The origin's own body is left out by not being in `bodies`. A body
   /// whose pose is not finite is nowhere. Of surfaces at one range the body with the lowest index is named.
   void cast_bodies(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,

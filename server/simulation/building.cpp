@@ -45,19 +45,24 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
   BodyId id = first_body;
   for (const ModelEntity& entity : model.entities) {
     if (Status status = check(entity); !status) return status.error();
-    if (is_solid(entity)) building->add(entity, physics, id);
-    ++id;
   }
   for (const ModelMesh& mesh : model.meshes) {
     if (Status status = check_mesh(mesh); !status)
       return Error{"model mesh '" + mesh.name + "': " + status.error().message};
+  }
+  for (const ModelEntity& entity : model.entities) {
+    if (is_solid(entity)) building->add(entity, physics, id);
+    ++id;
+  }
+  for (const ModelMesh& mesh : model.meshes) {
     if (!mesh.empty()) building->add(mesh, physics);
   }
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
     const double height = building->floors_[i].lowest;
     building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
   }
-  physics.add_floor(building->lowest_floor_);  // nothing falls for ever beside a floor's edge
+  building->handles_.push_back(
+      physics.add_floor(building->lowest_floor_));  // nothing falls for ever beside a floor's edge
   building->build_grid();
   return building;
 }
@@ -66,6 +71,7 @@ void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
   // What stands steeper than 45 degrees is called a floor by mistake: it is in the way like a wall.
   const bool floor = entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) > 0.7;
   const PhysicsHandle handle = physics.add_fixed_box(entity.T_map_body, entity.size, floor);
+  handles_.push_back(handle);
   double bottom = 0, top = 0;
   Footprint footprint = projection(entity, bottom, top);
   if (floor) {
@@ -93,10 +99,15 @@ void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
 
 void Building::add(const ModelMesh& mesh, Physics& physics) {
   const PhysicsHandle handle = physics.add_fixed_mesh(mesh);
+  handles_.push_back(handle);
   for (MeshPart& part : mesh_parts(mesh)) {
     obstacles_.push_back(
         {std::move(part.footprint), part.bottom, part.top, mesh.name, EntityLabel::unknown, false, handle});
   }
+}
+
+void Building::leave(Physics& physics) const {
+  for (const PhysicsHandle handle : handles_) physics.remove(handle);
 }
 
 double Building::Floor::height(const Eigen::Vector2d& p) const {

@@ -30,8 +30,12 @@ struct FixedObstacle {
 /// Constant after create().
 class Building {
  public:
+  /// Error: nothing was added to the physics.
   static Result<std::unique_ptr<Building>> create(const SemanticModel& model, Physics& physics,
                                                   BodyId first_body);
+
+  /// Takes its bodies out of the physics again; the rest stays readable, for what is remembered of it.
+  void leave(Physics& physics) const;
 
   const std::vector<std::shared_ptr<const BodyDefinition>>& definitions() const { return definitions_; }
   const std::vector<BodyState>& states() const { return states_; }
@@ -61,6 +65,7 @@ class Building {
 
   std::vector<std::shared_ptr<const BodyDefinition>> definitions_;
   std::vector<BodyState> states_;
+  std::vector<PhysicsHandle> handles_;    // of all that is in the physics
   std::vector<FixedObstacle> obstacles_;  // ascending handle
   std::vector<Floor> floors_;
   double lowest_floor_ = 0;

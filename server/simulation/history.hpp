@@ -10,13 +10,16 @@
 
 namespace parhelion {
 
+class Building;
+
 /// All that a step made.
 struct HistoryRecord {
   SimulationTime stamp;
   std::uint64_t step = 0;
   bool attitude_known = false;  ///< of the real robot
   std::shared_ptr<const Scene> scene;
-  std::vector<BodyState> bodies;  ///< those that can move and exist at the stamp, ascending id
+  std::shared_ptr<const Building> building;  ///< what stood then
+  std::vector<BodyState> bodies;             ///< those that can move and exist at the stamp, ascending id
 };
 
 class History {

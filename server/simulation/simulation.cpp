@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include "server/simulation/state.hpp"
 
@@ -139,6 +142,7 @@ void Simulation::State::record() {
   record.step = step;
   record.scene = scene;
   record.attitude_known = real.present && real.last.attitude_known;
+  record.building = building;
   if (real.present) {
     const Eigen::Isometry3d& base = real.last.T_map_base.isometry();
     const Eigen::Vector3d velocity =
@@ -153,10 +157,12 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
                                       const RobotDescription& robot, SimulationTime start) {
   if (Status status = check(options, robot); !status) return status.error();
   auto state = std::make_unique<State>(options, start);
-  auto building = Building::create(model, state->physics, state->next_body);
+  auto building = Building::create(model, state->physics, state->next_building);
   if (!building) return building.error();
   state->building = std::move(building).value();
-  state->next_body += static_cast<BodyId>(model.entities.size());
+  state->next_building += static_cast<BodyId>(model.entities.size());
+  state->end_of_buildings = state->next_building + options.building_bodies;
+  state->next_body = state->end_of_buildings;
 
   RealBody& real = state->real;
   real.name = robot.name;
@@ -206,6 +212,33 @@ bool Simulation::clear_of_real(const std::string& agent) const {
   return found == nullptr || found->clear_of_real;
 }
 
+Status Simulation::set_building(const SemanticModel& model) {
+  State& state = *state_;
+  for (const ModelEntity& entity : model.entities) {
+    if (state.find(entity.name)) return Error{"model entity '" + entity.name + "': an agent has this name"};
+  }
+  if (model.entities.size() > state.end_of_buildings - state.next_building) {
+    return Error{
+        "a model of " + std::to_string(model.entities.size()) +
+        " entities: the numbers that were kept for later buildings are used up; start a new session"};
+  }
+  auto next = Building::create(model, state.physics, state.next_building);
+  if (!next) return next.error();
+  const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next).value());
+  old->leave(state.physics);
+  state.next_building += static_cast<BodyId>(model.entities.size());
+  std::set<std::string_view> standing;
+  for (const FixedObstacle& obstacle : state.building->obstacles()) standing.insert(obstacle.name);
+  for (const FixedObstacle& gone : old->obstacles()) {
+    if (!standing.contains(gone.name)) state.contacts.forget(gone.name, now(), state.events);
+  }
+  for (const auto& agent : state.agents) {
+    agent->floor = state.building->floor_height(agent->pose.position());
+  }
+  state.rebuild_scene();
+  return {};
+}
+
 void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) {
   state_->real_obstacles = obstacles;
   state_->real_discs.resize(obstacles.size());
@@ -244,7 +277,7 @@ bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
   const HistoryRecord* record = state_->history.record_at(t, ahead);
   if (!record) return false;
   // The building does not move: what an earlier call wrote for this scene is still right.
-  const std::vector<BodyState>& fixed = state_->building->states();
+  const std::vector<BodyState>& fixed = record->building->states();
   if (snapshot.scene != record->scene || snapshot.bodies.size() < fixed.size()) {
     snapshot.bodies.assign(fixed.begin(), fixed.end());
   } else {

@@ -47,6 +47,7 @@ struct SimulationOptions {
   double rate = 240;  ///< Hz
   Duration history = seconds(2.0);
   std::uint64_t seed = 1;
+  BodyId building_bodies = 0;  ///< numbers kept for the bodies of later buildings (set_building)
 };
 
 /// An agent's laser wants a scan: the server casts it (fusion/scan) and hands it back with give_scan.
@@ -85,6 +86,11 @@ class Simulation {
   /// place for it.
   bool clear_of_real(const std::string& agent) const;
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
+
+  /// Puts another building in the old one's place, from the next step on: agents and robot stay where they
+  /// are, and what was before is still answered with the old one. Error, and nothing is changed: an entity
+  /// that is not finite or has an agent's name, or no more than `building_bodies` are left.
+  Status set_building(const SemanticModel& model);
 
   SimulationTime now() const;        ///< instant of the newest state
   SimulationTime next_step() const;  ///< instant of the state that step() would make

@@ -81,10 +81,12 @@ struct Simulation::State {
   std::uint64_t step = 0;
 
   Physics physics;
-  std::unique_ptr<Building> building;
+  std::shared_ptr<const Building> building;
   RealBody real;
   std::vector<std::unique_ptr<Agent>> agents;  ///< ascending first_body: in the order of their spawns
   BodyId next_body = 1;
+  /// Buildings have the lowest numbers, so that bodies stay in ascending order when another one is put in.
+  BodyId next_building = 1, end_of_buildings = 1;
 
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const BodyDefinition> real_definition;

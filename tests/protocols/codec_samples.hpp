@@ -153,6 +153,7 @@ inline std::vector<Sample> samples() {
       sample("loop_t", LoopDecision{sample_stamp, LoopDecision::Kind::steps_skipped, 3}),
       sample("status_t",
              ServerStatus{sample_stamp, {{"scan_p50_us", 123.5}, {"load", 0.5}}, {{"camera", "stand-in"}}}),
+      sample("model_t", ModelVersion{sample_stamp, 2, "map_id: map\n"}),
       sample("robot_t", RobotMessage{sample_stamp, "name: robot\n"}),
       sample("world_t", sample_world()),
   };

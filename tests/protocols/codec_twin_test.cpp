@@ -16,6 +16,7 @@
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
 #include "parhelion/pose_t.hpp"
+#include "parhelion/model_t.hpp"
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
 #include "parhelion/session_t.hpp"
@@ -242,7 +243,7 @@ RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
 
 RC_GTEST_PROP(CodecTwin, Event, ()) {
   Event event{{any_utime() * 1000 + *rc::gen::inRange(0, 1000)},
-              any_enumerator(EventKind::injection_restored),
+              any_enumerator(EventKind::model_changed),
               any_text(),
               any_text(),
               any_enumerator(PairKind::virtual_virtual),
@@ -305,6 +306,15 @@ RC_GTEST_PROP(CodecTwin, ServerStatus, ()) {
   const auto twin = through_liblcm<status_t>(status, back);
   RC_ASSERT(back.stamp == status.stamp && back.values == status.values && back.notes == status.notes);
   RC_ASSERT(twin.nvalues == static_cast<int>(status.values.size()));
+}
+
+RC_GTEST_PROP(CodecTwin, ModelVersion, ()) {
+  ModelVersion model{any_stamp(), static_cast<std::uint64_t>(*rc::gen::inRange<std::int64_t>(1, INT64_MAX)),
+                     any_text()};
+  ModelVersion back;
+  const auto twin = through_liblcm<model_t>(model, back);
+  RC_ASSERT(back.stamp == model.stamp && back.version == model.version && back.yaml == model.yaml);
+  RC_ASSERT(twin.yaml == model.yaml);
 }
 
 RC_GTEST_PROP(CodecTwin, RobotMessage, ()) {

@@ -81,6 +81,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.physics_rate = between(10, 10'000);
   a.model = text();
   a.robot = text();
+  a.mapping = *rc::gen::arbitrary<bool>();
   a.injection.max_error = positive();
   a.injection.restore = between(0, 1);
   a.contact.stop_distance = between(0, 1);
@@ -110,6 +111,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->seed == a.seed);
   RC_ASSERT(b->physics_rate == a.physics_rate);
   RC_ASSERT(b->model == a.model);
+  RC_ASSERT(b->mapping == a.mapping);
   RC_ASSERT(b->robot == a.robot);
   RC_ASSERT(b->injection.max_error == a.injection.max_error);
   RC_ASSERT(b->injection.restore == a.injection.restore);

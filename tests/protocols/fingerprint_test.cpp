@@ -14,6 +14,7 @@
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
 #include "parhelion/pose_t.hpp"
+#include "parhelion/model_t.hpp"
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
 #include "parhelion/session_t.hpp"
@@ -47,6 +48,7 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<imu_t>(), 0x574360037da0350eU);
   EXPECT_EQ(fingerprint<joints_t>(), 0x5446b6c04d532a98U);
   EXPECT_EQ(fingerprint<robot_t>(), 0x01848a2e835a8412U);
+  EXPECT_EQ(fingerprint<model_t>(), 0x62c27ab1a2f2a9b3U);
   EXPECT_EQ(fingerprint<session_t>(), 0xc498141c344a4425U);
   EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
   EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);

@@ -110,6 +110,66 @@ TEST(ScanSources, scan_lines_across_the_way_become_3d_scans_of_some_metres_each)
   }
 }
 
+/// A robot that stands in a hall of 20 x 2 x 2.5 m and nods its level laser by 0.7 rad up and down.
+void write_nodding_log(const std::string& path) {
+  RobotDescription robot;
+  robot.laser.emplace();
+  robot.laser->T_base_laser = Transform<Base, Laser>::planar(0, 0, 0, 0.5);
+  robot.laser->convention.range_min = 0.05F;
+  robot.laser->convention.range_max = 30;
+  auto writer = LogWriter::create(path, true);
+  ASSERT_TRUE(writer.ok());
+  std::int64_t arrival = 1'000'000;
+  const auto write = [&](const char* channel, const auto& message) {
+    std::vector<std::uint8_t> bytes;
+    encode(message, bytes);
+    ASSERT_TRUE(writer->write(channel, ArrivalTime::from_utime(++arrival), bytes).ok());
+  };
+  write("ROBOT", RobotMessage{SensorTime::from_utime(1'000'000), to_yaml(robot)});
+  for (int i = 0; i <= 70; ++i) {
+    const auto stamp = SensorTime::from_utime(1'000'000 + 50'000 * i);
+    const double tilt = 0.02 * i - 0.7;
+    PoseEstimate pose;
+    pose.stamp = stamp;
+    pose.state = SlamState::tracking;
+    pose.map_id = "hall";
+    write("POSE_COV", pose);
+    write("JOINT_STATE", Joints{stamp, {"nod"}, {tilt}, {}, {}});
+    Scan line;
+    line.stamp = stamp;
+    line.angle_first = -1.5F;
+    line.angle_step = 0.03F;
+    for (int k = 0; k <= 100; ++k) {
+      const double angle = static_cast<double>(line.angle_first) + static_cast<double>(line.angle_step) * k;
+      const double x = std::cos(angle) * std::cos(tilt), y = std::sin(angle),
+                   z = -std::cos(angle) * std::sin(tilt);
+      const auto to = [](double plane, double along) { return along * plane > 0 ? plane / along : 1e9; };
+      const double range = std::min({to(10, x), to(1, y), to(-1, y), to(2, z), to(-0.5, z)});
+      line.ranges.push_back(static_cast<float>(range));
+    }
+    write("SCAN", line);
+  }
+}
+
+TEST(ScanSources, scan_lines_of_a_nodding_laser_are_placed_by_its_joint) {
+  const TemporaryFolder folder;
+  write_nodding_log(folder / "hall.lcm");
+  EXPECT_FALSE(open_scans({folder / "hall.lcm"}, {})) << "a level laser makes no 3D scan";
+  ScanSourceOptions options;
+  options.tilt_joint = "nod";
+  const auto opened = open_scans({folder / "hall.lcm"}, options);
+  ASSERT_TRUE(opened) << opened.error().message;
+  ASSERT_EQ(opened->scans.size(), 1U);
+  EXPECT_EQ(opened->scans[0].cloud.size(), 71U * 101U);
+  for (const Eigen::Vector3f& p : opened->scans[0].cloud.points) {
+    const float off = std::min(
+        {std::abs(std::abs(p.y()) - 1), std::abs(p.z()), std::abs(p.z() - 2.5F), std::abs(p.x() - 10)});
+    ASSERT_LT(off, 2e-3F) << p.transpose();
+  }
+  options.tilt_joint = "neck";
+  EXPECT_FALSE(open_scans({folder / "hall.lcm"}, options));
+}
+
 TEST(ScanSources, depth_images_of_a_log_stand_where_those_of_its_folder_do) {
   const auto kitchen = test::recording("rgbd-7scenes-redkitchen-a");
   PARHELION_NEEDS_RECORDING(kitchen);

@@ -1,0 +1,25 @@
+// A new version of the semantic model on its way into the running server.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "fusion/scan/building_tree.hpp"
+#include "protocols/model.hpp"
+#include "protocols/status.hpp"
+#include "protocols/telemetry.hpp"
+#include "server/configuration.hpp"
+
+namespace parhelion {
+
+/// What takes time to make of a MR_MODEL message: made beside the tick in a live server, in it in replay.
+struct PreparedModel {
+  std::uint64_t version = 0;
+  std::shared_ptr<const SemanticModel> model;
+  BuildingTree tree;
+};
+
+/// Error: YAML that is no model, or a model of another map than the session's.
+Result<PreparedModel> prepare_model(const ModelVersion& message, const Configuration& configuration);
+
+}  // namespace parhelion
