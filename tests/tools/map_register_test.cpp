@@ -1,0 +1,74 @@
+// `parhelion map register` as a person runs it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "fusion/cloud/read_cloud.hpp"
+#include "tests/tools/imported_log.hpp"
+#include "tests/tools/process.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::TemporaryFolder;
+
+nlohmann::json json_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return nlohmann::json::parse(file);
+}
+
+TEST(MapRegister, BringsTheRoomTogetherAndSaysSo) {
+  const auto room1 = test::recording("3d-room-scan/room_scan1.pcd");
+  const auto room2 = test::recording("3d-room-scan/room_scan2.pcd");
+  PARHELION_NEEDS_RECORDING(room1);
+  const TemporaryFolder folder;
+  const std::string cloud = folder / "room.ply", summary = folder / "s.json";
+  const std::vector<std::string> arguments = {
+      "map", "register", room1,       room2,  "--guess", "1.79387,0.720047,0,39.7117",
+      "-o",  cloud,      "--summary", summary};
+  const auto ran = test::run(arguments, folder / "log");
+  ASSERT_EQ(ran.exit, 0) << ran.output;
+  const auto scan = read_scan(cloud);
+  ASSERT_TRUE(scan) << scan.error().message;
+  EXPECT_EQ(scan->cloud.viewpoints.size(), 2U);
+  const auto said = json_of(summary);
+  ASSERT_EQ(said["scans"].size(), 2U);
+  EXPECT_EQ(said["points"], scan->cloud.size());
+  const auto& second = said["scans"][1];
+  EXPECT_TRUE(second["converged"]);
+  EXPECT_GT(second["overlap"], 0.4);
+  const auto T = second["T_map_scan"].get<std::vector<std::vector<double>>>();
+  ASSERT_EQ(T.size(), 4U);
+  // The attribution file's own point-to-plane ICP.
+  EXPECT_NEAR(std::atan2(T[1][0], T[0][0]), 0.712, 0.3 * std::numbers::pi / 180);
+  EXPECT_NEAR(std::hypot(T[0][3] - 1.971, T[1][3] - 0.057, T[2][3] - 0.029), 0, 0.03);
+  EXPECT_EQ(test::run(arguments, folder / "log").exit, 1) << "nothing is overwritten unasked";
+}
+
+TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
+  const auto corridor = test::recording("3d-3dtk-corridor/scan000.3d");
+  const auto stairs = test::recording("3d-ori-stairs/06.pcd");
+  PARHELION_NEEDS_RECORDING(corridor);
+  PARHELION_NEEDS_RECORDING(stairs);
+  const TemporaryFolder folder;
+  const std::string cloud = folder / "c.ply", summary = folder / "s.json";
+  std::vector<std::string> arguments = {"map",      "register", corridor, stairs,      "--guess",
+                                        "30,0,0,0", "-o",       cloud,    "--summary", summary};
+  const auto ran = test::run(arguments, folder / "log");
+  EXPECT_EQ(ran.exit, 1) << ran.output;
+  EXPECT_FALSE(std::filesystem::exists(cloud));
+  const auto said = json_of(summary);
+  EXPECT_FALSE(said["scans"][1]["converged"]);
+  EXPECT_TRUE(said["scans"][1]["T_map_scan"].is_null());
+  EXPECT_NE(said["scans"][1]["why"], "");
+  arguments.insert(arguments.end(), {"--keep-going", "--force"});
+  EXPECT_EQ(test::run(arguments, folder / "log").exit, 0);
+  const auto scan = read_scan(cloud);
+  ASSERT_TRUE(scan);
+  EXPECT_LE(scan->cloud.size(), 81'359U);
+}
+
+}  // namespace
+}  // namespace parhelion
