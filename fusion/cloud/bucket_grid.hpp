@@ -39,6 +39,20 @@ class BucketGrid {
     return ((p - origin_) * inverse_size_).array().floor().cast<int>();
   }
 
+  /// m, the corner of a bucket with the least coordinates.
+  Eigen::Vector3f corner(const Eigen::Vector3i& bucket) const {
+    return origin_ + bucket.cast<float>() * static_cast<float>(bucket_size_);
+  }
+
+  /// The run of the buckets x0 to x1 of a row, all within the grid; empty where x0 > x1.
+  Range row(int x0, int x1, int y, int z) const {
+    if (x0 > x1) return {};
+    const std::size_t first =
+        (static_cast<std::size_t>(z) * static_cast<std::size_t>(buckets_.y()) + static_cast<std::size_t>(y)) *
+        static_cast<std::size_t>(buckets_.x());
+    return {start_[first + static_cast<std::size_t>(x0)], start_[first + static_cast<std::size_t>(x1) + 1]};
+  }
+
   /// Calls visit(Range) for the up to 9 runs that make the 27 buckets around `bucket` (x neighbours are one
   /// run).
   template <class Visit>
@@ -47,11 +61,7 @@ class BucketGrid {
     if (x0 > x1) return;
     for (int z = std::max(bucket.z() - 1, 0); z <= std::min(bucket.z() + 1, buckets_.z() - 1); ++z) {
       for (int y = std::max(bucket.y() - 1, 0); y <= std::min(bucket.y() + 1, buckets_.y() - 1); ++y) {
-        const std::size_t row = (static_cast<std::size_t>(z) * static_cast<std::size_t>(buckets_.y()) +
-                                 static_cast<std::size_t>(y)) *
-                                static_cast<std::size_t>(buckets_.x());
-        const Range run{start_[row + static_cast<std::size_t>(x0)],
-                        start_[row + static_cast<std::size_t>(x1) + 1]};
+        const Range run = row(x0, x1, y, z);
         if (run.begin < run.end) visit(run);
       }
     }

@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <limits>
+#include <numbers>
+#include <random>
 
+#include "fusion/cloud/read_cloud.hpp"
 #include "tests/fusion/cloud/synthetic_scans.hpp"
+#include "tests/recordings.hpp"
 
 namespace parhelion {
 namespace {
@@ -181,6 +186,44 @@ TEST(Registration, NeverCallsAWrongAlignmentRight) {
     EXPECT_LT(degrees_off(*found, pair.truth), 0.3) << i;
   }
   EXPECT_GT(right, 0);
+}
+
+// Check values of the attribution file, which says yaw only; a hundred starts within 0.5 m and 20 degrees.
+TEST(Registration, FindsTheRoomFromAHundredStarts) {
+  const auto folder = test::recording("3d-room-scan");
+  PARHELION_NEEDS_RECORDING(folder);
+  const auto first = read_scan(folder / "room_scan1.pcd"), second = read_scan(folder / "room_scan2.pcd");
+  ASSERT_TRUE(first.ok() && second.ok());
+  PointCloud<Target> target = cloud_of<Target>(first->cloud.points);
+  PointCloud<Source> source = cloud_of<Source>(second->cloud.points);
+  const Eigen::Isometry3d reference = pose(1.971, 0.057, 0.029, 0.712);
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> signed_unit(-1, 1);
+  const auto direction = [&] {
+    Eigen::Vector3d v;
+    do v = {signed_unit(generator), signed_unit(generator), signed_unit(generator)};
+    while (v.norm() > 1 || v.norm() < 0.1);
+    return Eigen::Vector3d(v.normalized());
+  };
+  const int starts = std::getenv("PARHELION_LONG") != nullptr ? 100 : 12;
+  int right = 0;
+  for (int i = 0; i < starts; ++i) {
+    Eigen::Isometry3d start = reference;
+    if (i == 0) {
+      start = pose(1.79387, 0.720047, 0, 0.6931);  // the attribution file's first guess
+    } else {
+      const double angle = std::abs(signed_unit(generator)) * 20 * std::numbers::pi / 180;
+      start.linear() = Eigen::AngleAxisd(angle, direction()).toRotationMatrix() * start.linear();
+      start.translation() += 0.5 * std::abs(signed_unit(generator)) * direction();
+    }
+    const auto found = register_pair(target, source, Transform<Target, Source>(start));
+    ASSERT_TRUE(found.ok()) << found.error().message;
+    if (!found->converged) continue;
+    ++right;
+    EXPECT_LT(metres_off(*found, reference), 0.03) << i;
+    EXPECT_NEAR(found->T_target_source.yaw(), 0.712, 0.3 * std::numbers::pi / 180) << i;
+  }
+  EXPECT_GE(right, starts * 95 / 100);
 }
 
 }  // namespace

@@ -1,0 +1,132 @@
+// Registration of the room pair and full-resolution point-to-point iterations: points, threads, milliseconds,
+// and against PCL's ICP where it is installed.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#ifdef PARHELION_WITH_PCL
+#include <pcl/point_types.h>
+#include <pcl/registration/icp.h>
+#endif
+
+#include "fusion/cloud/point_icp.hpp"
+#include "fusion/cloud/read_cloud.hpp"
+#include "fusion/cloud/registration.hpp"
+
+namespace {
+
+using namespace parhelion;
+
+template <class Work>
+double milliseconds(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The cloud and copies of it beside each other, to at least `count` points.
+std::vector<Eigen::Vector3f> tiled(const std::vector<Eigen::Vector3f>& points, std::size_t count) {
+  std::vector<Eigen::Vector3f> result;
+  for (int tile = 0; result.size() < count; ++tile) {
+    for (const Eigen::Vector3f& p : points) {
+      if (result.size() < count)
+        result.push_back(p + Eigen::Vector3f(30.0f * static_cast<float>(tile), 0, 0));
+    }
+  }
+  return result;
+}
+
+double register_default(const PointCloud<Target>& target, const PointCloud<Source>& source,
+                        const Transform<Target, Source>& guess) {
+  RegistrationOptions options;
+  options.threads = 2;
+  std::vector<double> times;
+  Registration found;
+  for (int i = 0; i < 21; ++i)
+    times.push_back(milliseconds([&] { found = *register_pair(target, source, guess, options); }));
+  std::sort(times.begin(), times.end());
+  const Eigen::Vector3d t = found.T_target_source.translation();
+  std::printf(
+      "register_pair: %zu + %zu points, 2 threads: p50 %.1f ms, best %.1f ms; t %.4f %.4f %.4f, yaw %.4f, "
+      "%s\n",
+      target.size(), source.size(), times[times.size() / 2], times.front(), t.x(), t.y(), t.z(),
+      found.T_target_source.yaw(), found.converged ? "converged" : found.why.c_str());
+  return times[times.size() / 2];
+}
+
+void iterate_points(const PointCloud<Target>& target, const PointCloud<Source>& source,
+                    const Transform<Target, Source>& guess, bool paper_grid) {
+  constexpr std::size_t points = 300000;
+  constexpr int iterations = 30;
+  PointIcpOptions options;
+  options.threads = 2;
+  options.paper_grid = paper_grid;
+  const auto many_target = tiled(target.points, points);
+  std::vector<Eigen::Vector3f> moved;
+  for (const Eigen::Vector3f& p : source.points) moved.push_back((guess * p.cast<double>()).cast<float>());
+  const auto many_source = tiled(moved, points);
+  PointIcp icp(many_target, many_source, options);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  double first = 0, sum = 0, last = 0;
+  for (int i = 0; i < iterations; ++i) {
+    last = milliseconds([&] { T = icp.step(T); });
+    if (i == 0) first = last;
+    sum += last;
+  }
+  std::printf(
+      "exact point-to-point, %s grid: %zu points, 2 threads, %d iterations: mean %.1f ms, first %.1f, last "
+      "%.1f\n",
+      paper_grid ? "paper's" : "fitted", points, iterations, sum / iterations, first, last);
+}
+
+#ifdef PARHELION_WITH_PCL
+double register_with_pcl(const PointCloud<Target>& target, const PointCloud<Source>& source,
+                         const Transform<Target, Source>& guess) {
+  const auto converted = [](const std::vector<Eigen::Vector3f>& points) {
+    auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+    for (const Eigen::Vector3f& p : points) cloud->push_back({p.x(), p.y(), p.z()});
+    return cloud;
+  };
+  pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp;
+  icp.setInputTarget(converted(target.points));
+  icp.setInputSource(converted(source.points));
+  icp.setMaxCorrespondenceDistance(1);
+  icp.setMaximumIterations(60);
+  icp.setTransformationEpsilon(1e-8);
+  pcl::PointCloud<pcl::PointXYZ> aligned;
+  const double time = milliseconds([&] { icp.align(aligned, guess.isometry().matrix().cast<float>()); });
+  const Eigen::Vector3f t = icp.getFinalTransformation().topRightCorner<3, 1>();
+  std::printf("PCL's ICP: %.0f ms; t %.4f %.4f %.4f\n", time, t.x(), t.y(), t.z());
+  return time;
+}
+#endif
+
+}  // namespace
+
+int main() {
+  const std::filesystem::path folder = std::filesystem::path(PARHELION_DATA_DIR) / "3d-room-scan";
+  const auto first = parhelion::read_scan(folder / "room_scan1.pcd"),
+             second = parhelion::read_scan(folder / "room_scan2.pcd");
+  if (!first || !second) {
+    std::printf("%s\n", (first ? second : first).error().message.c_str());
+    return 1;
+  }
+  parhelion::PointCloud<parhelion::Target> target;
+  parhelion::PointCloud<parhelion::Source> source;
+  target.points = first->cloud.points;
+  source.points = second->cloud.points;
+  // A scan's frame is its scanner's.
+  target.viewpoints = source.viewpoints = {Eigen::Vector3d::Zero()};
+  const auto guess =
+      parhelion::Transform<parhelion::Target, parhelion::Source>::planar(1.79387, 0.720047, 0.6931);
+  [[maybe_unused]] const double own = register_default(target, source, guess);
+  iterate_points(target, source, guess, false);
+  iterate_points(target, source, guess, true);
+#ifdef PARHELION_WITH_PCL
+  std::printf("PCL / register_pair: %.0f times\n", register_with_pcl(target, source, guess) / own);
+#else
+  std::printf("PCL (libpcl-dev) was not there when this was built\n");
+#endif
+}
