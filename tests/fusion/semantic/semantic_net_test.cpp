@@ -1,0 +1,123 @@
+// From surfaces to labelled entities, on rooms that are known.
+#include "fusion/semantic/semantic_net.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "protocols/model_overlap.hpp"
+#include "tests/fusion/semantic/clouds.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::CloudPainter;
+using testing::HasSubstr;
+
+long count(const SemanticNet& net, EntityLabel label) {
+  return std::count_if(net.entities.begin(), net.entities.end(),
+                       [&](const ModelEntity& e) { return e.label == label; });
+}
+
+SemanticNet net_of(const PointCloud<Map>& cloud) {
+  const auto surfaces = segment(cloud);
+  if (!surfaces) throw std::runtime_error(surfaces.error().message);
+  const auto net = label_entities(cloud, *surfaces);
+  if (!net) throw std::runtime_error(net.error().message);
+  return *net;
+}
+
+TEST(SemanticNet, OfABareRoomIsFourWallsFloorAndCeiling) {
+  CloudPainter painter(600, 0.005, 1);
+  painter.room({0, 0}, {5, 4}, 0, 2.7);
+  const SemanticNet net = net_of(painter.cloud());
+  EXPECT_EQ(count(net, EntityLabel::wall), 4);
+  EXPECT_EQ(count(net, EntityLabel::floor), 1);
+  EXPECT_EQ(count(net, EntityLabel::ceiling), 1);
+  EXPECT_EQ(count(net, EntityLabel::door), 0);
+  EXPECT_EQ(net.evidence.size(), net.entities.size());
+  EXPECT_EQ(net.labels.size(), painter.cloud().size());
+  EXPECT_FALSE(find_overlap(net.entities));
+}
+
+TEST(SemanticNet, KnowsADoorThatStandsOpen) {
+  // A wall across a hall with an opening 0.9 m wide and 2.0 m high, seen from one side.
+  CloudPainter painter(900, 0.005, 2);
+  painter.room({0, 0}, {8, 4}, 0, 2.7);
+  painter.wall({4, 0}, {4, 1.5}, 0, 2.7);
+  painter.wall({4, 2.4}, {4, 4}, 0, 2.7);
+  painter.wall({4, 1.5}, {4, 2.4}, 2.0, 2.7);
+  PointCloud<Map> cloud = painter.cloud();
+  cloud.viewpoints = {{2, 2, 1.2}};
+  // What the wall hides from there was not measured.
+  std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
+    if (p.x() < 4.05F) return false;
+    const float s = 2 / (p.x() - 2), y = 2 + s * (p.y() - 2), z = 1.2F + s * (p.z() - 1.2F);
+    return y < 1.5F || y > 2.4F || z > 2.0F;
+  });
+  const SemanticNet net = net_of(cloud);
+  ASSERT_EQ(count(net, EntityLabel::door), 1);
+  const auto door = std::find_if(net.entities.begin(), net.entities.end(),
+                                 [](const ModelEntity& e) { return e.label == EntityLabel::door; });
+  // The leaf that nobody saw is drawn open; one end of its hinge's range closes the opening.
+  ASSERT_TRUE(door->hinge.has_value());
+  const auto centre_at = [&](double angle) -> Eigen::Vector2d {
+    const Eigen::Vector2d in_door =
+        door->hinge->axis - Eigen::Rotation2Dd(angle).toRotationMatrix() * door->hinge->axis;
+    return (door->T_map_body * Eigen::Vector3d(in_door.x(), in_door.y(), 0)).head<2>();
+  };
+  const Eigen::Vector2d opening(4, 1.95);
+  EXPECT_LT(std::min((centre_at(door->hinge->lower) - opening).norm(),
+                     (centre_at(door->hinge->upper) - opening).norm()),
+            0.12);
+  EXPECT_NEAR(door->size.x(), 0.9, 0.15);
+  EXPECT_NEAR(door->size.z(), 2.0, 0.15);
+  EXPECT_EQ(count(net, EntityLabel::wall_above_door), 1);
+  EXPECT_TRUE(std::any_of(net.relations.begin(), net.relations.end(), [&](const Relation& r) {
+    return r.kind == RelationKind::connected_via_joint && r.from == door->name;
+  }));
+  EXPECT_FALSE(find_overlap(net.entities));
+}
+
+TEST(SemanticNet, FindsStairsOfRandomRises) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    CloudPainter painter(3000, 0.004, seed);
+    const double rise = 0.14 + 0.06 * painter.uniform(), tread = 0.26 + 0.08 * painter.uniform();
+    painter.slab({-2, 0}, {0, 1.4}, 0);
+    for (int i = 0; i < 5; ++i) {
+      painter.wall({i * tread, 0}, {i * tread, 1.4}, i * rise, (i + 1) * rise);
+      painter.slab({i * tread, 0}, {(i + 1) * tread + (i == 4 ? 1.5 : 0.0), 1.4}, (i + 1) * rise);
+    }
+    const SemanticNet net = net_of(painter.cloud());
+    ASSERT_EQ(net.stairs.size(), 1U) << "seed " << seed;
+    ASSERT_EQ(net.stairs[0].rises.size(), 5U) << "seed " << seed << ", rise " << rise;
+    for (const double found : net.stairs[0].rises) EXPECT_NEAR(found, rise, 0.01) << "seed " << seed;
+  }
+}
+
+TEST(SemanticNet, TakesNoTableForAFloor) {
+  CloudPainter painter(900, 0.005, 4);
+  painter.room({0, 0}, {6, 4}, 0, 2.6);
+  painter.slab({1, 1}, {3, 2}, 0.74);
+  painter.slab({3.5, 2.5}, {5, 3.3}, 0.72);
+  const SemanticNet net = net_of(painter.cloud());
+  for (const ModelEntity& e : net.entities) {
+    if (e.label != EntityLabel::floor) continue;
+    EXPECT_LT(e.T_map_body.translation().z(), 0.1) << e.name;
+  }
+  EXPECT_EQ(net.stairs.size(), 0U);
+}
+
+TEST(SemanticNet, RefusesASegmentationOfAnotherCloud) {
+  CloudPainter painter(300, 0.005, 1);
+  painter.room({0, 0}, {5, 4}, 0, 2.7);
+  const Segmentation wrong;
+  EXPECT_THAT(label_entities(painter.cloud(), wrong).error().message, HasSubstr("points"));
+  EXPECT_FALSE(label_entities({}, wrong).ok());
+}
+
+}  // namespace
+}  // namespace parhelion
