@@ -30,7 +30,7 @@ struct Arguments {
   std::string output, summary, guess;
   ScanSourceOptions source;
   RegistrationOptions registration;
-  bool overwrite = false, keep_going = false;
+  bool overwrite = false, keep_going = false, trust_poses = false;
 };
 
 nlohmann::json to_json(const std::string& name, const RegisteredScan& scan) {
@@ -81,6 +81,22 @@ Result<OpenedScans> open(const Arguments& arguments) {
   return opened;
 }
 
+/// The scans where their poses say, for sources that were tracked well by other means.
+Result<RegisteredSequence> fuse(const std::vector<ScanToRegister>& scans) {
+  if (scans.empty() || scans.size() > 0xFFFF) return Error{"expected 1 to 65535 scans"};
+  RegisteredSequence sequence;
+  PointCloud<Cloud>& cloud = sequence.cloud;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    if (!scans[i].has_guess) return Error{scans[i].name + ": has no pose that could be trusted"};
+    const PointCloud<Cloud> placed = transformed(scans[i].guess, scans[i].cloud);
+    cloud.points.insert(cloud.points.end(), placed.points.begin(), placed.points.end());
+    cloud.scans.resize(cloud.size(), static_cast<std::uint16_t>(i));
+    cloud.viewpoints.push_back(scans[i].guess.translation());
+    sequence.scans.push_back({scans[i].guess, true, "its pose was trusted", 0, 0, 0});
+  }
+  return sequence;
+}
+
 /// Says how each scan fared; how many failed.
 std::size_t report(const std::vector<std::string>& names, const RegisteredSequence& sequence) {
   std::size_t failed = 0;
@@ -101,9 +117,12 @@ Status run(const Arguments& arguments) {
   if (!opened) return opened.error();
   Progress progress("register", "scans");
   const auto sequence =
-      register_sequence(opened->scans, arguments.registration, [&](std::size_t done, std::size_t total) {
-        progress.update(static_cast<double>(done), static_cast<double>(total));
-      });
+      arguments.trust_poses
+          ? fuse(opened->scans)
+          : register_sequence(opened->scans, arguments.registration,
+                              [&](std::size_t done, std::size_t total) {
+                                progress.update(static_cast<double>(done), static_cast<double>(total));
+                              });
   progress.finish();
   if (!sequence) return sequence.error();
   std::vector<std::string> names;
@@ -160,6 +179,8 @@ void add_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--threads", arguments.registration.threads, "Threads; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command.add_flag("--trust-poses", arguments.trust_poses,
+                   "Fuse the scans where their poses say, without ICP");
   command.add_flag("--keep-going", arguments.keep_going,
                    "Write the cloud though a scan could not be registered");
   command.add_flag("--force", arguments.overwrite, "Overwrite CLOUD and summary");

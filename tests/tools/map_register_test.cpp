@@ -70,5 +70,19 @@ TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
   EXPECT_LE(scan->cloud.size(), 81'359U);
 }
 
+TEST(MapRegister, TrustedPosesAreTakenAsTheyAreAndMustBeThere) {
+  const auto stairs = test::recording("rgbd-7scenes-stairs/seq-01");
+  const auto room = test::recording("3d-room-scan/room_scan1.pcd");
+  PARHELION_NEEDS_RECORDING(stairs);
+  PARHELION_NEEDS_RECORDING(room);
+  const TemporaryFolder folder;
+  const std::string cloud = folder / "stairs.ply";
+  const auto ran = test::run({"map", "register", stairs, "--trust-poses", "-o", cloud}, folder / "log");
+  ASSERT_EQ(ran.exit, 0) << ran.output;
+  EXPECT_GT(read_scan(cloud)->cloud.size(), 10'000U);
+  EXPECT_EQ(
+      test::run({"map", "register", room, "--trust-poses", "-o", folder / "r.ply"}, folder / "log").exit, 1);
+}
+
 }  // namespace
 }  // namespace parhelion
