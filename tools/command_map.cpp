@@ -4,9 +4,12 @@ namespace parhelion {
 
 void add_map(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("map", "Models of a site");
-  command->footer("Example:\n  parhelion map extrude site.yaml -o model.yaml --picture model.png");
+  command->footer(
+      "Examples:\n  parhelion map model room.ply -o room.yaml --picture room.png\n  parhelion map extrude "
+      "site.yaml -o model.yaml --picture model.png");
   command->require_subcommand(1);
   add_map_register(*command, exit);
+  add_map_model(*command, exit);
   add_map_view(*command, exit);
   add_map_extrude(*command, exit);
 }

@@ -1,6 +1,7 @@
 #include "tools/model_pictures.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
@@ -38,7 +39,7 @@ std::string contents(const SemanticModel& model) {
   add(count[EntityLabel::unknown], "unknown box", "unknown boxes");
   char heights[96];
   if (const auto floor = ground_floor(model)) {
-    std::snprintf(heights, sizeof heights, "; floor %.2f m", *floor);
+    std::snprintf(heights, sizeof heights, "; floor %.2f m", std::round(*floor * 100) / 100 + 0.0);
     words += heights;
   }
   if (count[EntityLabel::ceiling] > 0) {
