@@ -1,0 +1,195 @@
+// From a scan of a known building to a model, and a session in which virtual robots live in it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "fusion/cloud/write_cloud.hpp"
+#include "fusion/pose/slam.hpp"
+#include "fusion/scan/ray_caster.hpp"
+#include "fusion/semantic/build_model.hpp"
+#include "render/compositor.hpp"
+#include "server/replay.hpp"
+#include "tests/server/synthetic.hpp"
+#include "tests/synthetic_site.hpp"
+
+namespace parhelion {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// One model for all tests of this file: floor at zero, as the session needs it.
+const BuiltModel& built() {
+  static const BuiltModel model = [] {
+    ModelOptions options;
+    options.floor_to_zero = true;
+    auto made = build_model(test::scan_of_site(), options);
+    EXPECT_TRUE(made) << (made ? "" : made.error().message);
+    return made ? std::move(*made) : BuiltModel{};
+  }();
+  return model;
+}
+
+TEST(MapModel, TheFloorIsAtZeroAndTheShiftIsRecorded) {
+  const auto floor = ground_floor(built().model);
+  ASSERT_TRUE(floor);
+  EXPECT_NEAR(*floor, 0, 1e-9);
+  EXPECT_NEAR(built().floor, -1.3, 0.02) << "in the cloud's own coordinates";
+  EXPECT_NEAR((built().model.T_map_cloud * Eigen::Vector3d(0, 0, -1.3)).z(), 0, 0.02);
+}
+
+TEST(MapModel, ALaserMeetsTheModelWhereItMeetsTheBuilding) {
+  const std::vector<float> time(360, 0.F);
+  const BeamSet beams{0.005F, 0.01745F, time};
+  const auto T = Transform<Map, Laser>::planar(0.5, 0.3, 0, 0.4);
+  // The model's map is the cloud's frame: its origin under the first scanner.
+  std::vector<RangeHit> site(360), model(360);
+  cast_building_exact({T, T}, beams, test::synthetic_site(), 30, site);
+  RayCaster caster;
+  caster.set_building(built().model);
+  caster.cast_building({T, T}, beams, 30, model);
+  int alike = 0;
+  for (std::size_t i = 0; i < site.size(); ++i) alike += std::abs(site[i].range - model[i].range) < 0.12F;
+  EXPECT_GE(alike, 330) << "of 360; the rest pass through doorways and along edges";
+}
+
+TEST(MapModel, TheYamlOfAModelReadsBackWithItsMesh) {
+  const auto again = parse_model(to_yaml(built().model), "model.yaml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(to_yaml(*again), to_yaml(built().model));
+  ASSERT_FALSE(again->meshes.empty());
+  EXPECT_LE(again->meshes[0].triangles.size(), 50'000U);
+}
+
+TEST(MapModel, AnAgentInReplayIsStoppedByTheModelAndTheEventNamesTheWall) {
+  test::Folder folder;
+  SemanticModel model = built().model;
+  model.map_id = "synthetic";
+  std::ofstream(folder / "model.yaml") << to_yaml(model);
+  Scenario scenario;
+  scenario.name = "in the model";
+  scenario.model = folder / "model.yaml";
+  scenario.agents = {test::agent("rover", AgentKind::robot, 2.4, 1.2, BehaviourKind::teleop)};
+  scenario.agents[0].T_map_base = Transform<Map, Base>::planar(2.4, 1.2, std::numbers::pi / 2);
+  std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
+  std::vector<Message> teleop;  // straight on, for longer than the way to the north wall takes
+  for (int i = 0; i < 140; ++i) {
+    const std::int64_t utime = test::start_us + 500'000 + i * 50'000;
+    teleop.push_back(test::message("MR_AGENT_rover_TELEOP", utime,
+                                   TwistCommand{SensorTime::from_utime(utime), Twist2{0.4, 0, 0}}));
+  }
+  test::write_log(folder / "drive.lcm", test::drive(8, std::move(teleop)));
+  ReplayOptions options;
+  options.log = folder / "drive.lcm";
+  options.scenario = folder / "scenario.yaml";
+  options.session = folder / "session.lcm";
+  const auto report = replay(options);
+  ASSERT_TRUE(report) << report.error().message;
+  auto reader = LogReader::open(folder / "session.lcm");
+  ASSERT_TRUE(reader);
+  bool hit = false;
+  for (auto message = reader->next(); message && *message; message = reader->next()) {
+    if ((*message)->channel != channel::mr_events) continue;
+    Event event;
+    ASSERT_TRUE(decode(channel::mr_events, (*message)->payload, event));
+    if (event.kind != EventKind::collision_started || event.subject != "rover") continue;
+    hit = true;
+    EXPECT_THAT(event.object, HasSubstr("wall"));
+    EXPECT_NEAR(event.position.y(), 2.5, 0.15);
+  }
+  EXPECT_TRUE(hit) << "the rover drove into the wall";
+}
+
+TEST(MapModel, AVirtualBodyBehindAWallOfTheModelIsHidden) {
+  auto compositor = Compositor::create(built().model);
+  ASSERT_TRUE(compositor) << compositor.error().message;
+  RenderJob job;
+  job.image.width = 320, job.image.height = 240, job.image.row_stride = 960;
+  job.image.format = PixelFormat::bgr;
+  job.image.bytes.assign(320 * 240 * 3, 120);
+  CameraIntrinsics& c = job.camera.intrinsics;
+  c.width = 320, c.height = 240, c.fx = c.fy = 250, c.cx = 160, c.cy = 120;
+  Eigen::Matrix3d R;  // looks along +x
+  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  job.T_map_optical = Transform<Map, CameraOptical>(Eigen::Quaterniond(R), {0.5, -1.0, 1.0});
+  const auto pixels_at = [&](double x) {
+    auto scene = std::make_shared<Scene>();
+    BodyDefinition body;
+    body.id = 1;
+    body.entity = "ghost";
+    body.injectable = true;
+    body.shapes.emplace_back();
+    body.shapes[0].size = {0.5, 0.5, 1.2};
+    scene->bodies = {std::make_shared<const BodyDefinition>(body)};
+    job.world.scene = scene;
+    BodyState state;
+    state.id = 1;
+    state.T_map_body = Transform<Map, Body>::planar(x, -1.0, 0, 0.9);
+    job.world.bodies = {state};
+    const auto pixels = (*compositor)->compose_pixels(job);
+    EXPECT_TRUE(pixels) << pixels.error().message;
+    return static_cast<std::size_t>(std::count(pixels->mask.begin(), pixels->mask.end(), 255));
+  };
+  EXPECT_GT(pixels_at(2.2), 1000U) << "before the middle wall";
+  EXPECT_EQ(pixels_at(4.2), 0U) << "behind it";
+}
+
+class MapModelCommand : public ::testing::Test {
+ protected:
+  test::Folder folder_;
+};
+
+TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
+  ASSERT_TRUE(write_ply(folder_ / "site.ply", test::scan_of_site(0.012)).ok());
+  const std::string base = std::string(PARHELION_BINARY_DIR) + "/tools/parhelion map model " +
+                           (folder_ / "site.ply") + " -o " + (folder_ / "model.yaml");
+  const std::string all = base + " --floor-to-zero --gltf " + (folder_ / "m.gltf") + " --picture " +
+                          (folder_ / "m.png") + " --summary " + (folder_ / "s.json") + " --slice " +
+                          (folder_ / "slice") + " --labelled " + (folder_ / "l.ply");
+  ASSERT_EQ(std::system((all + " 2>/dev/null").c_str()), 0);
+  for (const char* name : {"model.yaml", "m.gltf", "m.png", "s.json", "slice.yaml", "slice.pgm", "l.ply"})
+    EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
+  std::ifstream file(folder_ / "s.json");
+  const auto summary = nlohmann::json::parse(file);
+  EXPECT_NEAR(summary["floor_m"].get<double>(), -1.3, 0.02)
+      << "in the levelled cloud, not in the moved model";
+  EXPECT_NEAR(summary["ceiling_m"].get<double>(), 1.3, 0.02);
+  EXPECT_GE(summary["walls"].size(), 4U);
+  const auto map = load_ros_map(folder_ / "slice.yaml");
+  ASSERT_TRUE(map) << map.error().message;
+  auto model = load_model(folder_ / "model.yaml");
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->map_id, map->id);
+  // A person deletes a wall and draws a pane of glass; a second run must not take that back.
+  for (ModelEntity& e : model->entities) {
+    if (e.label != EntityLabel::wall) continue;
+    e.deleted = true;
+    break;
+  }
+  model->entities.push_back(test::site_box("glass", EntityLabel::wall, {1, 1, 1}, {1, 0.02, 2}));
+  model->entities.back().is_virtual = true;
+  std::ofstream(folder_ / "model.yaml") << to_yaml(*model);
+  EXPECT_NE(std::system((base + " 2>/dev/null").c_str()), 0) << "nothing is overwritten unasked";
+  ASSERT_EQ(std::system((base + " --floor-to-zero --force 2>/dev/null").c_str()), 0);
+  const auto again = load_model(folder_ / "model.yaml");
+  ASSERT_TRUE(again) << again.error().message;
+  std::size_t deleted = 0, drawn = 0;
+  for (const ModelEntity& e : again->entities)
+    deleted += e.deleted, drawn += e.name == "glass" && e.is_virtual;
+  EXPECT_EQ(deleted, 1U);
+  EXPECT_EQ(drawn, 1U);
+}
+
+TEST(BuildModel, SaysWhatIsWrongWithTheCloud) {
+  EXPECT_THAT(build_model({}).error().message, HasSubstr("no points"));
+  PointCloud<Cloud> millimetres = test::scan_of_site(0.03);
+  for (Eigen::Vector3f& p : millimetres.points) p *= 1000;
+  const auto built_in_mm = build_model(millimetres);
+  ASSERT_FALSE(built_in_mm);
+  EXPECT_THAT(built_in_mm.error().message, HasSubstr("--unit mm"));
+}
+
+}  // namespace
+}  // namespace parhelion
