@@ -235,7 +235,7 @@ TEST(RayCaster, leaves_virtual_entities_out_of_the_building) {
   EXPECT_EQ(hit[0].range, 7.5F);
   EXPECT_EQ(hit[0].reflectivity, 0.25F);
   EXPECT_EQ(hit[0].body, -1) << "the building counts as none";
-  caster.set_building({});
+  caster.set_building(SemanticModel{});
   caster.cast_building({}, {0, 0, time}, 80, hit);
   EXPECT_EQ(hit[0].range, kNone) << "a new model takes the place of the old one";
 }
