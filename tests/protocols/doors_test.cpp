@@ -39,6 +39,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
     {"embree3/", {"fusion/scan/"}},
     {"tbb/", {"fusion/"}},
     {"oneapi/", {"fusion/"}},
+    {"immintrin.h", {"fusion/"}},
     {"opencv2/", {"fusion/semantic/", "render/", "tools/"}},
     {"EGL/", {"render/"}},
     {"GLES", {"render/"}},
