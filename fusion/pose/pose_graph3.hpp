@@ -136,10 +136,10 @@ inline Poses minimized(Poses poses, const Edges& edges, const std::vector<double
 
 }  // namespace pose_graph3
 
-/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 stays, and each
-/// other hangs together with it by edges. Loop edges are weighed by Geman and McClure's function, which starts as
-/// wide as the worst of them and narrows (graduated non-convexity, Yang et al. 2020): before a long loop is closed
-/// its own edges seem wrong too, and at the end a wrong one does not bend the rest.
+/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 stays, and
+/// each other hangs together with it by edges. Loop edges are weighed by Geman and McClure's function, which
+/// starts as wide as the worst of them and narrows (graduated non-convexity, Yang et al. 2020): before a long
+/// loop is closed its own edges seem wrong too, and at the end a wrong one does not bend the rest.
 inline std::vector<Eigen::Isometry3d> optimized(const std::vector<Eigen::Isometry3d>& poses,
                                                 const std::vector<PoseGraph3Edge>& edges) {
   constexpr double last_knee = 13, narrowing = 4;  // chi^2 of 6 degrees of freedom: 13 is passed by 1 in 23

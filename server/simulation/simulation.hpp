@@ -23,9 +23,9 @@ namespace parhelion {
 struct RealRobotState {
   Transform<Map, Base> T_map_base;
   bool attitude_known = false;  ///< roll and pitch are measured
-  Twist2 twist;              ///< body frame, from odometry, never differenced from corrections
-  double sigma = 0;          ///< m, 1 sigma of its position: the margin of distance queries
-  bool relocalized = false;  ///< teleport: no velocity, contacts suspended for this step
+  Twist2 twist;                 ///< body frame, from odometry, never differenced from corrections
+  double sigma = 0;             ///< m, 1 sigma of its position: the margin of distance queries
+  bool relocalized = false;     ///< teleport: no velocity, contacts suspended for this step
   /// False while injection is degraded: contacts are flagged unsensed, agents near hold still; when it comes
   /// back, an agent inside the stopping distance is put to the nearest free place outside (agent_moved says
   /// so).
