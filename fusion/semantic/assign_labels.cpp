@@ -12,6 +12,8 @@ namespace {
 constexpr double kAtRightAngles = 0.25;  ///< walls that are parallel or orthogonal
 constexpr double kOnLevel = 0.4;         ///< a wall that stands on a floor or carries a ceiling
 constexpr double kInNoWall = -8;         ///< a door or a window in what is no wall
+constexpr double kRepeats = 4;           ///< against a shorter one in a longer one's place
+constexpr double kLeaf = 2;              ///< a surface that is the leaf of a door
 constexpr double kTwice = -6;            ///< two walls in one place
 constexpr double kTreadAndFloor = -6;    ///< a step's tread that is a floor too
 constexpr double kNextStep = 1.5;        ///< a step above and parallel to a step
@@ -114,6 +116,16 @@ void relate_walls(Net& net, const std::vector<Variable>& variables, const std::v
   }
 }
 
+/// Whether `wall` is what closes the opening: the leaf of a recessed door.
+bool closes(const WallCandidate& wall, const Opening& opening, const WallCandidate& around) {
+  if (opening.closed <= 0.35 || angle_between(wall, around) > 0.17) return false;
+  const Eigen::Vector2d along = (around.end - around.start).normalized();
+  const Eigen::Vector2d middle = 0.5 * (wall.start + wall.end) - around.start;
+  const double at = along.dot(middle), depth = around.raster.away.dot(middle);
+  return at > opening.from && at < opening.to && std::abs(depth - opening.recess) < 0.12 &&
+         wall.length() < opening.width() + 0.4;
+}
+
 void relate_levels(Net& net, const std::vector<Variable>& walls, const std::vector<Variable>& horizontals,
                    const NetCandidates& candidates) {
   constexpr double kSame = 0.12;  // m, between a wall's foot and its floor
@@ -144,14 +156,28 @@ Labelling assign_labels(const NetCandidates& candidates) {
   Net net;
   std::vector<Variable> walls, openings, horizontals, pillars;
   std::vector<std::vector<Variable>> flights;
+  // A short surface in a longer wall's place is furniture along it, or the same wall again.
+  const auto repeats = [&](const WallCandidate& wall) {
+    const auto& all = candidates.walls.walls;
+    return std::any_of(all.begin(), all.end(),
+                       [&](const WallCandidate& other) {
+                         return other.length() > wall.length() && other.score > 0 && same_place(wall, other);
+                       })
+               ? kRepeats
+               : 0.0;
+  };
   for (const WallCandidate& wall : candidates.walls.walls)
-    walls.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::wall, wall.score}}));
+    walls.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::wall, wall.score - repeats(wall)}}));
   for (const Opening& opening : candidates.walls.openings) {
     openings.push_back(net.add({{EntityLabel::unknown, 0},
                                 {EntityLabel::door, opening.door_score},
                                 {EntityLabel::window, opening.window_score}}));
     for (const EntityLabel label : {EntityLabel::door, EntityLabel::window})
       net.relate(openings.back(), label, walls[opening.wall], EntityLabel::unknown, kInNoWall);
+    // What an opening is, given a wall, says nothing for the wall: a railing has many openings.
+    const double all = std::log(1 + std::exp(opening.door_score) + std::exp(opening.window_score));
+    for (const EntityLabel label : openings.back().labels)
+      net.relate(openings.back(), label, walls[opening.wall], EntityLabel::wall, -all);
   }
   for (std::size_t h = 0; h < candidates.segmentation.horizontals.size(); ++h) {
     horizontals.push_back(net.add({{EntityLabel::unknown, 0},
@@ -174,6 +200,16 @@ Labelling assign_labels(const NetCandidates& candidates) {
       net.relate(steps[i - 1], EntityLabel::unknown, steps[i], EntityLabel::stairs, -kNextStep);
     }
     flights.push_back(steps);
+  }
+  for (std::size_t o = 0; o < openings.size(); ++o) {
+    const Opening& opening = candidates.walls.openings[o];
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      if (w == opening.wall ||
+          !closes(candidates.walls.walls[w], opening, candidates.walls.walls[opening.wall]))
+        continue;
+      net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::wall, kTwice);
+      net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::unknown, kLeaf);
+    }
   }
   relate_walls(net, walls, candidates.walls.walls);
   relate_levels(net, walls, horizontals, candidates);

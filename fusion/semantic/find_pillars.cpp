@@ -17,7 +17,7 @@ constexpr double kFromWall = 0.15;  ///< m: nearer is the wall's own
 
 bool near_wall(const WallCandidates& walls, const Eigen::Vector2d& p) {
   return std::any_of(walls.walls.begin(), walls.walls.end(), [&](const WallCandidate& wall) {
-    if (wall.score < 0 && (wall.coverage < 0.3 || wall.length() < kWidest)) return false;
+    if (wall.score < 0) return false;
     const Eigen::Vector2d along = (wall.end - wall.start).normalized(), d = p - wall.start;
     const double s = along.dot(d);
     return s > -kFromWall && s < wall.length() + kFromWall &&

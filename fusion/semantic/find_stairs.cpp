@@ -113,7 +113,7 @@ std::optional<Step> beyond(const PointCloud<Map>& cloud, const Flight& flight, b
   if (heights.size() < 50) return std::nullopt;
   // A riser passes through all heights; a tread has most of its points at one.
   const double middle = quantile(heights, 0.5), spread = quantile(heights, 0.8) - quantile(heights, 0.2);
-  if (spread > 0.6 * kUneven) return std::nullopt;
+  if (spread > kUneven) return std::nullopt;
   return Step{no_surface, middle, quantile(along, 0.05), quantile(along, 0.95), end.left, end.right};
 }
 

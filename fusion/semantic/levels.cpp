@@ -11,6 +11,8 @@ constexpr double kCell = 0.25;      ///< m, of the plan in which lowest and high
 constexpr double kSame = 0.15;      ///< m, heights that count as one level
 constexpr double kLeastRoom = 1.9;  ///< m, from a floor to the ceiling over it
 constexpr double kLeastArea = 1.0;  ///< m^2, of a floor or a ceiling
+constexpr double kBow = 0.12;       ///< m, by which one floor may rise
+constexpr double kPart = 3;         ///< against a part of a larger level
 constexpr double kBeside = 0.6;     ///< m, a level reaches this far beyond its bounds
 
 /// Lowest and highest point of each plan cell.
@@ -59,6 +61,8 @@ Levels::Levels(const PointCloud<Map>& cloud, const Segmentation& segmentation) :
   const std::size_t verticals = segmentation.verticals.size(), n = segmentation.horizontals.size();
   std::vector<double> points(n, 0);
   evidence_.resize(n);
+  floor_part_.assign(n, 0);
+  ceiling_part_.assign(n, 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const std::uint32_t surface = segmentation.surface_of[i];
     if (surface == no_surface || surface < verticals) continue;
@@ -74,9 +78,12 @@ Levels::Levels(const PointCloud<Map>& cloud, const Segmentation& segmentation) :
     heights.push_back(cloud.points[i].z());
   top_ = quantile(heights, 0.995);
   floor_ = quantile(heights, 0.005);
-  double floor_area = 0, ceiling_area = 0;
   for (std::size_t h = 0; h < n; ++h) {
     if (points[h] > 0) evidence_[h].lowest /= points[h], evidence_[h].highest /= points[h];
+  }
+  find_parts();
+  double floor_area = 0, ceiling_area = 0;
+  for (std::size_t h = 0; h < n; ++h) {
     const double area = segmentation.horizontals[h].area;
     if (floor_score(h) > 0 && area > floor_area) {
       floor_area = area;
@@ -93,17 +100,30 @@ Levels::Levels(const PointCloud<Map>& cloud, const Segmentation& segmentation) :
   }
 }
 
+void Levels::find_parts() {
+  const std::vector<HorizontalSurface>& all = segmentation_.horizontals;
+  for (std::size_t h = 0; h < all.size(); ++h) {
+    const Eigen::Vector2d centre = 0.5 * (all[h].low + all[h].high);
+    for (std::size_t g = 0; g < all.size(); ++g) {
+      if (all[g].area < kPart * all[h].area || !beside(all[g], centre)) continue;
+      const double over = all[h].z - all[g].z;
+      if (!all[g].faces_down && over > 0 && over < kBow) floor_part_[h] = 2 * kPart;
+      if (all[g].faces_down && over < 0 && over > -1.0) ceiling_part_[h] = 2 * kPart;
+    }
+  }
+}
+
 double Levels::floor_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.faces_down) return -4;
-  return 8 * (evidence_[i].lowest - 0.6) + std::min(std::log(h.area / kLeastArea), 1.5) -
+  return -floor_part_[i] + 8 * (evidence_[i].lowest - 0.6) + std::min(std::log(h.area / kLeastArea), 1.5) -
          (evidence_[i].highest > 0.9 && h.z > floor_ + kLeastRoom && has_floor_ ? 3 : 0);
 }
 
 double Levels::ceiling_score(std::size_t i) const {
   const HorizontalSurface& h = segmentation_.horizontals[i];
   if (h.z < floor_ + kLeastRoom) return -6;
-  return 6 * (evidence_[i].highest - 0.6) + std::min(std::log(h.area / kLeastArea), 1.5) +
+  return -ceiling_part_[i] + 6 * (evidence_[i].highest - 0.6) + std::min(std::log(h.area / kLeastArea), 1.5) +
          (h.faces_down ? 1 : -2);
 }
 

@@ -36,7 +36,11 @@ class Levels {
 
  private:
   const Segmentation& segmentation_;
+  /// Parts of a larger level nearby: a bow of the same floor, a lamp or a beam under the same ceiling.
+  void find_parts();
+
   std::vector<LevelEvidence> evidence_;
+  std::vector<double> floor_part_, ceiling_part_;  ///< what that takes from the scores
   double floor_ = 0, top_ = 0;
   bool has_floor_ = false;
   std::optional<double> ceiling_;

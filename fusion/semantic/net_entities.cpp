@@ -243,13 +243,17 @@ void Entities::add_flights() {
     summary.confidence = 1;
     const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
     const double yaw = std::atan2(flight.direction.y(), flight.direction.x()), foot = flight.steps.front().z;
+    std::vector<double> treads = summary.treads;
+    std::sort(treads.begin(), treads.end());
     std::string before;
     for (std::size_t i = 1; i < flight.steps.size(); ++i) {
       const Step& step = flight.steps[i];
       summary.confidence = std::min(summary.confidence, labels[i].confidence());
       // Under a tread there is nothing to drive into: each step is solid from the foot of the flight.
-      const double far =
-          i + 1 < flight.steps.size() ? std::max(flight.steps[i + 1].near, step.near + 0.05) : step.far;
+      // The last one is the landing, a floor of its own: its step ends where the others' do.
+      const double far = i + 1 < flight.steps.size()
+                             ? std::max(flight.steps[i + 1].near, step.near + 0.05)
+                             : std::min(step.far, step.near + treads[treads.size() / 2]);
       const Eigen::Vector2d centre =
           0.5 * (step.near + far) * flight.direction + 0.5 * (step.left + step.right) * across;
       const std::string name = summary.name + " step " + std::to_string(i);

@@ -166,6 +166,30 @@ void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings)
   wall.observed = all > 0 ? seen / all : 0;
 }
 
+/// How much of a wall is known to be solid and how much to be open, in blocks that some rays meet: single
+/// cells are finer than rays are.
+void measure_sight(WallCandidate& wall, const std::vector<Opening>& openings) {
+  constexpr int kColumns = 5, kRows = 3;  // 0.25 by 0.3 m
+  constexpr double kSolid = 0.4;          // share of a block's cells that are measured
+  constexpr int kRays = 3;                // that went through: one may have grazed an edge
+  const WallRaster& raster = wall.raster;
+  double solid = 0, open = 0, unknown = 0;
+  for (int c = 0; c + kColumns <= raster.columns; c += kColumns) {
+    const double at = (c + 0.5 * kColumns) * raster.column;
+    const bool in_door = std::any_of(openings.begin(), openings.end(), [&](const Opening& opening) {
+      return at > opening.from && at < opening.to && opening.door_score > 0;
+    });
+    if (in_door) continue;
+    for (double z = wall.floor + 0.2; z + kRows * raster.row <= wall.ceiling - 0.1; z += kRows * raster.row) {
+      const WallRaster::Shares block = raster.shares(c, c + kColumns, z, z + kRows * raster.row);
+      (block.on >= kSolid ? solid : block.rays >= kRays ? open : unknown) += 1;
+    }
+  }
+  wall.open = solid + open > 0 ? open / (solid + open) : 0;
+  // What nobody saw speaks half against a wall: scans see most of what there is.
+  if (raster.sight && solid + open + unknown > 0) wall.coverage = solid / (solid + open + 0.5 * unknown);
+}
+
 /// Whether the floor was measured on one side of the wall at most.
 bool one_sided(const PlanPoints& points, const WallCandidate& wall) {
   const auto columns = static_cast<std::size_t>(wall.raster.columns);
@@ -195,7 +219,16 @@ double wall_score(const WallCandidate& wall) {
     score += wall.ceiling - wall.z_high < 0.12 ? 0.5 : -3;
     score += wall.one_sided ? 1 : -2.5;
   }
+  // Windows are looked through too, but they are the smaller part of a wall; a railing is mostly open.
+  if (wall.raster.sight) score -= 16 * std::max(0.0, wall.open - 0.2);
   return score;
+}
+
+/// Share of its length that is openings: pillars with nothing between are no wall.
+double open_length(const WallCandidate& wall, const std::vector<Opening>& openings) {
+  double sum = 0;
+  for (const Opening& opening : openings) sum += opening.seen_through ? opening.width() : 0;
+  return sum / wall.length();
 }
 
 }  // namespace
@@ -220,8 +253,9 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
     std::vector<Opening> openings = openings_of(wall, found.walls.size(), options);
     measure_coverage(wall, openings);
+    measure_sight(wall, openings);
     wall.one_sided = one_sided(points, wall);
-    wall.score = wall_score(wall);
+    wall.score = wall_score(wall) - 10 * std::max(0.0, open_length(wall, openings) - 0.5);
     found.openings.insert(found.openings.end(), openings.begin(), openings.end());
     found.walls.push_back(std::move(wall));
   }

@@ -32,8 +32,9 @@ struct WallCandidate {
   double floor = 0, ceiling = 0;  ///< m, the levels that it stands between
   double coverage = 0;            ///< share of its plane that is measured, openings left out
   double upper_coverage = 0;      ///< the same above 1.8 m from the floor
-  double observed = 0;            ///< share that is measured or seen through
-  bool one_sided = false;         ///< floor was measured on one side of it at most
+  double open = 0;         ///< share of what is known of it that a scanner looked through; doors left out
+  double observed = 0;     ///< share that is measured or seen through
+  bool one_sided = false;  ///< floor was measured on one side of it at most
   WallRaster raster;
   double score = 0;  ///< logarithm, as a wall against something unknown
 
