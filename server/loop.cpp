@@ -342,7 +342,7 @@ Report Session::report() {
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   if (configuration_.scenario.mapping)
-    report.notes["mapping"] = mapper_ ? to_text(mapper_->counts()) : "none: this program has no mapper yet";
+    report.notes["mapping"] = mapper_ ? to_text(mapper_->counts()) : "none: no mapper was given";
   return report;
 }
 

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "server/live_site.hpp"
 #include "server/loop.hpp"
 #include "server/session_files.hpp"
 #include "tools/command.hpp"
@@ -71,6 +72,10 @@ Exit run_once(const Arguments& arguments) {
   const auto configuration = configuration_for(arguments, **bus, options);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
+  if (configuration->scenario.mapping) {
+    const auto site = std::make_shared<LiveSite>(configuration->model);
+    options.update_site = [site](const SiteView& view) { return site->add(view); };
+  }
   const auto report = serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
   std::fputs(summary(*report).c_str(), stderr);
