@@ -1,5 +1,6 @@
 #include "protocols/model.hpp"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <set>
@@ -42,10 +43,16 @@ Hinge read_hinge(const Node& node, EntityLabel label, yaml::Problems& problems) 
   hinge.axis = yaml::vector2(*node.find("axis"));
   yaml::read(node, "lower", hinge.lower);
   yaml::read(node, "upper", hinge.upper);
+  yaml::read(node, "closed", hinge.closed);
   if (!(hinge.lower <= hinge.upper)) {
     problems.add(node.line, "'hinge': expected lower <= upper, found lower " +
                                 yaml::format_quantity(hinge.lower, Quantity::angle) + " and upper " +
                                 yaml::format_quantity(hinge.upper, Quantity::angle));
+  }
+  if (!node.find("closed")) hinge.closed = std::max(hinge.lower, std::min(hinge.closed, hinge.upper));
+  if (!(hinge.lower <= hinge.closed && hinge.closed <= hinge.upper)) {
+    problems.add(node.line, "'hinge': expected closed between lower and upper, found " +
+                                yaml::format_quantity(hinge.closed, Quantity::angle));
   }
   return hinge;
 }
@@ -140,7 +147,8 @@ void write_material(yaml::Writer& writer, const Material& material) {
 void write_hinge(yaml::Writer& writer, const Hinge& hinge) {
   writer.line("hinge", "{axis: " + yaml::format_lengths(hinge.axis.data(), 2) +
                            ", lower: " + yaml::format_quantity(hinge.lower, Quantity::angle) +
-                           ", upper: " + yaml::format_quantity(hinge.upper, Quantity::angle) + "}");
+                           ", upper: " + yaml::format_quantity(hinge.upper, Quantity::angle) +
+                           ", closed: " + yaml::format_quantity(hinge.closed, Quantity::angle) + "}");
 }
 
 /// What is as it mostly is is left out, so that a person sees what is special.

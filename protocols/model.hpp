@@ -27,10 +27,12 @@ enum class EntityLabel : std::uint8_t {
   free_space,       ///< of a door: empty, the volume that it opens; never solid
 };
 
-/// How a door hangs; in the door's own frame (centre of its box, closed).
+/// How a door hangs; in the door's own frame (centre of its box, as it is drawn). Angles turn the leaf from
+/// there, counter-clockwise seen from above.
 struct Hinge {
   Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< m, where the vertical axis stands, x along the door
-  double lower = 0, upper = 1.5707963;             ///< rad, counter-clockwise seen from above; 0 is closed
+  double lower = 0, upper = 1.5707963;             ///< rad, limits
+  double closed = 0;  ///< rad, where the leaf closes its opening; other than 0 where it is drawn open
 };
 
 /// A box of the building; size is full lengths along its own x (length), y (thickness), z (height).

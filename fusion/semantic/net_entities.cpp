@@ -158,6 +158,7 @@ void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::str
     door.T_map_body = Transform<Map, Body>::planar(open.x(), open.y(), wall.yaw() + side * EIGEN_PI / 2, z);
     hinge.lower = side > 0 ? -EIGEN_PI / 2 : 0;
     hinge.upper = side > 0 ? 0 : EIGEN_PI / 2;
+    hinge.closed = side > 0 ? hinge.lower : hinge.upper;
   }
   door.hinge = hinge;
   relate(RelationKind::available_inside, door.name, piece, label.confidence());

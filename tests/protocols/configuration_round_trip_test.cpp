@@ -159,7 +159,8 @@ RC_GTEST_PROP(RoundTrip, Model, ()) {
     entity.part_of = text();
     if (entity.label == EntityLabel::door && *rc::gen::arbitrary<bool>()) {
       const double lower = between(-6, 6);
-      entity.hinge = {{finite(), finite()}, lower, between(lower, 6)};
+      const double upper = between(lower, 6);
+      entity.hinge = {{finite(), finite()}, lower, upper, between(lower, upper)};
     }
     entity.observed = between(0, 1);
     entity.locked = *rc::gen::arbitrary<bool>();
@@ -201,6 +202,7 @@ RC_GTEST_PROP(RoundTrip, Model, ()) {
     if (x.hinge) {
       RC_ASSERT(x.hinge->axis == y.hinge->axis);
       RC_ASSERT(x.hinge->lower == y.hinge->lower && x.hinge->upper == y.hinge->upper);
+      RC_ASSERT(x.hinge->closed == y.hinge->closed);
     }
   }
 }
