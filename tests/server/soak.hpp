@@ -86,7 +86,7 @@ inline void soak(const Configuration& configuration, Laps laps, Duration log_tim
   Outbox outbox(nullptr, std::nullopt);
   Outputs outputs;
   const int count = std::max(parts, static_cast<int>(log_time.seconds() / laps.length().seconds()));
-  double after_warm_up = 0;
+  [[maybe_unused]] double after_warm_up = 0;
   int lap = 0;
   for (int part = 0; part < parts; ++part) {
     StageClock stages;
