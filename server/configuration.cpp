@@ -1,5 +1,7 @@
 #include "server/configuration.hpp"
 
+#include <filesystem>
+
 #include "protocols/channels.hpp"
 
 namespace parhelion {
@@ -88,9 +90,13 @@ Result<Configuration> configure(const Scenario& scenario, const RobotDescription
 }
 
 SessionHeader session_header(const Configuration& configuration, SensorTime start) {
+  // Model and robot are embedded: of their paths only the names, so that no folder of this machine shows.
+  Scenario scenario = configuration.scenario;
+  scenario.model = std::filesystem::path(scenario.model).filename().string();
+  scenario.robot = std::filesystem::path(scenario.robot).filename().string();
   SessionHeader header;
   header.stamp = start;
-  header.scenario_yaml = to_yaml(configuration.scenario);
+  header.scenario_yaml = to_yaml(scenario);
   header.model_yaml = to_yaml(configuration.model);
   header.robot_yaml = to_yaml(configuration.robot);
   header.seed = configuration.scenario.seed;

@@ -72,7 +72,7 @@ Status check_robot(const RobotDescription& robot);
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
                                 const SemanticModel& model);
 
-/// MR_SESSION for a configuration, and back.
+/// MR_SESSION for a configuration, and back. It says nothing of where the files lie.
 SessionHeader session_header(const Configuration& configuration, SensorTime start);
 Result<Configuration> configuration_from(const SessionHeader& header, const std::string& origin);
 

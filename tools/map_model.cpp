@@ -197,7 +197,6 @@ void add_map_model(CLI::App& map, Exit& exit) {
   command->footer(footer);
   add_options(*command, *arguments);
   command->callback([arguments, &exit] {
-    arguments->model.net.threads = arguments->model.segmentation.threads;
     const Status status = run(*arguments);
     if (!status) say(status.error().message);
     exit = status ? Exit::done : Exit::failed;

@@ -174,8 +174,6 @@ void add_options(CLI::App& command, Arguments& arguments) {
       ->capture_default_str();
   command.add_option("--method", arguments.registration.method, "Kind of ICP")
       ->transform(CLI::CheckedTransformer(methods));
-  command.add_flag("--paper-grid", arguments.registration.paper_grid,
-                   "28 x 28 x 28 buckets, as the paper has it");
   command.add_option("--threads", arguments.registration.threads, "Threads; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

@@ -24,7 +24,6 @@ struct RegistrationOptions {
   IcpMethod method = IcpMethod::point_to_plane;
   double max_distance = 1.0;  ///< m, of a pair in the first round; shrinks with the residual
   int max_iterations = 60;    ///< over all resolutions
-  bool paper_grid = false;    ///< 28 x 28 x 28 buckets over the normalised cube; else fitted to the cloud
   int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
   double surfel_size = 0;     ///< m, of the finest resolution; 0: fitted to the size of the scene
   bool doubt_turns = true;   ///< refuse where a quarter turn fits better; false: the guess is surer than that

@@ -23,7 +23,6 @@ class Levels {
   double floor() const { return floor_; }  ///< m, of the main floor; the cloud's foot where there is none
   std::optional<double> ceiling() const { return ceiling_; }  ///< m, of the main ceiling
   double top() const { return top_; }                         ///< m, of what was measured (99.5 percent)
-  bool has_floor() const { return has_floor_; }
 
   /// The ceiling over a wall that reaches `z_high`, else the top of what was measured; and the floor under
   /// `z_low`.

@@ -19,8 +19,6 @@ struct SemanticNetOptions {
   double door_height_min = 1.9, door_height_max = 2.4;  ///< m
   double rise_min = 0.10, rise_max = 0.24;              ///< m, of a step
   double tread_min = 0.18, tread_max = 1.2;             ///< m
-  double cube = 0.10;                                   ///< m, of the cubes of evidence (figure 5)
-  int threads = 0;
 };
 
 /// Why an entity got its label: for a person, and for the picture of the net.

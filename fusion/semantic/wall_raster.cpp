@@ -20,7 +20,6 @@ void count(std::vector<std::uint16_t>& cells, std::size_t i) {
 PlanPoints::PlanPoints(const PointCloud<Map>& cloud, std::size_t most) {
   for (const Eigen::Vector3d& v : cloud.viewpoints) viewpoints_.push_back(v.cast<float>());
   const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + most - 1) / most);
-  keep_ = 1.0 / static_cast<double>(stride);
   Eigen::AlignedBox2d bounds;
   for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>().cast<double>());
   if (cloud.empty()) return;

@@ -21,7 +21,6 @@ class PlanPoints {
   };
   const std::vector<Eigen::Vector3f>& viewpoints() const { return viewpoints_; }
   const std::vector<Point>& all() const { return points_; }
-  double keep() const { return keep_; }  ///< share of the cloud's points that were kept
 
   /// Calls visit(point) for each point whose plan cell lies within `reach` of the segment from a to b.
   template <class Visit>
@@ -52,7 +51,6 @@ class PlanPoints {
   std::vector<Point> points_;  ///< sorted by cell
   std::vector<std::uint32_t> start_;
   std::vector<Eigen::Vector3f> viewpoints_;
-  double keep_ = 1;
 };
 
 /// Cells of a wall's plane: columns along it, rows upwards.
@@ -72,7 +70,6 @@ struct WallRaster {
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c);
   }
   int row_of(double z) const { return static_cast<int>(std::floor((z - z_low) / row)); }
-  double length() const { return column * columns; }
 
   /// Shares of the cells of columns [c0, c1) and heights [z0, z1) that are measured (or touch one that is: a
   /// scan's lines leave gaps), else recessed, else seen through.

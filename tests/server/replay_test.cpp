@@ -18,19 +18,22 @@ std::string bytes_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
+/// A drive, its model and its scenario.
+void write_files(const test::Folder& folder) {
+  Scenario scenario;
+  scenario.name = "synthetic";
+  scenario.model = folder / "model.yaml";
+  scenario.agents = {agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
+                     agent("person_1", AgentKind::person, -3, 1, BehaviourKind::wander),
+                     agent("barrel_1", AgentKind::barrel, 0, 0)};
+  std::ofstream(folder / "model.yaml") << to_yaml(test::room());
+  std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
+  test::write_log(folder / "drive.lcm", test::drive(6));
+}
+
 class ReplayTest : public testing::Test {
  protected:
-  void SetUp() override {
-    Scenario scenario;
-    scenario.name = "synthetic";
-    scenario.model = folder_ / "model.yaml";
-    scenario.agents = {agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
-                       agent("person_1", AgentKind::person, -3, 1, BehaviourKind::wander),
-                       agent("barrel_1", AgentKind::barrel, 0, 0)};
-    std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
-    std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
-    test::write_log(folder_ / "drive.lcm", test::drive(6));
-  }
+  void SetUp() override { write_files(folder_); }
   ReplayOptions options(const std::string& session) {
     ReplayOptions options;
     options.log = folder_ / "drive.lcm";
@@ -69,6 +72,17 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesForAnyThreadCountAndSpeed) {
       EXPECT_EQ(bytes_of(other.session), reference) << threads << " threads at rate " << rate;
     }
   }
+}
+
+TEST_F(ReplayTest, ReplayGivesTheSameBytesWhereverTheFilesLie) {
+  const test::Folder elsewhere;
+  write_files(elsewhere);
+  ReplayOptions moved;
+  moved.log = elsewhere / "drive.lcm";
+  moved.scenario = elsewhere / "scenario.yaml";
+  moved.session = elsewhere / "a.lcm";
+  EXPECT_EQ(run(moved).hash, run(options("a.lcm")).hash);
+  EXPECT_EQ(bytes_of(elsewhere / "a.lcm"), bytes_of(folder_ / "a.lcm"));
 }
 
 /// PARHELION_HASHES names a file: the first build that is tested writes it, each later one must agree.
