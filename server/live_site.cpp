@@ -7,6 +7,7 @@
 
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/sensor_cloud.hpp"
+#include "fusion/semantic/drop_doubles.hpp"
 #include "fusion/semantic/semantic_net.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
 #include "render/depth_image.hpp"
@@ -177,6 +178,7 @@ Result<SemanticModel> LiveSite::model() const {
       result.relations.push_back(
           {relation.kind, live(relation.from), live(relation.to), relation.confidence});
   }
+  drop_doubles(result, start_.entities.size());
   for (std::size_t i = 0; i < cloud_.size(); ++i) {
     if (net->labels[i] != static_cast<std::uint8_t>(EntityLabel::unknown)) continue;
     if (const auto label = modelled.at(cloud_.points[i].cast<double>())) {

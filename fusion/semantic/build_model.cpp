@@ -6,11 +6,14 @@
 #include <cstdio>
 #include <optional>
 
+#include "fusion/semantic/drop_doubles.hpp"
+
 namespace parhelion {
 namespace {
 
 constexpr double kHighestRoom = 100;  ///< m, of a cloud: more is a wrong unit
 constexpr double kLowestRoom = 0.5;   ///< m: less is a wrong unit or no building
+constexpr double kStray = 50;  ///< m, and a quarter of the site: what lies farther out is no part of it
 
 std::string metres(double value) {
   char text[32];
@@ -50,6 +53,38 @@ Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vec
   return {};
 }
 
+template <class Column>
+void keep_marked(const std::vector<bool>& keep, Column& column) {
+  if (column.empty()) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (keep[i]) column[kept++] = column[i];
+  }
+  column.resize(kept);
+}
+
+/// A beam that came back from nowhere must not make the plan a thousand times larger.
+void leave_out_strays(const Eigen::AlignedBox3d& extent, PointCloud<Cloud>& cloud,
+                      std::vector<std::string>& notes) {
+  const double margin = kStray + 0.25 * extent.sizes().maxCoeff();
+  const Eigen::AlignedBox3f bounds((extent.min().array() - margin).matrix().cast<float>(),
+                                   (extent.max().array() + margin).matrix().cast<float>());
+  std::vector<bool> keep(cloud.size());
+  std::size_t strays = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    keep[i] = bounds.contains(cloud.points[i]);
+    strays += keep[i] ? 0 : 1;
+  }
+  if (strays == 0) return;
+  keep_marked(keep, cloud.points);
+  keep_marked(keep, cloud.normals);
+  keep_marked(keep, cloud.colours);
+  keep_marked(keep, cloud.labels);
+  keep_marked(keep, cloud.scans);
+  notes.push_back(std::to_string(strays) + " points left out: more than " + metres(margin) +
+                  " away from the site");
+}
+
 /// In place: a cloud of fifty million points must not be there twice.
 PointCloud<Map> placed(PointCloud<Cloud>&& cloud, const Transform<Map, Cloud>& T_map_cloud) {
   PointCloud<Map> result{std::move(cloud.points), std::move(cloud.normals), std::move(cloud.colours),
@@ -84,8 +119,9 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   };
   if (cloud.empty()) return Error{"the cloud has no points"};
   BuiltModel built;
-  if (Status status = check_size(extent_of(cloud), options.max_extent, built.notes); !status)
-    return status.error();
+  const Eigen::AlignedBox3d extent = extent_of(cloud);
+  if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
+  leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
   const auto T_map_cloud = level(cloud);
   if (!T_map_cloud) return T_map_cloud.error();
@@ -101,6 +137,8 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   segmentation = Segmentation{};  // its memory is needed no longer
   built.model.entities = std::move(built.net.entities);
   built.model.relations = std::move(built.net.relations);
+  if (const std::size_t doubles = drop_doubles(built.model); doubles > 0)
+    built.notes.push_back(std::to_string(doubles) + " entities left out: in the place of surer ones");
   begin("mesh", 3);
   auto mesh = unknown_mesh(built.cloud, built.net.labels, options.mesh);
   if (!mesh) return mesh.error();

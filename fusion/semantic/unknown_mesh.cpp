@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 namespace parhelion {
@@ -11,6 +12,7 @@ namespace {
 
 constexpr int kBits = 21;  ///< of a cube's index along one axis
 constexpr std::int64_t kReach = std::int64_t{1} << (kBits - 1);
+constexpr std::size_t kMostTriangles = 900'000;  ///< whatever the area: a model file holds a million
 
 using Index = std::array<std::int64_t, 3>;
 
@@ -60,6 +62,8 @@ class Mesher {
   std::uint64_t choose_solid();
   /// Two triangles a face.
   std::size_t count_triangles() const;
+  /// m^2 of the plan, in squares of about a metre that hold a solid cube.
+  double covered_plan() const;
   ModelMesh surface() const;
 
  private:
@@ -122,6 +126,18 @@ std::size_t Mesher::count_triangles() const {
   return 2 * faces;
 }
 
+double Mesher::covered_plan() const {
+  const auto per_square = std::max<std::int64_t>(1, std::llround(1 / cube_));
+  const auto square = [&](std::int64_t i) { return (i + kReach) / per_square; };
+  std::unordered_set<std::uint64_t> squares;
+  for (const auto& [key, cube] : cubes_) {
+    const Index i = index_of(key);
+    if (cube.solid) squares.insert(static_cast<std::uint64_t>(square(i[0]) << kBits | square(i[1])));
+  }
+  const double side = static_cast<double>(per_square) * cube_;
+  return side * side * static_cast<double>(squares.size());
+}
+
 /// The corner at the low end of cube `i`, drawn to the points around it; at most 0.4 of a cube, so that no
 /// face folds over.
 Eigen::Vector3f Mesher::corner(const Index& i) const {
@@ -178,7 +194,8 @@ Result<UnknownMesh> unknown_mesh(const PointCloud<Map>& cloud, std::span<const s
     return Error{"mesh of what is unknown: " + std::to_string(labels.size()) + " labels for " +
                  std::to_string(cloud.size()) + " points"};
   }
-  if (!(options.cube > 0 && options.cube <= 10) || options.most_triangles < 100)
+  if (!(options.cube > 0 && options.cube <= 10) || options.most_triangles < 100 ||
+      !(options.triangles_per_m2 >= 0))
     return Error{"mesh of what is unknown: expected 0 m < cube <= 10 m and at least 100 triangles"};
   for (double cube = options.cube;; cube *= 1.25) {
     Mesher mesher(cube, options);
@@ -189,7 +206,9 @@ Result<UnknownMesh> unknown_mesh(const PointCloud<Map>& cloud, std::span<const s
         ++result.left_out;
     }
     result.left_out += mesher.choose_solid();
-    if (mesher.count_triangles() > options.most_triangles) continue;
+    const auto by_area = static_cast<std::size_t>(options.triangles_per_m2 * mesher.covered_plan());
+    const std::size_t most = std::max(options.most_triangles, std::min(by_area, kMostTriangles));
+    if (mesher.count_triangles() > most) continue;
     result.mesh = mesher.surface();
     return result;
   }

@@ -17,9 +17,10 @@ namespace parhelion {
 
 struct UnknownMeshOptions {
   double cube = 0.10;                   ///< m, > 0; made larger where there would be too many triangles
-  std::size_t most_triangles = 50'000;  ///< of the whole mesh
-  std::uint32_t min_points = 3;         ///< in a cube, else it is noise...
-  std::size_t min_cubes = 4;            ///< ...and so are fewer connected cubes than this
+  std::size_t most_triangles = 50'000;  ///< of the whole mesh...
+  double triangles_per_m2 = 600;  ///< ...or so many for the plan that it covers: large sites stay as fine
+  std::uint32_t min_points = 3;   ///< in a cube, else it is noise...
+  std::size_t min_cubes = 4;      ///< ...and so are fewer connected cubes than this
 };
 
 struct UnknownMesh {

@@ -7,9 +7,12 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t kMostRays = 60'000;  ///< that are followed for one wall
-constexpr double kBeyond = 0.5;            ///< m, a ray that ends this far behind a plane went through it
-constexpr double kRecessMost = 0.40;       ///< m, the deepest recess of a door
+constexpr std::size_t kRays = 60'000;  ///< looked at for one wall, of few views
+constexpr std::size_t kRaysOfView = 20'000;
+constexpr std::size_t kMostRays = 200'000;  ///< of however many views
+constexpr double kSight = 40;               ///< m, from a wall to the scanners that tell about it
+constexpr double kBeyond = 0.5;             ///< m, a ray that ends this far behind a plane went through it
+constexpr double kRecessMost = 0.40;        ///< m, the deepest recess of a door
 
 void count(std::vector<std::uint16_t>& cells, std::size_t i) {
   if (cells[i] < std::numeric_limits<std::uint16_t>::max()) ++cells[i];
@@ -17,8 +20,9 @@ void count(std::vector<std::uint16_t>& cells, std::size_t i) {
 
 }  // namespace
 
-PlanPoints::PlanPoints(const PointCloud<Map>& cloud, std::size_t most) {
+PlanPoints::PlanPoints(const PointCloud<Map>& cloud, std::size_t enough) {
   for (const Eigen::Vector3d& v : cloud.viewpoints) viewpoints_.push_back(v.cast<float>());
+  const std::size_t most = std::max(enough, cloud.size() / 4);
   const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + most - 1) / most);
   Eigen::AlignedBox2d bounds;
   for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>().cast<double>());
@@ -40,6 +44,66 @@ PlanPoints::PlanPoints(const PointCloud<Map>& cloud, std::size_t most) {
     points_[next[cell(cloud.points[i])]++] = {
         cloud.points[i], scan < viewpoints_.size() ? static_cast<std::int32_t>(scan) : -1};
   }
+  sort_by_direction();
+}
+
+std::size_t PlanPoints::direction_of(const Point& point) const {
+  const Eigen::Vector2f way = (point.p - viewpoints_[static_cast<std::size_t>(point.viewpoint)]).head<2>();
+  const double turns = std::atan2(way.y(), way.x()) / (2 * EIGEN_PI) + 0.5;
+  return std::min(static_cast<std::size_t>(turns * kDirections), kDirections - 1);
+}
+
+void PlanPoints::sort_by_direction() {
+  if (viewpoints_.empty()) return;
+  const auto fan = [this](const Point& point) {
+    return static_cast<std::size_t>(point.viewpoint) * kDirections + direction_of(point);
+  };
+  fan_start_.assign(viewpoints_.size() * kDirections + 1, 0);
+  for (const Point& point : points_) {
+    if (point.viewpoint >= 0) ++fan_start_[fan(point) + 1];
+  }
+  for (std::size_t i = 1; i < fan_start_.size(); ++i) fan_start_[i] += fan_start_[i - 1];
+  by_view_.resize(fan_start_.back());
+  std::vector<std::uint32_t> next(fan_start_.begin(), fan_start_.end() - 1);
+  for (std::uint32_t i = 0; i < points_.size(); ++i) {
+    if (points_[i].viewpoint >= 0) by_view_[next[fan(points_[i])]++] = i;
+  }
+}
+
+std::vector<PlanPoints::Fan> PlanPoints::fans_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                                      double reach) const {
+  const double length = (b - a).norm();
+  const Eigen::Vector2d along = length > 0 ? ((b - a) / length).eval() : Eigen::Vector2d::UnitX();
+  std::vector<std::size_t> views;
+  for (std::size_t v = 0; v < viewpoints_.size(); ++v) {
+    const Eigen::Vector2d eye = viewpoints_[v].head<2>().cast<double>();
+    const Eigen::Vector2d nearest = a + std::clamp(along.dot(eye - a), 0.0, length) * along;
+    if ((eye - nearest).norm() <= reach) views.push_back(v);
+  }
+  std::vector<Fan> fans;
+  for (const std::size_t v : views) {
+    const std::uint32_t* const start = fan_start_.data() + v * kDirections;
+    const std::size_t rays = std::max(kRays / views.size(), std::min(kRaysOfView, kMostRays / views.size()));
+    const auto stride =
+        static_cast<std::uint32_t>(std::max<std::size_t>(1, (start[kDirections] - start[0]) / rays));
+    const Eigen::Vector2d eye = viewpoints_[v].head<2>().cast<double>();
+    const auto direction = [&](const Eigen::Vector2d& p) {
+      return (std::atan2(p.y() - eye.y(), p.x() - eye.x()) / (2 * EIGEN_PI) + 0.5) * kDirections;
+    };
+    // The shorter way around, one direction more on either side.
+    double first = direction(a), last = direction(b);
+    if (std::abs(last - first) > 0.5 * kDirections) (first < last ? first : last) += kDirections;
+    if (first > last) std::swap(first, last);
+    const auto low = static_cast<std::size_t>(std::max(0.0, std::floor(first) - 1 + kDirections));
+    const auto high =
+        std::min(static_cast<std::size_t>(std::floor(last) + 1 + kDirections), low + kDirections - 1);
+    for (std::size_t d = low; d <= high;) {
+      const std::size_t from = d % kDirections, to = std::min(kDirections, from + (high - d) + 1);
+      fans.push_back({start[from], start[to], stride});
+      d += to - from;
+    }
+  }
+  return fans;
 }
 
 bool WallRaster::covered(int c, int r) const {
@@ -120,21 +184,20 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   for (std::size_t c = 0; c < depth.size(); ++c)
     wall.depth.push_back(deep[c] > 0 ? static_cast<float>(depth[c] / deep[c]) : 0.F);
 
-  const std::vector<PlanPoints::Point>& all = points.all();
-  const std::size_t stride = std::max<std::size_t>(1, all.size() / kMostRays);
-  for (std::size_t k = 0; k < all.size(); k += stride) {
-    if (all[k].viewpoint < 0) continue;
-    wall.sight = true;
+  wall.sight = points.has_rays();
+  // The last column may reach past the end, a little; from close by that is a wide angle.
+  const Eigen::Vector2d edge = start + wall.columns * wall.column * wall.along;
+  points.rays_towards(start, edge, kSight, [&](const PlanPoints::Point& point) {
     const Eigen::Vector3d from =
-        points.viewpoints()[static_cast<std::size_t>(all[k].viewpoint)].cast<double>();
-    const Eigen::Vector3d to = all[k].p.cast<double>();
+        points.viewpoints()[static_cast<std::size_t>(point.viewpoint)].cast<double>();
+    const Eigen::Vector3d to = point.p.cast<double>();
     const double a = normal.dot(from.head<2>() - start), b = normal.dot(to.head<2>() - start);
-    if (a * b >= 0 || std::abs(b) < kBeyond || std::abs(a) < near) continue;
+    if (a * b >= 0 || std::abs(b) < kBeyond || std::abs(a) < near) return;
     const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
     const int c = static_cast<int>(std::floor(wall.along.dot(hit.head<2>() - start) / wall.column));
     const int r = wall.row_of(hit.z());
     if (c >= 0 && c < wall.columns && r >= 0 && r < wall.rows) count(wall.through, wall.at(c, r));
-  }
+  });
   return wall;
 }
 

@@ -10,10 +10,11 @@
 
 namespace parhelion {
 
-/// Points of a cloud by place in the plan, thinned to a bounded number, with the rays that measured them.
+/// Points of a cloud by place in the plan, thinned where there are many, with the rays that measured them.
 class PlanPoints {
  public:
-  explicit PlanPoints(const PointCloud<Map>& cloud, std::size_t most = 1'000'000);
+  /// Every n-th point, so that at least `enough` or a quarter of them stay.
+  explicit PlanPoints(const PointCloud<Map>& cloud, std::size_t enough = 1'000'000);
 
   struct Point {
     Eigen::Vector3f p = Eigen::Vector3f::Zero();  ///< m, map frame
@@ -21,6 +22,17 @@ class PlanPoints {
   };
   const std::vector<Eigen::Vector3f>& viewpoints() const { return viewpoints_; }
   const std::vector<Point>& all() const { return points_; }
+  bool has_rays() const { return !by_view_.empty(); }
+
+  /// Calls visit(point) for points that were measured from within `reach` of the segment from a to b and past
+  /// it as seen in the plan (and some beside it); of a view with very many, every n-th. A site of many rooms
+  /// costs a wall no more than its own surroundings do.
+  template <class Visit>
+  void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
+    for (const Fan& fan : fans_towards(a, b, reach)) {
+      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit(points_[by_view_[k]]);
+    }
+  }
 
   /// Calls visit(point) for each point whose plan cell lies within `reach` of the segment from a to b.
   template <class Visit>
@@ -42,7 +54,15 @@ class PlanPoints {
   }
 
  private:
-  static constexpr double kCell = 0.5;  ///< m
+  static constexpr double kCell = 0.5;             ///< m
+  static constexpr std::size_t kDirections = 256;  ///< around a viewpoint
+  /// Points of one view in directions next to each other: a range of by_view_.
+  struct Fan {
+    std::uint32_t begin = 0, end = 0, stride = 1;
+  };
+  std::vector<Fan> fans_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach) const;
+  void sort_by_direction();
+  std::size_t direction_of(const Point& point) const;
   Eigen::Vector2i cell_of(const Eigen::Vector2d& p) const {
     return ((p - low_) / kCell).array().floor().cast<int>();
   }
@@ -51,6 +71,8 @@ class PlanPoints {
   std::vector<Point> points_;  ///< sorted by cell
   std::vector<std::uint32_t> start_;
   std::vector<Eigen::Vector3f> viewpoints_;
+  std::vector<std::uint32_t> by_view_;    ///< into points_, by view, then direction
+  std::vector<std::uint32_t> fan_start_;  ///< per view and direction, and one more: into by_view_
 };
 
 /// Cells of a wall's plane: columns along it, rows upwards.

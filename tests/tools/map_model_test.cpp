@@ -191,5 +191,19 @@ TEST(BuildModel, SaysWhatIsWrongWithTheCloud) {
   EXPECT_THAT(built_in_mm.error().message, HasSubstr("--unit mm"));
 }
 
+TEST(BuildModel, PointsFromNowhereAreLeftOutAndCounted) {
+  PointCloud<Cloud> cloud = test::scan_of_site(0.02);
+  for (const float far : {3e5F, -8e6F, 400.F}) {
+    cloud.points.emplace_back(far, 0.5F * far, 1.F);
+    cloud.scans.push_back(0);
+  }
+  const std::size_t points = cloud.size();
+  const auto model = build_model(std::move(cloud));
+  ASSERT_TRUE(model) << model.error().message;
+  EXPECT_EQ(model->cloud.size(), points - 3);
+  EXPECT_EQ(model->cloud.scans.size(), points - 3);
+  EXPECT_THAT(model->notes, ::testing::Contains(HasSubstr("3 points left out")));
+}
+
 }  // namespace
 }  // namespace parhelion

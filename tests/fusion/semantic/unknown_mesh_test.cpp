@@ -90,6 +90,7 @@ TEST(UnknownMesh, StaysWithinTheTrianglesAllowedBySayingLargerCubes) {
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   UnknownMeshOptions options;
   options.most_triangles = 2000;
+  options.triangles_per_m2 = 0;
   const auto result = unknown_mesh(cloud, labels, options);
   ASSERT_TRUE(result);
   EXPECT_LE(result->mesh.triangles.size(), 2000U);
@@ -102,6 +103,24 @@ TEST(UnknownMesh, RefusesWhatDoesNotFit) {
   UnknownMeshOptions options;
   options.cube = 0;
   EXPECT_FALSE(unknown_mesh(cloud, std::vector<std::uint8_t>(cloud.size()), options));
+}
+
+TEST(UnknownMesh, ALargeSiteStaysAsFineAsASmallOne) {
+  const PointCloud<Map> one = scanned_box({1.2, 0.6, 0.75});
+  PointCloud<Map> many;
+  for (int i = 0; i < 30; ++i) {
+    for (const Eigen::Vector3f& p : one.points)
+      many.points.push_back(
+          p + Eigen::Vector3f(4.F * static_cast<float>(i % 6), 4.F * static_cast<float>(i / 6), 0));
+  }
+  UnknownMeshOptions options;
+  options.most_triangles = 2000;
+  const auto small = unknown_mesh(one, std::vector<std::uint8_t>(one.size(), kUnknown), options);
+  const auto large = unknown_mesh(many, std::vector<std::uint8_t>(many.size(), kUnknown), options);
+  ASSERT_TRUE(small && large);
+  EXPECT_EQ(small->cube, options.cube);
+  EXPECT_EQ(large->cube, options.cube);
+  EXPECT_GT(large->mesh.triangles.size(), 20 * small->mesh.triangles.size());
 }
 
 }  // namespace

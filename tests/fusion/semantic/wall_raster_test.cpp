@@ -1,0 +1,72 @@
+// What scanners looked through: the rays near a wall are those that a search of all of them finds.
+#include "fusion/semantic/wall_raster.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace parhelion {
+namespace {
+
+PointCloud<Map> points_around(const std::vector<Eigen::Vector3d>& viewpoints, std::size_t each,
+                              unsigned seed) {
+  PointCloud<Map> cloud;
+  cloud.viewpoints = viewpoints;
+  std::mt19937 random(seed);
+  std::normal_distribution<float> offset(0, 5);
+  for (std::uint16_t v = 0; v < viewpoints.size(); ++v) {
+    for (std::size_t i = 0; i < each; ++i) {
+      cloud.points.push_back(viewpoints[v].cast<float>() +
+                             Eigen::Vector3f(offset(random), offset(random), 0.2F * offset(random)));
+      cloud.scans.push_back(v);
+    }
+  }
+  return cloud;
+}
+
+/// Cells that rays cross and pass by half a metre, one ray after the other.
+std::vector<std::uint16_t> through_slowly(const PointCloud<Map>& cloud, const WallRaster& wall) {
+  std::vector<std::uint16_t> through(wall.through.size(), 0);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d eye = cloud.viewpoints[cloud.scans[i]].cast<float>().cast<double>();
+    const Eigen::Vector3d p = cloud.points[i].cast<double>();
+    const double a = wall.away.dot(eye.head<2>() - wall.start), b = wall.away.dot(p.head<2>() - wall.start);
+    if (a * b >= 0 || std::abs(b) < 0.5 || std::abs(a) < 0.045) continue;
+    const Eigen::Vector3d hit = eye + (p - eye) * (a / (a - b));
+    const int c = static_cast<int>(std::floor(wall.along.dot(hit.head<2>() - wall.start) / wall.column));
+    const int r = wall.row_of(hit.z());
+    if (c >= 0 && c < wall.columns && r >= 0 && r < wall.rows) ++through[wall.at(c, r)];
+  }
+  return through;
+}
+
+TEST(WallRaster, CountsTheRaysThatASearchOfAllOfThemFinds) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-6, 6);
+  for (unsigned round = 0; round < 40; ++round) {
+    const PointCloud<Map> cloud =
+        points_around({{place(random), place(random), 1}, {place(random), place(random), 1.5}}, 3000, round);
+    const Eigen::Vector2d start(place(random), place(random)), end(place(random), place(random));
+    const WallRaster wall = rasterize(PlanPoints(cloud), start, end, -1, 3, 0.045);
+    EXPECT_EQ(wall.through, through_slowly(cloud, wall)) << "round " << round;
+    EXPECT_TRUE(wall.sight);
+  }
+}
+
+TEST(WallRaster, AWallOfALargeSiteKeepsItsOwnRays) {
+  std::vector<Eigen::Vector3d> viewpoints;
+  for (int i = 0; i < 60; ++i) viewpoints.emplace_back(100.0 * i, 0, 1);
+  const auto crossed = [&](std::size_t rooms) {
+    const PointCloud<Map> cloud = points_around(
+        {viewpoints.begin(), viewpoints.begin() + static_cast<std::ptrdiff_t>(rooms)}, 15'000, 5);
+    const WallRaster wall = rasterize(PlanPoints(cloud), {2, -3}, {2, 3}, -1, 3, 0.045);
+    std::size_t sum = 0;
+    for (const std::uint16_t rays : wall.through) sum += rays;
+    return sum;
+  };
+  EXPECT_GT(crossed(1), 1000U);
+  EXPECT_EQ(crossed(60), crossed(1));
+}
+
+}  // namespace
+}  // namespace parhelion
