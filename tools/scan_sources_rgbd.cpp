@@ -1,4 +1,6 @@
 // Folders of depth images with camera poses (7-Scenes, TUM) as 3D scans.
+#include <Eigen/Eigenvalues>
+
 #include "fusion/cloud/sensor_cloud.hpp"
 #include "tools/import/image_files.hpp"
 #include "tools/import/rgbd_folder.hpp"
@@ -7,17 +9,29 @@
 namespace parhelion {
 namespace {
 
-/// The rotation to a frame whose z axis points up: against the folder's gravity, else along the cameras' own
-/// up on average, which is rough.
+/// Up as the cameras tell: who holds a camera rolls it little and pitches it much, so that x axes are nearly
+/// level and view axes less so. The direction most at right angles to both, on the side of the pictures' top.
+Eigen::Vector3d up_of(const std::vector<RgbdPose>& poses) {
+  constexpr double roll = 5, pitch = 30;  // degrees, standard deviations
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d top = Eigen::Vector3d::Zero();
+  for (const RgbdPose& pose : poses) {
+    const Eigen::Matrix3d R = pose.T_world_depth.linear();
+    sum +=
+        R.col(0) * R.col(0).transpose() / (roll * roll) + R.col(2) * R.col(2).transpose() / (pitch * pitch);
+    top -= R.col(1);
+  }
+  const Eigen::Vector3d up = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(sum).eigenvectors().col(0);
+  return up.dot(top) < 0 ? Eigen::Vector3d(-up) : up;
+}
+
+/// The rotation to a frame whose z axis points up: against the folder's gravity, else as the cameras tell,
+/// which is rough.
 Eigen::Matrix3d level_axes(const RgbdFolder& folder, const std::string& name,
                            std::vector<std::string>& notes) {
-  Eigen::Vector3d up = Eigen::Vector3d::Zero();
-  if (folder.down) {
-    up = -*folder.down;
-  } else {
-    for (const RgbdPose& pose : folder.poses) up -= pose.T_world_depth.linear().col(1);
+  if (!folder.down)
     notes.push_back(name + ": no gravity-direction.txt beside the frames: up is what the cameras agree on");
-  }
+  const Eigen::Vector3d up = folder.down ? Eigen::Vector3d(-*folder.down) : up_of(folder.poses);
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <optional>
 
 namespace parhelion {
 namespace {
@@ -93,30 +92,6 @@ Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
   return flight;
 }
 
-/// Height of the points just beyond the flight's lower or upper end, where they lie level at one more rise.
-std::optional<Step> beyond(const PointCloud<Map>& cloud, const Flight& flight, bool below) {
-  std::vector<double> rises = flight.rises();
-  const double rise = quantile(rises, 0.5);
-  const Step& end = below ? flight.steps.front() : flight.steps.back();
-  const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
-  const double z = below ? end.z - rise : end.z + rise;
-  std::vector<double> heights, along;
-  for (const Eigen::Vector3f& point : cloud.points) {
-    if (std::abs(point.z() - z) > 2 * kUneven) continue;
-    const Eigen::Vector2d p = point.head<2>().cast<double>();
-    const double s = flight.direction.dot(p), t = across.dot(p);
-    if (t < end.left || t > end.right) continue;
-    if (below ? s > end.near + 0.05 || s < end.near - 0.6 : s < end.far - 0.05 || s > end.far + 0.6) continue;
-    heights.push_back(point.z());
-    along.push_back(s);
-  }
-  if (heights.size() < 50) return std::nullopt;
-  // A riser passes through all heights; a tread has most of its points at one.
-  const double middle = quantile(heights, 0.5), spread = quantile(heights, 0.8) - quantile(heights, 0.2);
-  if (spread > kUneven) return std::nullopt;
-  return Step{no_surface, middle, quantile(along, 0.05), quantile(along, 0.95), end.left, end.right};
-}
-
 void judge(Flight& flight) {
   std::vector<double> rises = flight.rises();
   const double middle = quantile(rises, 0.5);
@@ -168,12 +143,11 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
       if (best.steps.empty() || flight.score > best.score) best = std::move(flight);
     }
     if (best.steps.empty()) break;
+    extend(cloud, segmentation, best);
     for (std::size_t i = 0; i < treads.size(); ++i) {
       used[i] = used[i] || std::any_of(best.steps.begin(), best.steps.end(),
                                        [&](const Step& s) { return s.horizontal == treads[i].horizontal; });
     }
-    if (auto step = beyond(cloud, best, true)) best.steps.insert(best.steps.begin(), *step);
-    if (auto step = beyond(cloud, best, false)) best.steps.push_back(*step);
     judge(best);
     flights.push_back(std::move(best));
   }

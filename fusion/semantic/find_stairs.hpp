@@ -31,4 +31,7 @@ struct Flight {
 std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options);
 
+/// Adds levels at both ends for as long as the points beside them continue the series of rises.
+void extend(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight);
+
 }  // namespace parhelion

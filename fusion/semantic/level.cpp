@@ -17,7 +17,7 @@ constexpr double patch_side = 0.25;               // m; less than the tread of a
 constexpr double reach = 1e5;                     // m; a patch number still fits
 constexpr double level_within = 6 * degree;
 constexpr double upright_within = 4 * degree;
-constexpr double max_tilt = 30 * degree;
+constexpr double max_tilt = 40 * degree;
 
 struct Patch {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -232,7 +232,7 @@ Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen:
   if (faced.isZero()) {
     const auto planar =
         std::count_if(patches.begin(), patches.end(), [](const Patch& p) { return p.planar; });
-    return Error{"levelling: no level surface within 30 degrees of the up direction; saw " +
+    return Error{"levelling: no level surface within 40 degrees of the up direction; saw " +
                  std::to_string(planar) + " planar patches of " + std::to_string(patches.size()) +
                  " (0.25 m cubes): give the up direction of an accelerometer, or check the unit (metres)"};
   }

@@ -74,7 +74,7 @@ Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud,
 
 /// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
 /// frame: an accelerometer's reading). Turns by the shortest arc about the middle of what is level, so
-/// that heights stay those of the cloud there. Errors: nothing horizontal within 30 degrees of the hint (or
+/// that heights stay those of the cloud there. Errors: nothing horizontal within 40 degrees of the hint (or
 /// of z): says what was seen; a cloud that seems to be upside down (more hangs from its ceiling than stands
 /// on its floor), unless the hint is to be trusted.
 Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud,

@@ -3,13 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <fstream>
 #include <numbers>
-#include <opencv2/imgcodecs.hpp>
 
 #include "fusion/cloud/read_cloud.hpp"
-#include "fusion/cloud/sensor_cloud.hpp"
 #include "fusion/semantic/segmentation.hpp"
+#include "tests/fusion/semantic/depth_frames.hpp"
 #include "tests/recordings.hpp"
 
 namespace parhelion {
@@ -143,48 +141,9 @@ TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
   EXPECT_GE(wall_f1, 0.85);
 }
 
-/// Every tenth depth frame of the kitchen, or of one sequence on the stairs, in the world of their poses.
-PointCloud<Cloud> fused(const std::vector<std::string>& frames) {
-  CameraIntrinsics camera;
-  camera.width = 640;
-  camera.height = 480;
-  camera.fx = camera.fy = 585;
-  camera.cx = 320;
-  camera.cy = 240;
-  PointCloud<Cloud> all;
-  for (const std::string& frame : frames) {
-    const cv::Mat depth = cv::imread(test::recording(frame + ".depth.png").string(), cv::IMREAD_UNCHANGED);
-    EXPECT_EQ(depth.type(), CV_16U) << frame;
-    std::ifstream pose(test::recording(frame + ".pose.txt"));
-    Eigen::Matrix4d matrix;
-    for (int i = 0; i < 16; ++i) pose >> matrix(i / 4, i % 4);
-    DepthCloudOptions options;
-    options.step = 2;
-    options.range_max = 4;
-    const auto one = cloud_from_depth({depth.ptr<std::uint16_t>(), depth.total()}, camera, options);
-    EXPECT_TRUE(one.ok());
-    const Transform<Cloud, DepthOptical> T_cloud_optical(Eigen::Quaterniond(matrix.topLeftCorner<3, 3>()),
-                                                         matrix.topRightCorner<3, 1>());
-    const auto moved = transformed(T_cloud_optical, *one);
-    all.points.insert(all.points.end(), moved.points.begin(), moved.points.end());
-    all.scans.insert(all.scans.end(), moved.size(), static_cast<std::uint16_t>(all.viewpoints.size()));
-    all.viewpoints.push_back(T_cloud_optical.translation());
-  }
-  return all;
-}
-
 TEST(SegmentationOfRecordings, TheKitchensTableTopIsNotItsFloor) {
   PARHELION_NEEDS_RECORDING(test::recording("rgbd-7scenes-redkitchen-a/frame-000000.depth.png"));
-  std::vector<std::string> frames;
-  for (int i = 0; i < 200; i += 10) {
-    char name[64];
-    std::snprintf(name, sizeof(name), "rgbd-7scenes-redkitchen-a/frame-%06d", i);
-    frames.emplace_back(name);
-  }
-  std::ifstream file(test::recording("rgbd-7scenes-redkitchen-a/gravity-direction.txt"));
-  Eigen::Vector3d down;
-  file >> down.x() >> down.y() >> down.z();
-  const auto [cloud, found] = segmented(fused(frames), -down.normalized());
+  const auto [cloud, found] = segmented(test::fused(test::kitchen_frames()), test::kitchen_up());
   // Table top 0.72 m above the floor, both seen from above.
   const HorizontalSurface* lowest = nullptr;
   for (const HorizontalSurface& s : found.horizontals) {

@@ -96,6 +96,47 @@ TEST(SemanticNet, FindsStairsOfRandomRises) {
   }
 }
 
+/// Four steps of `rise` from x = 0, their lowest tread at z = rise.
+void paint_steps(CloudPainter& painter, double rise) {
+  for (int i = 0; i < 4; ++i) {
+    if (i > 0) painter.wall({i * 0.3, 0}, {i * 0.3, 1.4}, i * rise, (i + 1) * rise);
+    painter.slab({i * 0.3, 0}, {(i + 1) * 0.3 + (i == 3 ? 1.5 : 0.0), 1.4}, (i + 1) * rise);
+  }
+}
+
+TEST(SemanticNet, TakesAStripOfGroundForTheLevelThatAFlightStandsOn) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    CloudPainter painter(3000, 0.004, seed);
+    const double rise = 0.14 + 0.06 * painter.uniform();
+    painter.slab({-0.05, 0}, {0, 1.4}, 0);
+    painter.wall({0, 0}, {0, 1.4}, 0, rise);
+    paint_steps(painter, rise);
+    const SemanticNet net = net_of(painter.cloud());
+    ASSERT_EQ(net.stairs.size(), 1U) << "seed " << seed;
+    ASSERT_EQ(net.stairs[0].rises.size(), 4U) << "seed " << seed << ", rise " << rise;
+    EXPECT_NEAR(net.stairs[0].rises[0], rise, 0.01) << "seed " << seed;
+  }
+}
+
+TEST(SemanticNet, InventsNoStepWhereALowWallCarriesAFlight) {
+  CloudPainter painter(3000, 0.004, 3);
+  painter.wall({0, 0}, {0, 1.4}, -0.8, 0.17);
+  painter.slab({-1, 0}, {0, 1.4}, -0.8);
+  paint_steps(painter, 0.17);
+  const SemanticNet net = net_of(painter.cloud());
+  ASSERT_EQ(net.stairs.size(), 1U);
+  EXPECT_EQ(net.stairs[0].rises.size(), 3U);
+}
+
+TEST(SemanticNet, InventsNoStepInARampThatLeadsToAFlight) {
+  CloudPainter painter(3000, 0.004, 3);
+  painter.rectangle({-1.2, 0, -0.6}, {1.2, 0, 0.77}, {0, 1.4, 0});
+  paint_steps(painter, 0.17);
+  const SemanticNet net = net_of(painter.cloud());
+  ASSERT_EQ(net.stairs.size(), 1U);
+  EXPECT_EQ(net.stairs[0].rises.size(), 3U);
+}
+
 TEST(SemanticNet, TakesNoTableForAFloor) {
   CloudPainter painter(900, 0.005, 4);
   painter.room({0, 0}, {6, 4}, 0, 2.6);

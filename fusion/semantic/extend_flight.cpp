@@ -1,0 +1,145 @@
+// The levels next to a flight's ends that are no surfaces of their own: a narrow strip before the first
+// riser, a tread that is half hidden.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "fusion/semantic/find_stairs.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kCell = 0.05;      ///< m, of the plan beside the flight's end
+constexpr double kReach = 0.6;      ///< m beyond the end that are looked at
+constexpr double kInto = 0.05;      ///< m of the end's own strip: edges are not sharp
+constexpr double kOff = 0.05;       ///< m, the next rise may differ from the flight's median
+constexpr double kSkin = 0.03;      ///< m, of the outermost points that are a cell's surface, noise included
+constexpr double kWindow = 0.03;    ///< m, heights of cells that are one level
+constexpr double kAcross = 0.5;     ///< share of the flight's width that the level must be seen along
+constexpr double kAgree = 0.3;      ///< share of the cells there: less is a slope
+constexpr std::size_t kLeast = 50;  ///< points
+constexpr std::size_t kMostSteps = 60;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Seen {
+  double s, height;  ///< m; height counts from the end's tread, onwards
+  std::uint32_t surface;
+};
+
+/// Points beside the end, by cell of the plan. `height` is up for the upper end, down for the lower one.
+using Cells = std::map<std::pair<int, int>, std::vector<Seen>>;
+
+Cells cells_beside(const PointCloud<Map>& cloud, const Segmentation& segmentation, const Flight& flight,
+                   const Step& end, bool below, double rise) {
+  const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
+  const double edge = below ? end.near : end.far, outwards = below ? -1 : 1;
+  Cells cells;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const double height = outwards * (cloud.points[i].z() - end.z);
+    if (height < 0.3 * rise || height > 1.6 * rise) continue;
+    const Eigen::Vector2d p = cloud.points[i].head<2>().cast<double>();
+    const double s = flight.direction.dot(p), t = across.dot(p), beyond = outwards * (s - edge);
+    if (t < end.left || t > end.right || beyond < -kInto || beyond > kReach) continue;
+    cells[{static_cast<int>((t - end.left) / kCell), static_cast<int>((beyond + kInto) / kCell)}].push_back(
+        {s, height, segmentation.surface_of[i]});
+  }
+  return cells;
+}
+
+/// Height of a cell's outermost points: where a riser begins, or the level itself. A riser that goes on
+/// beyond one rise has them elsewhere.
+double outermost(std::vector<Seen>& seen) {
+  const double most = std::max_element(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
+                        return a.height < b.height;
+                      })->height;
+  std::erase_if(seen, [&](const Seen& point) { return point.height < most - kSkin; });
+  std::vector<double> heights;
+  for (const Seen& point : seen) heights.push_back(point.height);
+  return median(std::move(heights));
+}
+
+/// The fullest window of heights near one more rise; its middle.
+std::optional<double> fullest_window(std::vector<double> heights, double rise) {
+  std::sort(heights.begin(), heights.end());
+  std::size_t begin = 0, most = 0;
+  double middle = 0;
+  for (std::size_t end = 0; end < heights.size(); ++end) {
+    while (heights[end] - heights[begin] > kWindow) ++begin;
+    const double centre = 0.5 * (heights[begin] + heights[end]);
+    if (end + 1 - begin > most && std::abs(centre - rise) < kOff) {
+      most = end + 1 - begin;
+      middle = centre;
+    }
+  }
+  return most > 0 ? std::optional(middle) : std::nullopt;
+}
+
+/// The surface that most of these points are of, where that is most of them.
+std::uint32_t main_surface(const std::map<std::uint32_t, std::size_t>& count, std::size_t total,
+                           std::size_t verticals) {
+  for (const auto& [surface, points] : count) {
+    if (surface != no_surface && surface >= verticals && 2 * points > total)
+      return static_cast<std::uint32_t>(surface - verticals);
+  }
+  return no_surface;
+}
+
+/// The level that continues the series beyond one end: seen along the flight's width, level, one rise on.
+std::optional<Step> next_level(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+                               const Flight& flight, bool below) {
+  const double rise = median(flight.rises());
+  const Step& end = below ? flight.steps.front() : flight.steps.back();
+  Cells cells = cells_beside(cloud, segmentation, flight, end, below, rise);
+  std::vector<double> heights;
+  for (auto& [place, seen] : cells) heights.push_back(outermost(seen));
+  const auto middle = fullest_window(heights, rise);
+  if (!middle) return std::nullopt;
+  std::vector<double> agreeing, along;
+  std::vector<bool> across(static_cast<std::size_t>((end.right - end.left) / kCell) + 1);
+  std::map<std::uint32_t, std::size_t> surfaces;
+  std::size_t agree = 0, k = 0;
+  for (const auto& [place, seen] : cells) {
+    if (std::abs(heights[k++] - *middle) > kWindow / 2 + 1e-9) continue;
+    ++agree;
+    across[static_cast<std::size_t>(place.first)] = true;
+    for (const Seen& point : seen) {
+      agreeing.push_back(point.height), along.push_back(point.s);
+      ++surfaces[point.surface];
+    }
+  }
+  const auto wide = static_cast<double>(std::count(across.begin(), across.end(), true));
+  if (agreeing.size() < kLeast || wide < kAcross * static_cast<double>(across.size()) ||
+      static_cast<double>(agree) < kAgree * static_cast<double>(cells.size()))
+    return std::nullopt;
+  std::sort(along.begin(), along.end());
+  const auto share = [&](double q) {
+    return along[static_cast<std::size_t>(q * static_cast<double>(along.size() - 1))];
+  };
+  const double z = end.z + (below ? -1 : 1) * median(agreeing);
+  return Step{main_surface(surfaces, agreeing.size(), segmentation.verticals.size()),
+              z,
+              share(0.05),
+              share(0.95),
+              end.left,
+              end.right};
+}
+
+}  // namespace
+
+void extend(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight) {
+  for (const bool below : {true, false}) {
+    while (flight.steps.size() < kMostSteps) {
+      const auto step = next_level(cloud, segmentation, flight, below);
+      if (!step) break;
+      flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);
+    }
+  }
+}
+
+}  // namespace parhelion
