@@ -85,6 +85,12 @@ void expect_found(const Segmentation& found, const std::pair<Eigen::Vector2d, Ei
           std::to_string(found.verticals.size()) + " surfaces");
 }
 
+std::string words(const Segmentation& found) {
+  std::ostringstream text;
+  for (const HorizontalSurface& s : found.horizontals) text << s.z << " m (" << s.area << " m2), ";
+  return text.str();
+}
+
 TEST(SegmentationOfRandomRooms, FindsTheirWallsFloorAndCeiling) {
   check([] {
     const Built built = random_room();
@@ -95,7 +101,8 @@ TEST(SegmentationOfRandomRooms, FindsTheirWallsFloorAndCeiling) {
       const auto it =
           std::find_if(found->horizontals.begin(), found->horizontals.end(),
                        [&](const HorizontalSurface& s) { return std::abs(s.z - z) < 0.01 && s.area > 4; });
-      RC_ASSERT(it != found->horizontals.end());
+      if (it == found->horizontals.end())
+        RC_FAIL("nothing at " + std::to_string(z) + " m among " + words(*found));
       RC_ASSERT(it->faces_down == (z == built.ceiling));
     }
   });

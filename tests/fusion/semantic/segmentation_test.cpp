@@ -155,6 +155,24 @@ TEST(Level, TurnsATiltedRoomUpright) {
   }
 }
 
+TEST(Segmentation, LetsNoFloorClimbItsWalls) {
+  // Sparse: what a wall's slices hold by chance is no more than 3 cm from one to the next.
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    CloudPainter painter(420, 0.008, seed);
+    painter.room({0, 0}, {3.9, 7.2}, 1.76, 4.36);
+    painter.wall({2.5, 0}, {2.5, 5.04}, 1.76, 4.36);
+    painter.clutter({Eigen::Vector3d(0.3, 0.3, 1.76), Eigen::Vector3d(1.3, 1.3, 2.56)}, 1200);
+    painter.clutter({Eigen::Vector3d(-40, -40, -20), Eigen::Vector3d(40, 40, 20)}, 190);
+    painter.turn(Eigen::Isometry3d(Eigen::Translation3d(12.7, -8.7, 0) *
+                                   Eigen::AngleAxisd(0.87, Eigen::Vector3d::UnitZ())));
+    const auto found = segment(painter.cloud());
+    ASSERT_TRUE(found.ok());
+    const HorizontalSurface* const floor = at_height(*found, 1.76, 0.01);
+    ASSERT_NE(floor, nullptr) << "seed " << seed;
+    EXPECT_NEAR(floor->area, 3.9 * 7.2, 3) << "seed " << seed;
+  }
+}
+
 TEST(Level, SaysThatACloudIsUpsideDown) {
   const auto found = level(tilted_room(2, true));
   ASSERT_FALSE(found.ok());
