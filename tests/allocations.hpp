@@ -1,5 +1,5 @@
-// Counts what this thread allocates while a watch lives. Include in one source file of a test program only:
-// it defines operator new and delete.
+// Counts what this thread allocates with operator new since a watch began. The program is to be linked with
+// allocations.cpp, which replaces operator new and delete.
 #pragma once
 
 #include <cstddef>

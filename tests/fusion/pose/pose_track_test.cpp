@@ -2,23 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
 #include <random>
 
-namespace {
-std::atomic<std::size_t> allocations{0};
-}
-
-// Counts what the track allocates; everything else of this program goes through here too.
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/allocations.hpp"
 
 namespace parhelion {
 namespace {
@@ -279,7 +265,7 @@ TEST(PoseTrack, OdometryThatComesLateTakesOverWithoutARelocalization) {
 TEST(PoseTrack, AllocatesNothingAfterConstruction) {
   PoseTrack track(robot(), {});
   const PoseEstimate word = estimate(0, {});
-  const std::size_t before = allocations;
+  const test::AllocationWatch watch;
   for (int i = 0; i < 6000; ++i) {
     const double t = 0.01 * i;
     track.add(odometry(t, on_circle(t)));
@@ -292,7 +278,7 @@ TEST(PoseTrack, AllocatesNothingAfterConstruction) {
     }
     track.at(at_seconds(t + 0.02));
   }
-  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(watch.count(), 0U);
 }
 
 TEST(PredictedError, HasTheLeverArmOfYaw) {

@@ -1,37 +1,10 @@
 // Counts what the scan path allocates: nothing after warm-up.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "fusion/scan/augment.hpp"
 #include "fusion/scan/unexplained.hpp"
+#include "tests/allocations.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
-
-namespace {
-std::atomic<std::size_t> allocations{0};
-
-void* counted(std::size_t size, std::size_t alignment) {
-  ++allocations;
-  void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, alignof(std::max_align_t)); }
-void* operator new(std::size_t size, std::align_val_t a) {
-  return counted(size, static_cast<std::size_t>(a));
-}
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  return counted(size, alignof(std::max_align_t));
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, const std::nothrow_t&) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace parhelion {
 namespace {
@@ -71,9 +44,9 @@ TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
     simulate_scan(laser, {2, n}, bodies, building, {}, out);
   };
   for (std::size_t n = 0; n < 14; ++n) scan(n);
-  const std::size_t before = allocations;
+  const test::AllocationWatch watch;
   for (std::size_t n = 0; n < 140; ++n) scan(n);
-  EXPECT_EQ(allocations - before, 0U);
+  EXPECT_EQ(watch.count(), 0U);
   EXPECT_GT(replaced, 0U);
   EXPECT_GT(discs, 0U);
 }

@@ -1,24 +1,8 @@
 // Promise 4 for the physics: the same calls give the same states, bit for bit.
-#include <atomic>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 
+#include "tests/allocations.hpp"
 #include "worlds.hpp"
-
-namespace {
-std::atomic<long> allocations{0};
-std::atomic<bool> counting{false};
-}  // namespace
-
-// Counts what is allocated with operator new: Bullet allocates with malloc, so this is our own code.
-void* operator new(std::size_t size) {
-  if (counting) ++allocations;
-  if (void* memory = std::malloc(size ? size : 1)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace parhelion {
 namespace {
@@ -113,16 +97,16 @@ TEST(Determinism, SteppingAndLookingAllocateNothingOnceWarm) {
   ASSERT_TRUE(simulation.at(simulation.now() - milliseconds(3), world));
   simulation.take_events();
   simulation.clearance(real.T_map_base, {0.5, 0, 0.2}, 2);
-  allocations = 0;
-  counting = true;
+  // Bullet allocates with malloc, so what is counted is our own code.
+  const test::AllocationWatch watch;
   for (int i = 0; i < 1200; ++i) {
     simulation.step(real, requests);
     simulation.at(simulation.now() - milliseconds(3), world);
     simulation.clearance(real.T_map_base, {0.5, 0, 0.2}, 2);
   }
-  counting = false;
+  const std::size_t allocated = watch.count();
   EXPECT_EQ(simulation.take_events().size(), 0U) << "events do allocate";
-  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(allocated, 0U);
 }
 
 }  // namespace
