@@ -30,17 +30,19 @@ BucketGrid::BucketGrid(std::span<const Eigen::Vector3f> points, double bucket_si
            static_cast<std::size_t>(b.x());
   };
   const auto total = buckets_.cast<std::size_t>().prod();
-  start_.assign(total + 1, 0);
-  for (const Eigen::Vector3f& p : points) ++start_[index(p) + 1];
-  for (std::size_t i = 1; i <= total; ++i) start_[i] += start_[i - 1];
+  // Counted two places on, summed up to where the bucket before begins, and moved on to its own begin by
+  // filling it.
+  start_.assign(total + 2, 0);
+  for (const Eigen::Vector3f& p : points) ++start_[index(p) + 2];
+  for (std::size_t i = 2; i < total + 2; ++i) start_[i] += start_[i - 1];
   sorted_.resize(points.size());
   order_.resize(points.size());
-  std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::uint32_t at = next[index(points[i])]++;
+    const std::uint32_t at = start_[index(points[i]) + 1]++;
     sorted_[at] = points[i];
     order_[at] = static_cast<std::uint32_t>(i);
   }
+  start_.pop_back();
 }
 
 }  // namespace parhelion

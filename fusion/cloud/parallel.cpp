@@ -9,9 +9,21 @@
 namespace parhelion {
 namespace {
 
-int arena_size(int threads) { return threads > 0 ? threads : tbb::task_arena::automatic; }
+bool are_here(int threads) {
+  const int wanted = threads > 0 ? threads : tbb::this_task_arena::max_concurrency();
+  return tbb::this_task_arena::current_thread_index() != tbb::task_arena::not_initialized &&
+         tbb::this_task_arena::max_concurrency() == wanted;
+}
 
 }  // namespace
+
+void with_threads(int threads, const std::function<void()>& work) {
+  if (threads == 1 || are_here(threads)) {
+    work();
+  } else {
+    tbb::task_arena(threads > 0 ? threads : tbb::task_arena::automatic).execute(work);
+  }
+}
 
 void for_each_chunk(std::size_t size, std::size_t chunk_size, int threads,
                     const std::function<void(std::size_t, std::size_t, std::size_t)>& body) {
@@ -23,7 +35,7 @@ void for_each_chunk(std::size_t size, std::size_t chunk_size, int threads,
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) one(chunk);
     return;
   }
-  tbb::task_arena(arena_size(threads)).execute([&] { tbb::parallel_for(std::size_t{0}, chunks, one); });
+  with_threads(threads, [&] { tbb::parallel_for(std::size_t{0}, chunks, one); });
 }
 
 void do_both(int threads, const std::function<void()>& a, const std::function<void()>& b) {
@@ -32,7 +44,7 @@ void do_both(int threads, const std::function<void()>& a, const std::function<vo
     b();
     return;
   }
-  tbb::task_arena(arena_size(threads)).execute([&] { tbb::parallel_invoke(a, b); });
+  with_threads(threads, [&] { tbb::parallel_invoke(a, b); });
 }
 
 }  // namespace parhelion

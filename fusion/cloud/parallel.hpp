@@ -13,6 +13,9 @@ namespace parhelion {
 void for_each_chunk(std::size_t size, std::size_t chunk_size, int threads,
                     const std::function<void(std::size_t, std::size_t, std::size_t)>& body);
 
+/// Runs it where `threads` threads stand by for all the loops within, so that they are called up once.
+void with_threads(int threads, const std::function<void()>& work);
+
 /// Both, at once where there are threads for it.
 void do_both(int threads, const std::function<void()>& a, const std::function<void()>& b);
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 
 #include "fusion/cloud/free_space.hpp"
+#include "fusion/cloud/parallel.hpp"
 
 namespace parhelion {
 namespace {
@@ -37,24 +38,37 @@ std::string direction_in_words(const Eigen::Vector3d& v) {
 struct PlaneInformation {
   Matrix6d sum = Matrix6d::Zero();
   double pairs = 0;
+
+  PlaneInformation& operator+=(const PlaneInformation& other) {
+    sum += other.sum;
+    pairs += other.pairs;
+    return *this;
+  }
 };
 
-PlaneInformation plane_information(const AlignedPair& pair, const std::vector<std::int32_t>& partners,
-                                   const Eigen::Vector3d& centre, double lever, bool of_source) {
-  PlaneInformation planes;
-  for (std::size_t i = 0; i < partners.size(); ++i) {
-    if (partners[i] < 0) continue;
-    const auto j = static_cast<std::size_t>(partners[i]);
-    if (pair.source.slack[i] > flat || pair.target.surfels.slack[j] > flat) continue;
-    const Eigen::Vector3d n =
-        of_source ? Eigen::Vector3d(pair.T_target_source.linear() * pair.source.normals[i].cast<double>())
-                  : Eigen::Vector3d(pair.target.surfels.normals[j].cast<double>());
-    const Eigen::Vector3d r = pair.T_target_source * pair.source.means[i].cast<double>() - centre;
-    Vector6d row;
-    row << n, r.cross(n) / lever;
-    planes.sum += row * row.transpose();
-    planes.pairs += 1;
-  }
+PlaneInformation plane_information(const AlignedPair& pair, const Eigen::Vector3d& centre, double lever,
+                                   bool of_source) {
+  constexpr std::size_t chunk = 1024;
+  const Eigen::Isometry3d& T = pair.T_target_source;
+  PlaneInformation planes = sum_over_chunks<PlaneInformation>(
+      pair.source.count(), chunk, pair.options.threads, [&](std::size_t begin, std::size_t end) {
+        PlaneInformation part;
+        for (std::size_t i = begin; i < end; ++i) {
+          if (pair.partners.partner(i) < 0) continue;
+          const auto j = static_cast<std::size_t>(pair.partners.partner(i));
+          if (pair.source.slack[i] > flat || pair.target.surfels.slack[j] > flat) continue;
+          const Eigen::Vector3d n =
+              of_source ? Eigen::Vector3d(T.linear() * pair.source.normals[i].cast<double>())
+                        : Eigen::Vector3d(pair.target.surfels.normals[j].cast<double>());
+          const Eigen::Vector3d r = T * pair.source.means[i].cast<double>() - centre;
+          Vector6d row;
+          row << n, r.cross(n) / lever;
+          for (int k = 0; k < 6; ++k) part.sum.col(k).head(k + 1) += row[k] * row.head(k + 1);
+          part.pairs += 1;
+        }
+        return part;
+      });
+  planes.sum.triangularView<Eigen::StrictlyLower>() = planes.sum.transpose();
   return planes;
 }
 
@@ -96,10 +110,17 @@ Matrix6d covariance_of(const PlaneInformation& planes, double variance, double l
 double contradiction(const AlignedPair& pair) {
   // Along a grazing ray a surfel's neighbour is up to a few of its sizes nearer.
   const double margin = 3 * pair.source.size;
-  FreeSpace sum;
-  sum += free_space(pair.target.surfels, pair.target_viewpoints, pair.source, pair.T_target_source, margin);
-  sum += free_space(pair.source, pair.source_viewpoints, pair.target.surfels,
-                    pair.T_target_source.inverse(Eigen::Isometry), margin);
+  FreeSpace sum, back;
+  do_both(
+      pair.options.threads,
+      [&] {
+        sum = free_space(pair.target.surfels, pair.target_viewpoints, pair.source, pair.T_target_source, margin);
+      },
+      [&] {
+        back = free_space(pair.source, pair.source_viewpoints, pair.target.surfels,
+                          pair.T_target_source.inverse(Eigen::Isometry), margin);
+      });
+  sum += back;
   const double both = sum.in_front + sum.on_surface;
   return both > 0 ? sum.in_front / both : 0;
 }
@@ -108,36 +129,33 @@ double contradiction(const AlignedPair& pair) {
 
 AlignmentEvidence evidence(const AlignedPair& pair) {
   AlignmentEvidence result;
-  const std::vector<std::int32_t> found =
-      partners(pair.target, pair.source, pair.T_target_source, pair.options);
-  std::vector<double> residuals;
+  std::vector<double> found =
+      residuals(pair.target, pair.source, pair.partners, pair.T_target_source, pair.options.threads);
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  double squares = 0, on = 0;
+  double squares = 0, on = 0, from_origin = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i] < 0) continue;
-    const double e = residual(pair.target, found[i], pair.source, i, pair.T_target_source);
-    residuals.push_back(e);
-    centre += pair.T_target_source * pair.source.means[i].cast<double>();
-    if (e > pair.source.size / 2) continue;
-    squares += e * e;
+    const Eigen::Vector3d mean = pair.source.means[i].cast<double>();
+    centre += mean;
+    from_origin += mean.squaredNorm();
+    if (found[i] > pair.source.size / 2) continue;
+    squares += found[i] * found[i];
     on += 1;
   }
   if (on == 0) return result;
-  centre /= static_cast<double>(residuals.size());
-  double lever = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (found[i] >= 0)
-      lever += (pair.T_target_source * pair.source.means[i].cast<double>() - centre).squaredNorm();
-  }
-  lever = std::sqrt(lever / static_cast<double>(residuals.size()));
-  const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-  std::nth_element(residuals.begin(), middle, residuals.end());
+  std::erase_if(found, [](double e) { return e < 0; });
+  const auto pairs = static_cast<double>(found.size());
+  centre /= pairs;
+  const double lever = std::sqrt(std::max(from_origin / pairs - centre.squaredNorm(), 1e-12));
+  centre = pair.T_target_source * centre;
+  const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
+  std::nth_element(found.begin(), middle, found.end());
 
-  result.overlap = on / static_cast<double>(found.size());
+  result.overlap = on / static_cast<double>(pair.source.count());
   result.rms = std::sqrt(squares / on);
   result.ambiguity = *middle / (pair.options.gate / 2);
   result.contradiction = contradiction(pair);
-  const PlaneInformation planes = plane_information(pair, found, centre, lever, false);
+  const PlaneInformation planes = plane_information(pair, centre, lever, false);
   const double window = 1.5 * pair.source.size;
   const double noise = std::max(pair.source.noise(), pair.target.surfels.noise());
   // A normal comes from about 9 surfels' points.
@@ -145,7 +163,7 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
   // Either cloud may be the one with too few surfaces.
   if (result.undetermined.empty())
     result.undetermined =
-        undetermined_directions(plane_information(pair, found, centre, lever, true), noise / window / 3);
+        undetermined_directions(plane_information(pair, centre, lever, true), noise / window / 3);
   result.covariance = covariance_of(planes, std::max(result.rms * result.rms, 1e-12), lever,
                                     pair.T_target_source.translation() - centre);
   return result;

@@ -9,8 +9,7 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t chunk = 512;
-constexpr float least_cosine = 0.5f;  // surfaces that face more than 60 degrees apart are not the same
-constexpr float flat_enough = 0.25f;  // slack above which a normal says too little to compare it
+constexpr float flat_enough = PartnerSearch::flat_enough;
 
 /// What a pair weighs, by direction: the inverse of the sum of both covariances, of 1 m^2 within the surface
 /// and of the slack along the normal (Segal et al. 2009, equation 2).
@@ -49,99 +48,91 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return m;
 }
 
-}  // namespace
-
-SurfelTarget::SurfelTarget(const Surfels& target, double bucket_size)
-    : grid(target.means, bucket_size, std::max<std::size_t>(4096, 64 * target.count())) {
-  surfels.size = target.size;
-  surfels.oriented = target.oriented;
-  surfels.means = grid.sorted();
-  for (const std::uint32_t i : grid.order()) {
-    surfels.normals.push_back(target.normals[i]);
-    surfels.slack.push_back(target.slack[i]);
-    surfels.counts.push_back(target.counts[i]);
-    surfels.thickness.push_back(target.thickness[i]);
-  }
+/// Geman and McClure's.
+double kernel_weight(double e2, double kernel) {
+  const double say = kernel * kernel / (kernel * kernel + e2);
+  return say * say;
 }
+
+void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
+                   const MatchOptions& options) {
+  const Eigen::Matrix3d M = weight_of(options.method, pair.a, pair.slack_a, pair.b, pair.slack_b);
+  const double weight = kernel_weight(
+      squared_residual(options.method, M, pair.d, pair.slack_a + pair.slack_b), options.kernel);
+  const Eigen::Vector3d r = pair.p - centre, Md = weight * M * pair.d;
+  const Eigen::Matrix3d rx = cross_matrix(r), Mr = -weight * M * rx;
+  sum.H.topLeftCorner<3, 3>() += weight * M;
+  sum.H.topRightCorner<3, 3>() += Mr;
+  sum.H.bottomRightCorner<3, 3>() += rx * Mr;
+  sum.b.head<3>() += Md;
+  sum.b.tail<3>() += r.cross(Md);
+  sum.pairs += 1;
+}
+
+/// The same for point-to-plane, of whose matrix one direction is all.
+void add_along_normal(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
+                      const MatchOptions& options) {
+  sum.pairs += 1;
+  if (pair.slack_a >= flat_enough) return;
+  const double e = pair.a.dot(pair.d);
+  Vector6d row;
+  row << pair.a, (pair.p - centre).cross(pair.a);
+  const Vector6d weighed = kernel_weight(e * e, options.kernel) * row;
+  for (int k = 0; k < 6; ++k) sum.H.col(k).head(k + 1) += row[k] * weighed.head(k + 1);
+  sum.b += e * weighed;
+}
+
+}  // namespace
 
 NormalEquations& NormalEquations::operator+=(const NormalEquations& other) {
   H += other.H;
   b += other.b;
-  cost += other.cost;
   pairs += other.pairs;
-  squares += other.squares;
-  weights += other.weights;
   return *this;
 }
 
-std::vector<std::int32_t> partners(const SurfelTarget& target, const Surfels& source,
-                                   const Eigen::Isometry3d& T_target_source, const MatchOptions& options) {
-  std::vector<std::int32_t> result(source.count(), -1);
-  const Eigen::Matrix3f R = T_target_source.linear().cast<float>();
-  const Eigen::Vector3f t = T_target_source.translation().cast<float>();
-  const auto gate2 = static_cast<float>(options.gate * options.gate);
-  const bool oriented = source.oriented && target.surfels.oriented;
-  const auto& means = target.surfels.means;
-  for_each_chunk(source.count(), chunk, options.threads,
-                 [&](std::size_t, std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i) {
-                     const Eigen::Vector3f p = R * source.means[i] + t, n = R * source.normals[i];
-                     const bool faces = source.slack[i] < flat_enough;
-                     float nearest = gate2;
-                     target.grid.for_each_run(target.grid.bucket_of(p), [&](BucketGrid::Range run) {
-                       for (std::uint32_t j = run.begin; j < run.end; ++j) {
-                         const float d2 = (means[j] - p).squaredNorm();
-                         if (!(d2 < nearest)) continue;
-                         if (faces && target.surfels.slack[j] < flat_enough) {
-                           const float cosine = n.dot(target.surfels.normals[j]);
-                           if ((oriented ? cosine : std::abs(cosine)) < least_cosine) continue;
-                         }
-                         nearest = d2;
-                         result[i] = static_cast<std::int32_t>(j);
-                       }
-                     });
-                   }
-                 });
+void find_partners(PartnerSearch& search, const Surfels& source, const Eigen::Isometry3d& T_target_source,
+                   int threads) {
+  search.move_to(T_target_source);
+  for_each_chunk(source.count(), chunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) search.update(i);
+  });
+}
+
+std::vector<double> residuals(const SurfelTarget& target, const Surfels& source, const PartnerSearch& partners,
+                              const Eigen::Isometry3d& T_target_source, int threads) {
+  constexpr IcpMethod method = IcpMethod::generalised;
+  std::vector<double> result(source.count(), -1);
+  for_each_chunk(source.count(), chunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (partners.partner(i) < 0) continue;
+      const Pair pair(target, static_cast<std::size_t>(partners.partner(i)), source, i, T_target_source);
+      const Eigen::Matrix3d M = weight_of(method, pair.a, pair.slack_a, pair.b, pair.slack_b);
+      result[i] = std::sqrt(squared_residual(method, M, pair.d, pair.slack_a + pair.slack_b));
+    }
+  });
   return result;
 }
 
-double residual(const SurfelTarget& target, std::int32_t partner, const Surfels& source, std::size_t i,
-                const Eigen::Isometry3d& T_target_source) {
-  constexpr IcpMethod method = IcpMethod::generalised;
-  const Pair pair(target, static_cast<std::size_t>(partner), source, i, T_target_source);
-  const Eigen::Matrix3d M = weight_of(method, pair.a, pair.slack_a, pair.b, pair.slack_b);
-  return std::sqrt(squared_residual(method, M, pair.d, pair.slack_a + pair.slack_b));
-}
-
-NormalEquations normal_equations(const SurfelTarget& target, const Surfels& source,
-                                 const std::vector<std::int32_t>& partners,
-                                 const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
-                                 const MatchOptions& options) {
-  const double kernel2 = options.kernel * options.kernel;
-  return sum_over_chunks<NormalEquations>(
+NormalEquations match(const SurfelTarget& target, const Surfels& source,
+                      const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
+                      const MatchOptions& options, PartnerSearch& search) {
+  search.move_to(T_target_source);
+  const auto add =
+      options.method == IcpMethod::point_to_plane ? add_along_normal : add_by_weight;
+  NormalEquations sum = sum_over_chunks<NormalEquations>(
       source.count(), chunk, options.threads, [&](std::size_t begin, std::size_t end) {
-        NormalEquations sum;
+        NormalEquations part;
         for (std::size_t i = begin; i < end; ++i) {
-          if (partners[i] < 0) continue;
-          const Pair pair(target, static_cast<std::size_t>(partners[i]), source, i, T_target_source);
-          const Eigen::Matrix3d M = weight_of(options.method, pair.a, pair.slack_a, pair.b, pair.slack_b);
-          const double e2 = squared_residual(options.method, M, pair.d, pair.slack_a + pair.slack_b);
-          const double say = kernel2 / (kernel2 + e2), weight = say * say;
-          const Eigen::Vector3d r = pair.p - centre, Md = weight * M * pair.d;
-          const Eigen::Matrix3d rx = cross_matrix(r), Mr = -weight * M * rx;
-          sum.H.topLeftCorner<3, 3>() += weight * M;
-          sum.H.topRightCorner<3, 3>() += Mr;
-          sum.H.bottomRightCorner<3, 3>() += rx * Mr;
-          sum.b.head<3>() += Md;
-          sum.b.tail<3>() += r.cross(Md);
-          sum.cost += say * e2;
-          sum.pairs += 1;
-          sum.squares += weight * e2;
-          sum.weights += weight;
+          search.update(i);
+          if (search.partner(i) < 0) continue;
+          const Pair pair(target, static_cast<std::size_t>(search.partner(i)), source, i, T_target_source);
+          add(part, pair, centre, options);
         }
-        sum.H.bottomLeftCorner<3, 3>() = sum.H.topRightCorner<3, 3>().transpose();
-        return sum;
+        return part;
       });
+  sum.H.triangularView<Eigen::StrictlyLower>() = sum.H.transpose();
+  return sum;
 }
 
 Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, const Vector6d& step, const Eigen::Vector3d& centre) {

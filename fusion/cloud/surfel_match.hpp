@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "fusion/cloud/bucket_grid.hpp"
+#include "fusion/cloud/partner_search.hpp"
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/surfels.hpp"
 
@@ -16,16 +16,9 @@ namespace parhelion {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// The target's surfels, in the order of the buckets.
-struct SurfelTarget {
-  SurfelTarget(const Surfels& target, double bucket_size);
-  Surfels surfels;
-  BucketGrid grid;
-};
-
 struct MatchOptions {
   IcpMethod method = IcpMethod::generalised;
-  double gate = 1;    ///< m, furthest partner
+  double gate = 1;    ///< m, furthest partner; at most 2.5 of the target's buckets
   double kernel = 1;  ///< m, residual at which a pair has a quarter of its say (Geman and McClure)
   int threads = 1;
 };
@@ -35,28 +28,24 @@ struct NormalEquations {
   Matrix6d H = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
 
-  double cost = 0;  ///< m^2, sum of the kernel's values
   double pairs = 0;
-  double squares = 0;  ///< m^2, weighed squared residuals
-  double weights = 0;
 
   NormalEquations& operator+=(const NormalEquations& other);
 };
 
-/// For each surfel of the source the index of the nearest surfel of the target within the gate that faces the
-/// same way; -1: none.
-std::vector<std::int32_t> partners(const SurfelTarget& target, const Surfels& source,
-                                   const Eigen::Isometry3d& T_target_source, const MatchOptions& options);
+/// Partners at T.
+void find_partners(PartnerSearch& search, const Surfels& source, const Eigen::Isometry3d& T_target_source,
+                   int threads);
 
-/// Metres that a pair is apart as generalised ICP counts it, whatever the method: along the normals for flat
-/// surfels.
-double residual(const SurfelTarget& target, std::int32_t partner, const Surfels& source, std::size_t i,
-                const Eigen::Isometry3d& T_target_source);
+/// For each surfel of the source the metres that it is from its partner, as generalised ICP counts them whatever
+/// the method: along the normals for flat surfels. Negative: no partner. `partners`: those at T.
+std::vector<double> residuals(const SurfelTarget& target, const Surfels& source, const PartnerSearch& partners,
+                              const Eigen::Isometry3d& T_target_source, int threads);
 
-NormalEquations normal_equations(const SurfelTarget& target, const Surfels& source,
-                                 const std::vector<std::int32_t>& partners,
-                                 const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
-                                 const MatchOptions& options);
+/// One round: partners at T, and their equations.
+NormalEquations match(const SurfelTarget& target, const Surfels& source,
+                      const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
+                      const MatchOptions& options, PartnerSearch& search);
 
 /// T moved by the step.
 Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, const Vector6d& step, const Eigen::Vector3d& centre);

@@ -1,0 +1,108 @@
+#include "fusion/cloud/registration_input.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace parhelion {
+namespace {
+
+constexpr double surfels_a_radius =
+    25;  // fine enough for furniture, with a dozen points in each of a usual scan's
+
+template <class Frame>
+Status check(const PointCloud<Frame>& cloud, const char* name) {
+  const auto error = [&](const std::string& what) {
+    return Error{"register: the " + std::string(name) + " " + what};
+  };
+  if (cloud.empty()) return error("cloud has no points; give one that has");
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    if (!cloud.points[i].allFinite())
+      return error("cloud's point " + std::to_string(i) +
+                   " is not finite; drop such points where the cloud is read");
+  }
+  if (!cloud.scans.empty() && cloud.scans.size() != cloud.size())
+    return error("cloud has " + std::to_string(cloud.scans.size()) + " scan numbers for " +
+                 std::to_string(cloud.size()) + " points; give one each, or none");
+  for (const std::uint16_t scan : cloud.scans) {
+    if (!cloud.viewpoints.empty() && scan >= cloud.viewpoints.size())
+      return error("cloud has a point of scan " + std::to_string(scan) + ", but " +
+                   std::to_string(cloud.viewpoints.size()) + " viewpoints");
+  }
+  return {};
+}
+
+std::string metres(double value) {
+  std::array<char, 40> text;
+  std::snprintf(text.data(), text.size(), "%.3g m", value);
+  return text.data();
+}
+
+}  // namespace
+
+double scene_radius(const std::vector<Eigen::Vector3f>& points) {
+  constexpr std::size_t most_looked_at = 2000;
+  const std::size_t step = 1 + points.size() / most_looked_at;
+  std::vector<float> values;
+  const auto quantile = [&](std::size_t tenths) {
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * tenths / 10);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+  };
+  Eigen::Vector3f centre;
+  for (int axis = 0; axis < 3; ++axis) {
+    values.clear();
+    for (std::size_t i = 0; i < points.size(); i += step) values.push_back(points[i][axis]);
+    centre[axis] = quantile(5);
+  }
+  values.clear();
+  for (std::size_t i = 0; i < points.size(); i += step) values.push_back((points[i] - centre).norm());
+  return quantile(8);
+}
+
+double surfel_size_of(double target_radius, double source_radius) {
+  return std::clamp(target_radius, source_radius, 2 * source_radius) / surfels_a_radius;
+}
+
+double fitted_surfel_size(const std::vector<Eigen::Vector3f>& points) {
+  return points.empty() ? 0 : scene_radius(points) / surfels_a_radius;
+}
+
+Status check_cloud(const PointCloud<Target>& cloud) { return check(cloud, "target"); }
+Status check_cloud(const PointCloud<Source>& cloud) { return check(cloud, "source"); }
+
+Status check_options(const RegistrationOptions& options) {
+  if (!(options.max_distance > 0) || !std::isfinite(options.max_distance))
+    return Error{"register: max_distance is " + std::to_string(options.max_distance) +
+                 " m; give one above 0"};
+  if (options.max_iterations < 1)
+    return Error{"register: max_iterations is " + std::to_string(options.max_iterations) +
+                 "; give 1 or more"};
+  if (!(options.min_overlap > 0 && options.min_overlap <= 1))
+    return Error{"register: min_overlap is " + std::to_string(options.min_overlap) +
+                 "; give a share in (0, 1]"};
+  if (!(options.surfel_size >= 0) || !std::isfinite(options.surfel_size))
+    return Error{"register: surfel_size is " + std::to_string(options.surfel_size) +
+                 " m; give one above 0, or 0"};
+  if (options.threads < 0)
+    return Error{"register: threads is " + std::to_string(options.threads) + "; give 0 or more"};
+  return {};
+}
+
+Status check_scales(double target, double source, double max_distance) {
+  constexpr double most_apart = 30;
+  const double smaller = std::min(target, source), larger = std::max(target, source);
+  const std::string sizes = "four fifths of the target are within " + metres(target) +
+                            " of its middle, of the source within " + metres(source);
+  if (!(smaller > 0))
+    return Error{"register: " + sizes + ": a cloud of one place only; give a scan of surfaces"};
+  if (larger > most_apart * smaller)
+    return Error{"register: " + sizes + ": is one of them in millimetres? Give both in metres"};
+  if (smaller > 500 * max_distance)
+    return Error{"register: " + sizes + ", but partners are looked for within " + metres(max_distance) +
+                 ": are they in millimetres? Give metres, or a greater max_distance"};
+  return {};
+}
+
+}  // namespace parhelion

@@ -1,0 +1,47 @@
+// ICP between surfels from the coarsest resolution to the finest.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "fusion/cloud/surfel_match.hpp"
+
+namespace parhelion {
+
+constexpr int surfel_resolutions = 4;  ///< each twice as fine as the one before
+
+/// Surfels of all sizes, the finest first.
+using Pyramid = std::vector<Surfels>;
+Pyramid pyramid(VoxelMoments finest, int threads);
+
+std::vector<SurfelTarget> targets(const Pyramid& surfels);
+
+struct Level {
+  const SurfelTarget& target;
+  const Surfels& source;
+  MatchOptions options;
+};
+
+/// The finest first; they refer to both, which must outlive them.
+std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Pyramid& source,
+                               const RegistrationOptions& options);
+
+struct Descent {
+  Eigen::Isometry3d T;
+  MatchOptions options;    ///< of the last round
+  PartnerSearch partners;  ///< in the finest level, at T
+  int iterations = 0;
+  bool settled = false;  ///< the last step was small
+  double last_step = 0;  ///< m
+};
+
+/// Gauss and Newton's method from the last of the levels to the first, there once more with the fitted kernel.
+/// `most_a_level`: iterations in one.
+Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, int max_iterations,
+                int most_a_level = 25);
+
+/// Share of a level's source surfels that lie on the target; `partners` are those at T.
+double agreement(const Level& level, const PartnerSearch& partners, const Eigen::Isometry3d& T);
+
+}  // namespace parhelion

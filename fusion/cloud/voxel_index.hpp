@@ -1,0 +1,64 @@
+// From a cube of space to its number: cubes by fours along each axis in one block of memory, as neighbours are
+// asked for one after the other, and a hash table of the blocks.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace parhelion {
+
+class VoxelIndex {
+ public:
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
+  static constexpr int bits = 21;  ///< indices are in [0, 2^21)
+
+  VoxelIndex();
+
+  /// The number of a cube, `none` when it is new: for the caller to set. Valid until the next call.
+  std::uint32_t& operator[](const Eigen::Vector3i& index);
+
+  /// Calls visit(number) for the up to 27 cubes around and at `index` that have one, by blocks, each in the
+  /// order of z, y, x.
+  template <class Visit>
+  void for_each_about(const Eigen::Vector3i& index, Visit&& visit) const {
+    const Eigen::Vector3i low = (index.array() - 1).max(0), high = index.array() + 1;
+    const Eigen::Vector3i first(low.x() >> 2, low.y() >> 2, low.z() >> 2);
+    const Eigen::Vector3i last(high.x() >> 2, high.y() >> 2, high.z() >> 2);
+    for (int bz = first.z(); bz <= last.z(); ++bz) {
+      for (int by = first.y(); by <= last.y(); ++by) {
+        for (int bx = first.x(); bx <= last.x(); ++bx) {
+          const Block* block = find({bx, by, bz});
+          if (block == nullptr) continue;
+          const int x1 = std::min(high.x() - 4 * bx, 3), y1 = std::min(high.y() - 4 * by, 3),
+                    z1 = std::min(high.z() - 4 * bz, 3);
+          for (int z = std::max(low.z() - 4 * bz, 0); z <= z1; ++z) {
+            for (int y = std::max(low.y() - 4 * by, 0); y <= y1; ++y) {
+              for (int x = std::max(low.x() - 4 * bx, 0); x <= x1; ++x) {
+                const std::uint32_t number = (*block)[static_cast<std::size_t>(x + 4 * y + 16 * z)];
+                if (number != none) visit(number);
+              }
+            }
+          }
+        }
+      }
+    }
+  }
+
+ private:
+  using Block = std::array<std::uint32_t, 64>;
+  static std::uint64_t key(const Eigen::Vector3i& block);
+  std::size_t place(std::uint64_t key) const;  ///< in keys_: where the key is, or would be
+  const Block* find(const Eigen::Vector3i& block) const;
+  void grow();
+
+  std::vector<std::uint64_t> keys_;  ///< open addressing
+  std::vector<std::uint32_t> block_of_key_;
+  int shift_ = 0;
+  std::vector<Block> blocks_;
+  std::uint64_t last_key_;
+  std::uint32_t last_block_ = 0;
+};
+
+}  // namespace parhelion
