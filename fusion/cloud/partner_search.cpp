@@ -11,10 +11,10 @@
 namespace parhelion {
 namespace {
 
-constexpr float least_cosine = 0.5f;  // surfaces that face more than 60 degrees apart are not the same
+constexpr float least_cosine = 0.5f;      // surfaces that face more than 60 degrees apart are not the same
 constexpr float hopeless_cosine = 0.35f;  // not the same either when turned by as much as:
 constexpr float turn_to_hope = 0.16f;     // rad; acos(0.35) - acos(0.5) is 0.166
-constexpr float rounding = 0.01f;     // of a bucket: its bounds are rounded
+constexpr float rounding = 0.01f;         // of a bucket: its bounds are rounded
 constexpr int rings = 3;
 
 /// Squared distances in buckets from a place within one to those before and after it along an axis.
@@ -103,9 +103,8 @@ float PartnerSearch::facing(const Query& query, std::uint32_t j) const {
   return oriented_ ? cosine : std::abs(cosine);
 }
 
-void PartnerSearch::offer(Query& query, std::uint32_t j) const {
+void PartnerSearch::offer(Query& query, std::uint32_t j, float d2) const {
   const auto index = static_cast<std::int32_t>(j);
-  const float d2 = (target_->surfels.means[j] - query.p).squaredNorm();
   const bool nearer = d2 < query.nearest2 || (d2 == query.nearest2 && index < query.found);
   if (index == query.found || (!nearer && d2 >= query.other2)) return;
   const float cosine = facing(query, j);
@@ -127,6 +126,7 @@ float PartnerSearch::search(Query& query) const {
   if (!((at > 0).all() && (at < buckets.cast<float>().array() + 2 * beyond).all())) return gate_ + margin_;
   const Eigen::Array3i own = at.cast<int>();
   const Eigen::Array3f place = at - own.cast<float>();
+  const std::vector<Eigen::Vector3f>& means = target_->surfels.means;
   const AxisDistances along_y(place.y()), along_z(place.z());
   float nearest2 = query.nearest2, seen = std::sqrt(nearest2) + margin_, reach = seen * inverse_ + rounding;
   for (const RowOffset& offset : row_offsets) {
@@ -139,11 +139,15 @@ float PartnerSearch::search(Query& query) const {
     const int x0 = std::max(static_cast<int>(std::max(at.x() - left, 0.0f)) - static_cast<int>(beyond), 0);
     const int x1 = std::min(static_cast<int>(at.x() + left) - static_cast<int>(beyond), buckets.x() - 1);
     const BucketGrid::Range run = target_->grid.row(x0, x1, y, z);
-    for (std::uint32_t j = run.begin; j < run.end; ++j) offer(query, j);
-    if (query.nearest2 < nearest2) {
-      nearest2 = query.nearest2;
-      seen = std::sqrt(nearest2) + margin_;
-      reach = seen * inverse_ + rounding;
+    for (std::uint32_t j = run.begin; j < run.end; ++j) {
+      const float d2 = (means[j] - query.p).squaredNorm();
+      if (d2 > seen * seen) continue;
+      offer(query, j, d2);
+      if (query.nearest2 < nearest2) {
+        nearest2 = query.nearest2;
+        seen = std::sqrt(nearest2) + margin_;
+        reach = seen * inverse_ + rounding;
+      }
     }
   }
   return std::min(seen, std::sqrt(query.other2));
@@ -154,6 +158,9 @@ void PartnerSearch::update(std::size_t i) {
   const Eigen::Vector3f& mean = source_->means[i];
   Query query{R_ * mean + t_, R_ * source_->normals[i], source_->slack[i] < flat_enough, gate_ * gate_,
               std::numeric_limits<float>::infinity()};
+  const auto j = static_cast<std::uint32_t>(tracked.partner);
+  float d2 = 0;
+  if (tracked.partner >= 0) d2 = (target_->surfels.means[j] - query.p).squaredNorm();
   if (tracked.clearance >= 0 && turned_ < tracked.turn) {
     const float slip = 1e-5f * (query.p.cwiseAbs().maxCoeff() + margin_);  // of rounding
     tracked.clearance -= (query.p - (R_last_ * mean + t_last_)).norm() + slip;
@@ -161,12 +168,10 @@ void PartnerSearch::update(std::size_t i) {
     if (tracked.partner < 0) {
       if (certain > gate_) return;
     } else {
-      const auto j = static_cast<std::uint32_t>(tracked.partner);
-      const float d2 = (target_->surfels.means[j] - query.p).squaredNorm();
       if (d2 < certain * certain && d2 < query.nearest2 && facing(query, j) >= least_cosine) return;
     }
   }
-  if (tracked.partner >= 0) offer(query, static_cast<std::uint32_t>(tracked.partner));
+  if (tracked.partner >= 0) offer(query, j, d2);
   tracked.clearance = search(query);
   tracked.partner = query.found;
   tracked.turn = static_cast<float>(turned_) + turn_to_hope;

@@ -48,7 +48,7 @@ class PartnerSearch {
     std::int32_t found = -1;
   };
   float facing(const Query& query, std::uint32_t j) const;
-  void offer(Query& query, std::uint32_t j) const;
+  void offer(Query& query, std::uint32_t j, float d2) const;
   float search(Query& query) const;
 
   const SurfelTarget* target_;

@@ -73,7 +73,7 @@ double agreement(const Level& level, const Eigen::Isometry3d& T) {
 /// The winner turned by quarters about the upward axis, as the two coarsest levels pull them: nearly to their
 /// end, which is enough to tell them apart.
 std::array<Descent, 3> turned(const Problem& problem, const Eigen::Isometry3d& T) {
-  constexpr int most_a_level = 12;
+  constexpr int most_a_level = 8;
   const std::span<const Level> coarse = std::span(problem.levels).last(2);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3f& mean : coarse[1].source.means) middle += T * mean.cast<double>();
@@ -117,6 +117,7 @@ std::string rival(const Problem& problem, const Attempt& winner, const Eigen::Is
 Registration best_registration(const Problem& problem, const Eigen::Isometry3d& guess) {
   Attempt best = attempt(problem, problem.levels, guess);
   if (!best.why.empty()) {
+    if (!problem.options.other_starts) return best.registration();
     const Registration first = best.registration();
     for (const Eigen::Isometry3d& start : other_starts(guess, problem.options.max_distance / 2)) {
       best = attempt(problem, problem.levels, start);

@@ -27,6 +27,7 @@ struct RegistrationOptions {
   int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
   double surfel_size = 0;     ///< m, of the finest resolution; 0: fitted to the size of the scene
   bool doubt_turns = true;   ///< refuse where a quarter turn fits better; false: the guess is surer than that
+  bool other_starts = true;  ///< where the guess leads nowhere, begin around it too
   double min_overlap = 0.3;  ///< share of the source's points that must find a partner
 };
 

@@ -57,9 +57,9 @@ PlaneInformation plane_information(const AlignedPair& pair, const Eigen::Vector3
           if (pair.partners.partner(i) < 0) continue;
           const auto j = static_cast<std::size_t>(pair.partners.partner(i));
           if (pair.source.slack[i] > flat || pair.target.surfels.slack[j] > flat) continue;
-          const Eigen::Vector3d n =
-              of_source ? Eigen::Vector3d(T.linear() * pair.source.normals[i].cast<double>())
-                        : Eigen::Vector3d(pair.target.surfels.normals[j].cast<double>());
+          const Eigen::Vector3d n = of_source
+                                        ? Eigen::Vector3d(T.linear() * pair.source.normals[i].cast<double>())
+                                        : Eigen::Vector3d(pair.target.surfels.normals[j].cast<double>());
           const Eigen::Vector3d r = T * pair.source.means[i].cast<double>() - centre;
           Vector6d row;
           row << n, r.cross(n) / lever;
@@ -114,7 +114,8 @@ double contradiction(const AlignedPair& pair) {
   do_both(
       pair.options.threads,
       [&] {
-        sum = free_space(pair.target.surfels, pair.target_viewpoints, pair.source, pair.T_target_source, margin);
+        sum = free_space(pair.target.surfels, pair.target_viewpoints, pair.source, pair.T_target_source,
+                         margin);
       },
       [&] {
         back = free_space(pair.source, pair.source_viewpoints, pair.target.surfels,

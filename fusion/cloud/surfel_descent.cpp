@@ -49,7 +49,8 @@ namespace {
 
 /// Rounds in one level, until it settles or its share of the iterations is used up.
 void settle(const Level& level, bool finest, int max_iterations, int most_a_level, Descent& result) {
-  const double size = level.source.size;
+  // A coarser level only has to bring it within the reach of the next.
+  const double small = level.source.size / (finest ? 200 : 50);
   bool fitted = !finest;
   result.settled = false;
   result.options = level.options;
@@ -72,7 +73,7 @@ void settle(const Level& level, bool finest, int max_iterations, int most_a_leve
     result.T = stepped(result.T, step, centre);
     ++result.iterations;
     result.last_step = step.head<3>().norm();
-    result.settled = step.head<3>().norm() < size / 200 && step.tail<3>().norm() < size / 600;
+    result.settled = step.head<3>().norm() < small && step.tail<3>().norm() < small / 3;
     if (result.settled && fitted) return;
   }
 }
@@ -91,10 +92,9 @@ Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, i
 }
 
 double agreement(const Level& level, const PartnerSearch& partners, const Eigen::Isometry3d& T) {
-  const std::vector<double> found =
-      residuals(level.target, level.source, partners, T, level.options.threads);
-  const auto on = std::count_if(found.begin(), found.end(),
-                                [&](double e) { return e >= 0 && e < level.options.kernel; });
+  const std::vector<double> found = residuals(level.target, level.source, partners, T, level.options.threads);
+  const auto on =
+      std::count_if(found.begin(), found.end(), [&](double e) { return e >= 0 && e < level.options.kernel; });
   return static_cast<double>(on) / static_cast<double>(found.size());
 }
 

@@ -36,8 +36,8 @@ struct Descent {
   double last_step = 0;  ///< m
 };
 
-/// Gauss and Newton's method from the last of the levels to the first, there once more with the fitted kernel.
-/// `most_a_level`: iterations in one.
+/// Gauss and Newton's method from the last of the levels to the first, there once more with the fitted
+/// kernel. `most_a_level`: iterations in one.
 Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, int max_iterations,
                 int most_a_level = 25);
 

@@ -29,17 +29,18 @@ double squared_residual(IcpMethod method, const Eigen::Matrix3d& M, const Eigen:
 }
 
 struct Pair {
-  Eigen::Vector3d p, d, a, b;
+  Eigen::Vector3d p, d, a;
   double slack_a, slack_b;
+  Eigen::Vector3d b;
 
   Pair(const SurfelTarget& target, std::size_t j, const Surfels& source, std::size_t i,
        const Eigen::Isometry3d& T)
       : p(T * source.means[i].cast<double>()),
         d(target.surfels.means[j].cast<double>() - p),
         a(target.surfels.normals[j].cast<double>()),
-        b(T.linear() * source.normals[i].cast<double>()),
         slack_a(target.surfels.slack[j]),
-        slack_b(source.slack[i]) {}
+        slack_b(source.slack[i]),
+        b(T.linear() * source.normals[i].cast<double>()) {}
 };
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
@@ -54,11 +55,11 @@ double kernel_weight(double e2, double kernel) {
   return say * say;
 }
 
-void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
-                   const MatchOptions& options) {
+inline void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
+                          const MatchOptions& options) {
   const Eigen::Matrix3d M = weight_of(options.method, pair.a, pair.slack_a, pair.b, pair.slack_b);
-  const double weight = kernel_weight(
-      squared_residual(options.method, M, pair.d, pair.slack_a + pair.slack_b), options.kernel);
+  const double weight =
+      kernel_weight(squared_residual(options.method, M, pair.d, pair.slack_a + pair.slack_b), options.kernel);
   const Eigen::Vector3d r = pair.p - centre, Md = weight * M * pair.d;
   const Eigen::Matrix3d rx = cross_matrix(r), Mr = -weight * M * rx;
   sum.H.topLeftCorner<3, 3>() += weight * M;
@@ -70,8 +71,8 @@ void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d
 }
 
 /// The same for point-to-plane, of whose matrix one direction is all.
-void add_along_normal(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
-                      const MatchOptions& options) {
+inline void add_along_normal(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
+                             const MatchOptions& options) {
   sum.pairs += 1;
   if (pair.slack_a >= flat_enough) return;
   const double e = pair.a.dot(pair.d);
@@ -99,8 +100,9 @@ void find_partners(PartnerSearch& search, const Surfels& source, const Eigen::Is
   });
 }
 
-std::vector<double> residuals(const SurfelTarget& target, const Surfels& source, const PartnerSearch& partners,
-                              const Eigen::Isometry3d& T_target_source, int threads) {
+std::vector<double> residuals(const SurfelTarget& target, const Surfels& source,
+                              const PartnerSearch& partners, const Eigen::Isometry3d& T_target_source,
+                              int threads) {
   constexpr IcpMethod method = IcpMethod::generalised;
   std::vector<double> result(source.count(), -1);
   for_each_chunk(source.count(), chunk, threads, [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -118,8 +120,7 @@ NormalEquations match(const SurfelTarget& target, const Surfels& source,
                       const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
                       const MatchOptions& options, PartnerSearch& search) {
   search.move_to(T_target_source);
-  const auto add =
-      options.method == IcpMethod::point_to_plane ? add_along_normal : add_by_weight;
+  const bool along_normal = options.method == IcpMethod::point_to_plane;
   NormalEquations sum = sum_over_chunks<NormalEquations>(
       source.count(), chunk, options.threads, [&](std::size_t begin, std::size_t end) {
         NormalEquations part;
@@ -127,7 +128,8 @@ NormalEquations match(const SurfelTarget& target, const Surfels& source,
           search.update(i);
           if (search.partner(i) < 0) continue;
           const Pair pair(target, static_cast<std::size_t>(search.partner(i)), source, i, T_target_source);
-          add(part, pair, centre, options);
+          along_normal ? add_along_normal(part, pair, centre, options)
+                       : add_by_weight(part, pair, centre, options);
         }
         return part;
       });

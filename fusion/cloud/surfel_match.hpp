@@ -37,10 +37,11 @@ struct NormalEquations {
 void find_partners(PartnerSearch& search, const Surfels& source, const Eigen::Isometry3d& T_target_source,
                    int threads);
 
-/// For each surfel of the source the metres that it is from its partner, as generalised ICP counts them whatever
-/// the method: along the normals for flat surfels. Negative: no partner. `partners`: those at T.
-std::vector<double> residuals(const SurfelTarget& target, const Surfels& source, const PartnerSearch& partners,
-                              const Eigen::Isometry3d& T_target_source, int threads);
+/// For each surfel of the source the metres that it is from its partner, as generalised ICP counts them
+/// whatever the method: along the normals for flat surfels. Negative: no partner. `partners`: those at T.
+std::vector<double> residuals(const SurfelTarget& target, const Surfels& source,
+                              const PartnerSearch& partners, const Eigen::Isometry3d& T_target_source,
+                              int threads);
 
 /// One round: partners at T, and their equations.
 NormalEquations match(const SurfelTarget& target, const Surfels& source,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -51,10 +52,14 @@ VoxelMoments::VoxelMoments(std::span<const Eigen::Vector3f> points, double size,
   origin_ = bounds.min().array() - side;
   const float inverse = 1 / side;
   const Eigen::Vector3d origin = origin_.cast<double>();
+  Eigen::Vector3i last = Eigen::Vector3i::Zero();  // that no point has
+  Cell* cell = nullptr;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3i index = ((points[i] - origin_) * inverse).cast<int>();
     const Eigen::Vector3d p = points[i].cast<double>() - origin;
-    Moments& sum = cell_at(index, scans.empty() ? 0 : scans[i]).moments;
+    if (index != last) cell = &cell_at(index, scans.empty() ? 0 : scans[i]);
+    last = index;
+    Moments& sum = cell->moments;
     sum[0] += 1;
     sum.segment<3>(1) += p.array();
     sum.segment<3>(4) += p.array().square();
@@ -74,8 +79,11 @@ VoxelMoments VoxelMoments::coarser() const {
 }
 
 VoxelMoments::Moments VoxelMoments::with_neighbours(const Cell& cell) const {
+  std::array<std::uint32_t, 27> about;
+  std::size_t count = 0;
+  index_.for_each_about(cell.index, [&](std::uint32_t number) { about[count++] = number; });
   Moments sum = Moments::Zero();
-  index_.for_each_about(cell.index, [&](std::uint32_t number) { sum += cells_[number].moments; });
+  for (std::size_t i = 0; i < count; ++i) sum += cells_[about[i]].moments;
   return sum;
 }
 
@@ -89,8 +97,8 @@ void VoxelMoments::make_surfel(std::size_t i, Surfels& surfels) const {
   if (n < least_points_of_plane) return;
   const Eigen::Vector3d m = about.segment<3>(1) / n;
   const Eigen::Vector3d diagonal = about.segment<3>(4).matrix() / n - m.cwiseProduct(m);
-  const Eigen::Vector3d beside = about.segment<3>(7).matrix() / n -
-                                 Eigen::Vector3d(m.x() * m.y(), m.x() * m.z(), m.y() * m.z());
+  const Eigen::Vector3d beside =
+      about.segment<3>(7).matrix() / n - Eigen::Vector3d(m.x() * m.y(), m.x() * m.z(), m.y() * m.z());
   const LeastEigen eigen = least_eigen(diagonal.cwiseMax(0), beside);
   // Spread below what floats round is none.
   if (!(eigen.middle > 1e-13 * m.squaredNorm())) return;

@@ -44,8 +44,9 @@ class VoxelMoments {
   Surfels surfels(int threads = 1) const;
 
  private:
-  /// Count, sums of x y z (m) and of xx yy zz xy xz yz (m^2) about the origin, which all sizes share: so cubes
-  /// are added up as they are. Double: what it rounds is below what the points' floats have rounded already.
+  /// Count, sums of x y z (m) and of xx yy zz xy xz yz (m^2) about the origin, which all sizes share: so
+  /// cubes are added up as they are. Double: what it rounds is below what the points' floats have rounded
+  /// already.
   using Moments = Eigen::Array<double, 10, 1>;
   struct Cell {
     Moments moments = Moments::Zero();

@@ -1,5 +1,5 @@
-// From a cube of space to its number: cubes by fours along each axis in one block of memory, as neighbours are
-// asked for one after the other, and a hash table of the blocks.
+// From a cube of space to its number: cubes by fours along each axis in one block of memory, as neighbours
+// are asked for one after the other, and a hash table of the blocks.
 #pragma once
 
 #include <Eigen/Core>

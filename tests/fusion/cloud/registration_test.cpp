@@ -189,7 +189,10 @@ TEST(Registration, NeverCallsAWrongAlignmentRight) {
 }
 
 // Check values of the attribution file, which says yaw only; a hundred starts within 0.5 m and 20 degrees.
-TEST(Registration, FindsTheRoomFromAHundredStarts) {
+// With one attempt each more of them fail, but none of those may be believed either.
+class Starts : public testing::TestWithParam<bool> {};
+
+TEST_P(Starts, FindTheRoomFromAHundredStarts) {
   const auto folder = test::recording("3d-room-scan");
   PARHELION_NEEDS_RECORDING(folder);
   const auto first = read_scan(folder / "room_scan1.pcd"), second = read_scan(folder / "room_scan2.pcd");
@@ -206,7 +209,9 @@ TEST(Registration, FindsTheRoomFromAHundredStarts) {
     return Eigen::Vector3d(v.normalized());
   };
   const int starts = std::getenv("PARHELION_LONG") != nullptr ? 100 : 12;
-  int right = 0;
+  RegistrationOptions with;
+  with.other_starts = GetParam();
+  int right = 0, failed = 0, wrong = 0;
   for (int i = 0; i < starts; ++i) {
     Eigen::Isometry3d start = reference;
     if (i == 0) {
@@ -216,15 +221,20 @@ TEST(Registration, FindsTheRoomFromAHundredStarts) {
       start.linear() = Eigen::AngleAxisd(angle, direction()).toRotationMatrix() * start.linear();
       start.translation() += 0.5 * std::abs(signed_unit(generator)) * direction();
     }
-    const auto found = register_pair(target, source, Transform<Target, Source>(start));
+    const auto found = register_pair(target, source, Transform<Target, Source>(start), with);
     ASSERT_TRUE(found.ok()) << found.error().message;
-    if (!found->converged) continue;
-    ++right;
-    EXPECT_LT(metres_off(*found, reference), 0.03) << i;
-    EXPECT_NEAR(found->T_target_source.yaw(), 0.712, 0.3 * std::numbers::pi / 180) << i;
+    const bool hit = metres_off(*found, reference) < 0.03 &&
+                     std::abs(found->T_target_source.yaw() - 0.712) < 0.3 * std::numbers::pi / 180;
+    (found->converged ? hit ? right : wrong : failed) += 1;
+    EXPECT_TRUE(!found->converged || hit) << i << ": " << metres_off(*found, reference) << " m off";
+    EXPECT_TRUE(found->converged || !found->why.empty()) << i;
   }
+  std::printf("%d starts, %s: %d right, %d failed and said so, %d wrong and believed\n", starts,
+              with.other_starts ? "tried again around each" : "one attempt each", right, failed, wrong);
   EXPECT_GE(right, starts * 95 / 100);
 }
+
+INSTANTIATE_TEST_SUITE_P(OneAttemptAndMore, Starts, testing::Bool());
 
 }  // namespace
 }  // namespace parhelion
