@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <mutex>
 #include <thread>
 
@@ -72,6 +73,7 @@ class Session {
   void sync_each_second(const std::stop_token& stop);
   void publish_status(ArrivalTime now);
   Report report();
+  std::string mapping_note() const;
 
   const Configuration& configuration_;
   const ServeOptions& options_;
@@ -88,6 +90,7 @@ class Session {
   ArrivalTime started_, last_;
   WallTime last_housekeeping_ = steady_now();
   Percentiles frame_us_, in_to_out_us_;
+  Percentiles view_to_model_us_, model_swap_us_;  ///< beside the tick, and in it
   std::uint64_t frames_dropped_ = 0;
   std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
@@ -299,8 +302,11 @@ void Session::take_models() {
     encode(ready->message, message.payload);
     state_->prepared_model = std::move(ready->prepared);
     outputs_.clear();
+    view_to_model_us_.add(ready->latency.microseconds());
+    const WallTime begun = steady_now();
     tick(configuration_, message, *state_, outputs_, stages_);
     outbox_.send(&message, outputs_.entries(), last_);
+    model_swap_us_.add((steady_now() - begun).microseconds());
     send_frames();
   }
 }
@@ -341,9 +347,20 @@ Report Session::report() {
   tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
-  if (configuration_.scenario.mapping)
-    report.notes["mapping"] = mapper_ ? to_text(mapper_->counts()) : "none: no mapper was given";
+  if (configuration_.scenario.mapping) report.notes["mapping"] = mapping_note();
   return report;
+}
+
+std::string Session::mapping_note() const {
+  if (!mapper_) return "none: no mapper was given";
+  std::string note = to_text(mapper_->counts());
+  if (model_swap_us_.count() == 0) return note;
+  char times[160];
+  std::snprintf(
+      times, sizeof times,
+      "; view to model p50 %.0f ms, longest %.0f ms; a new model held the loop up for %.1f ms at most",
+      view_to_model_us_.at(0.5) / 1e3, view_to_model_us_.max() / 1e3, model_swap_us_.max() / 1e3);
+  return note + times;
 }
 
 }  // namespace

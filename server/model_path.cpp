@@ -11,9 +11,12 @@ Result<PreparedModel> prepare_model(const ModelVersion& message, const Configura
     return Error{"MR_MODEL version " + std::to_string(message.version) + ": is of map '" + model->map_id +
                  "', the session's is '" + map_id + "'"};
   }
+  auto building = Simulation::prepare_building(*model);
+  if (!building)
+    return Error{"MR_MODEL version " + std::to_string(message.version) + ": " + building.error().message};
   BuildingTree tree(*model);
   return PreparedModel{message.version, std::make_shared<const SemanticModel>(std::move(*model)),
-                       std::move(tree)};
+                       std::move(tree), std::move(*building)};
 }
 
 void change_model(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
@@ -34,7 +37,7 @@ void change_model(const Configuration& configuration, const Message& input, Stat
     if (!made) return refuse(made.error(), state);
     prepared = std::move(*made);
   }
-  if (const Status set = state.simulation.set_building(*prepared->model); !set)
+  if (const Status set = state.simulation.set_building(*prepared->model, std::move(prepared->building)); !set)
     return refuse({input.channel + ": " + set.error().message}, state);
   state.caster.set_building(std::move(prepared->tree));
   state.model = std::move(prepared->model);

@@ -12,11 +12,14 @@
 
 namespace parhelion {
 
+class Building;
+
 /// What takes time to make of a MR_MODEL message: made beside the tick in a live server, in it in replay.
 struct PreparedModel {
   std::uint64_t version = 0;
   std::shared_ptr<const SemanticModel> model;
   BuildingTree tree;
+  std::shared_ptr<Building> building;  ///< for the physics
 };
 
 /// Error: YAML that is no model, or a model of another map than the session's.

@@ -39,10 +39,8 @@ Footprint projection(const ModelEntity& entity, double& bottom, double& top) {
 
 }  // namespace
 
-Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, Physics& physics,
-                                                   BodyId first_body) {
-  auto building = std::make_unique<Building>();
-  BodyId id = first_body;
+Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
+  auto building = std::make_shared<Building>();
   for (const ModelEntity& entity : model.entities) {
     if (Status status = check(entity); !status) return status.error();
   }
@@ -50,60 +48,76 @@ Result<std::unique_ptr<Building>> Building::create(const SemanticModel& model, P
     if (Status status = check_mesh(mesh); !status)
       return Error{"model mesh '" + mesh.name + "': " + status.error().message};
   }
+  BodyId number = 0;
   for (const ModelEntity& entity : model.entities) {
-    if (is_solid(entity)) building->add(entity, physics, id);
-    ++id;
+    if (is_solid(entity)) building->add(entity, number);
+    ++number;
   }
   for (const ModelMesh& mesh : model.meshes) {
-    if (!mesh.empty()) building->add(mesh, physics);
+    if (!mesh.empty()) building->add(mesh);
   }
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
     const double height = building->floors_[i].lowest;
     building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
   }
-  building->handles_.push_back(
-      physics.add_floor(building->lowest_floor_));  // nothing falls for ever beside a floor's edge
   building->build_grid();
   return building;
 }
 
-void Building::add(const ModelEntity& entity, Physics& physics, BodyId id) {
+void Building::add(const ModelEntity& entity, BodyId number) {
   // What stands steeper than 45 degrees is called a floor by mistake: it is in the way like a wall.
   const bool floor = entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) > 0.7;
-  const PhysicsHandle handle = physics.add_fixed_box(entity.T_map_body, entity.size, floor);
-  handles_.push_back(handle);
   double bottom = 0, top = 0;
   Footprint footprint = projection(entity, bottom, top);
+  boxes_.push_back({entity.size, floor, std::nullopt});
   if (floor) {
     const Eigen::Matrix3d R = entity.T_map_body.rotation();
     const Eigen::Vector3d point = entity.T_map_body * Eigen::Vector3d(0, 0, entity.size.z() / 2);
     const double fall = (std::abs(R(2, 0)) * entity.size.x() + std::abs(R(2, 1)) * entity.size.y()) / 2;
     floors_.push_back({std::move(footprint), R.col(2), point, point.z() - fall});
   } else if (entity.label != EntityLabel::ceiling) {
+    boxes_.back().obstacle = obstacles_.size();
     obstacles_.push_back(
-        {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, handle});
+        {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, 0});
   }
   BodyDefinition body;
-  body.id = id;
+  body.id = number;
   body.entity = entity.name;
   body.part = to_string(entity.label);
   body.owner = BodyOwner::building;
   body.injectable = entity.is_virtual;
   body.shapes.push_back({ShapeKind::box, entity.size, {}, entity.material});
-  definitions_.push_back(std::make_shared<const BodyDefinition>(std::move(body)));
+  parts_.push_back(std::move(body));
   BodyState state;
-  state.id = id;
+  state.id = number;
   state.T_map_body = entity.T_map_body;
   states_.push_back(state);
 }
 
-void Building::add(const ModelMesh& mesh, Physics& physics) {
-  const PhysicsHandle handle = physics.add_fixed_mesh(mesh);
-  handles_.push_back(handle);
+void Building::add(const ModelMesh& mesh) {
+  const std::size_t first = obstacles_.size();
   for (MeshPart& part : mesh_parts(mesh)) {
     obstacles_.push_back(
-        {std::move(part.footprint), part.bottom, part.top, mesh.name, EntityLabel::unknown, false, handle});
+        {std::move(part.footprint), part.bottom, part.top, mesh.name, EntityLabel::unknown, false, 0});
   }
+  meshes_.push_back({make_fixed_mesh(mesh), first, obstacles_.size()});
+}
+
+void Building::enter(Physics& physics, BodyId first_body) {
+  for (std::size_t i = 0; i < boxes_.size(); ++i) {
+    handles_.push_back(physics.add_fixed_box(states_[i].T_map_body, boxes_[i].size, boxes_[i].floor));
+    if (boxes_[i].obstacle) obstacles_[*boxes_[i].obstacle].handle = handles_.back();
+    parts_[i].id = states_[i].id += first_body;
+    definitions_.push_back(std::make_shared<const BodyDefinition>(std::move(parts_[i])));
+  }
+  for (const Mesh& mesh : meshes_) {
+    handles_.push_back(physics.add_fixed_mesh(*mesh.shape));
+    for (std::size_t i = mesh.first; i < mesh.end; ++i) obstacles_[i].handle = handles_.back();
+  }
+  handles_.push_back(physics.add_floor(lowest_floor_));  // nothing falls for ever beside a floor's edge
+  boxes_.clear();
+  parts_.clear();
+  meshes_.clear();
 }
 
 void Building::leave(Physics& physics) const {

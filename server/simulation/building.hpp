@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,12 +28,14 @@ struct FixedObstacle {
   PhysicsHandle handle = 0;
 };
 
-/// Constant after create().
+/// Constant after enter().
 class Building {
  public:
-  /// Error: nothing was added to the physics.
-  static Result<std::unique_ptr<Building>> create(const SemanticModel& model, Physics& physics,
-                                                  BodyId first_body);
+  /// All that takes time; needs no simulation, so that another thread may do it.
+  static Result<std::shared_ptr<Building>> create(const SemanticModel& model);
+
+  /// Into the physics, once. Its bodies are numbered from `first_body`, one for each entity of the model.
+  void enter(Physics& physics, BodyId first_body);
 
   /// Takes its bodies out of the physics again; the rest stays readable, for what is remembered of it.
   void leave(Physics& physics) const;
@@ -59,9 +62,24 @@ class Building {
     /// z of the upper side at p: a floor that was fitted to scans is never quite level.
     double height(const Eigen::Vector2d& p) const;
   };
-  void add(const ModelEntity& entity, Physics& physics, BodyId id);
-  void add(const ModelMesh& mesh, Physics& physics);
+  struct Box {
+    Eigen::Vector3d size;
+    bool floor;
+    std::optional<std::size_t> obstacle;  ///< that it is
+  };
+  struct Mesh {
+    std::shared_ptr<FixedMesh> shape;
+    std::size_t first, end;  ///< its obstacles
+  };
+  /// `number`: of the entity in its model; what its body's counts from.
+  void add(const ModelEntity& entity, BodyId number);
+  void add(const ModelMesh& mesh);
   void build_grid();
+
+  // As create() leaves them for enter(); boxes_, parts_ and states_ are alike in length.
+  std::vector<Box> boxes_;
+  std::vector<BodyDefinition> parts_;
+  std::vector<Mesh> meshes_;
 
   std::vector<std::shared_ptr<const BodyDefinition>> definitions_;
   std::vector<BodyState> states_;

@@ -46,6 +46,22 @@ struct RigidBody {
 
 }  // namespace
 
+struct FixedMesh {
+  std::unique_ptr<btTriangleMesh> triangles = std::make_unique<btTriangleMesh>();
+  std::unique_ptr<btBvhTriangleMeshShape> shape;  // refers to the triangles
+};
+
+std::shared_ptr<FixedMesh> make_fixed_mesh(const ModelMesh& mesh) {
+  auto fixed = std::make_shared<FixedMesh>();
+  const auto vertex = [&](std::uint32_t i) {
+    return to_bullet(Eigen::Vector3d(mesh.vertices[i].cast<double>()));
+  };
+  for (const auto& triangle : mesh.triangles)
+    fixed->triangles->addTriangle(vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2]));
+  fixed->shape = std::make_unique<btBvhTriangleMeshShape>(fixed->triangles.get(), true);
+  return fixed;
+}
+
 struct Physics::World {
   explicit World(double step_s)
       : step(step_s), dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration) {
@@ -154,17 +170,10 @@ PhysicsHandle Physics::add_fixed_box(const Transform<Map, Body>& T_map_body, con
                      floor ? kFree : kFree | kUpright);
 }
 
-PhysicsHandle Physics::add_fixed_mesh(const ModelMesh& mesh) {
-  auto triangles = std::make_unique<btTriangleMesh>();
-  const auto vertex = [&](std::uint32_t i) {
-    return to_bullet(Eigen::Vector3d(mesh.vertices[i].cast<double>()));
-  };
-  for (const auto& triangle : mesh.triangles)
-    triangles->addTriangle(vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2]));
-  auto shape = std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true);
-  const PhysicsHandle handle = world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(),
+PhysicsHandle Physics::add_fixed_mesh(FixedMesh& mesh) {
+  const PhysicsHandle handle = world_->add(std::move(mesh.shape), 0, Eigen::Isometry3d::Identity(),
                                            Eigen::Vector3d::Zero(), kFixed, kFree | kUpright);
-  world_->at(handle).triangles = std::move(triangles);
+  world_->at(handle).triangles = std::move(mesh.triangles);
   return handle;
 }
 

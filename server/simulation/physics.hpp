@@ -30,6 +30,10 @@ struct PhysicsContact {
   double impulse = 0;           ///< N s, normal, summed over the contact's points
 };
 
+/// A mesh made ready to collide with; takes time, and needs no Physics: another thread may make it.
+struct FixedMesh;
+std::shared_ptr<FixedMesh> make_fixed_mesh(const ModelMesh& mesh);
+
 /// Rigid bodies at a fixed step (btDiscreteDynamicsWorld in double precision). Origins of movable bodies are
 /// on their underside, centred. Deterministic: the same calls give the same states, bit for bit.
 class Physics {
@@ -42,8 +46,9 @@ class Physics {
   /// A box that never moves; `floor`: walked on, not bumped into.
   PhysicsHandle add_fixed_box(const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size,
                               bool floor);
-  /// Triangles (map frame, m) that never move and stop what comes from either side; at least one.
-  PhysicsHandle add_fixed_mesh(const ModelMesh& mesh);
+  /// Triangles (map frame, m) that never move and stop what comes from either side; at least one. Takes what
+  /// is in `mesh`.
+  PhysicsHandle add_fixed_mesh(FixedMesh& mesh);
   /// An infinite floor at height z, m.
   PhysicsHandle add_floor(double z);
   /// Moves freely under gravity: a box (full lengths) or an upright cylinder (diameter, diameter, height).

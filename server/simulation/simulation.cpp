@@ -157,8 +157,9 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
                                       const RobotDescription& robot, SimulationTime start) {
   if (Status status = check(options, robot); !status) return status.error();
   auto state = std::make_unique<State>(options, start);
-  auto building = Building::create(model, state->physics, state->next_building);
+  auto building = Building::create(model);
   if (!building) return building.error();
+  (*building)->enter(state->physics, state->next_building);
   state->building = std::move(building).value();
   state->next_building += static_cast<BodyId>(model.entities.size());
   state->end_of_buildings = state->next_building + options.building_bodies;
@@ -212,7 +213,16 @@ bool Simulation::clear_of_real(const std::string& agent) const {
   return found == nullptr || found->clear_of_real;
 }
 
+Result<std::shared_ptr<Building>> Simulation::prepare_building(const SemanticModel& model) {
+  return Building::create(model);
+}
+
 Status Simulation::set_building(const SemanticModel& model) {
+  auto building = prepare_building(model);
+  return building ? set_building(model, std::move(*building)) : building.error();
+}
+
+Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Building> next) {
   State& state = *state_;
   for (const ModelEntity& entity : model.entities) {
     if (state.find(entity.name)) return Error{"model entity '" + entity.name + "': an agent has this name"};
@@ -222,9 +232,8 @@ Status Simulation::set_building(const SemanticModel& model) {
         "a model of " + std::to_string(model.entities.size()) +
         " entities: the numbers that were kept for later buildings are used up; start a new session"};
   }
-  auto next = Building::create(model, state.physics, state.next_building);
-  if (!next) return next.error();
-  const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next).value());
+  next->enter(state.physics, state.next_building);
+  const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next));
   old->leave(state.physics);
   state.next_building += static_cast<BodyId>(model.entities.size());
   std::set<std::string_view> standing;

@@ -19,6 +19,8 @@
 
 namespace parhelion {
 
+class Building;
+
 /// Where the real robot is known to be at a step; absent: its body is suspended (no contacts).
 struct RealRobotState {
   Transform<Map, Base> T_map_base;
@@ -87,10 +89,16 @@ class Simulation {
   bool clear_of_real(const std::string& agent) const;
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
 
+  /// What takes time of set_building(); needs no simulation, so that another thread may do it. Error: an
+  /// entity or a mesh that is not finite.
+  static Result<std::shared_ptr<Building>> prepare_building(const SemanticModel& model);
+
   /// Puts another building in the old one's place, from the next step on: agents and robot stay where they
   /// are, and what was before is still answered with the old one. Error, and nothing is changed: an entity
   /// that is not finite or has an agent's name, or no more than `building_bodies` are left.
   Status set_building(const SemanticModel& model);
+  /// `building`: of the same model, prepared and not used before.
+  Status set_building(const SemanticModel& model, std::shared_ptr<Building> building);
 
   SimulationTime now() const;        ///< instant of the newest state
   SimulationTime next_step() const;  ///< instant of the state that step() would make
