@@ -2,7 +2,6 @@
 // points say whether something lies there; cells that touch at one height are a surface.
 #include <oneapi/tbb/parallel_for.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,8 +26,7 @@ constexpr std::uint32_t few_points = 10;
 constexpr int reach_cells = 4;         // a gap of one cell does not part a surface
 constexpr double min_area = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
 constexpr double around_height = 0.3;  // m
-constexpr double max_bow = 0.25;       // m; what spans more, and its slope, is more than a surface
-constexpr double max_slope = 0.03;
+constexpr double slice_share = 0.17;   // of a wall's points around a plate that are in it: 0.1 m of 0.6 m
 // Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by choosing its
 // fuller cells; of a tread with its risers about 1.
 constexpr double min_flatness = 0.4;
@@ -270,71 +268,41 @@ double height_step(const Plate& a, const Plate& b) {
   return std::min(max_height_step, same_height + 2.5 * sigma);
 }
 
-/// Calls meet(i, j) for each two plates that are near in the plan and in height; plates by place.
-template <class Meet>
-void for_each_contact(const std::vector<Plate>& plates, Meet&& meet) {
+/// Whether more of what the plate's cell holds around this height is in the plate than a wall's slice has by
+/// chance. Neither such a slice is flat nor the floor's rim at the foot of a wall.
+bool is_flat(const Plate& plate) {
+  const double n = plate.points + plate.around, mean = slice_share * n;
+  return plate.points > mean + 2 * std::sqrt(mean * (1 - slice_share));
+}
+
+/// Numbers the parts that touch; plates by place. Flat plates join; others belong to the flat one that is
+/// next in height and join nothing: else floors would climb their walls, and treads run along them.
+std::vector<std::uint32_t> connect(const std::vector<Plate>& plates) {
+  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), no_surface);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
+    const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
+    if (host[child] == no_surface || apart(i) < apart(host[child])) host[child] = i;
+  };
+  const auto meet = [&](std::uint32_t i, std::uint32_t j) {
+    if (static_cast<double>(std::abs(plates[j].z - plates[i].z)) > height_step(plates[i], plates[j])) return;
+    const bool one = is_flat(plates[i]), other = is_flat(plates[j]);
+    if (one && other) {
+      const auto a = root(parent, i), b = root(parent, j);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+    if (one && !other) adopt(i, j);
+    if (other && !one) adopt(j, i);
+  };
   for (std::uint32_t i = 0; i < plates.size(); ++i) {
     const Plate& plate = plates[i];
     for (int dy = 0; dy <= reach_cells; ++dy) {
       const Plate from{.x = plate.x + (dy == 0 ? 1 : -reach_cells), .y = plate.y + dy, .z = -1e9F};
       auto it = std::lower_bound(plates.begin() + i, plates.end(), from, by_place);
-      for (; it != plates.end() && it->y == from.y && it->x <= plate.x + reach_cells; ++it) {
-        if (static_cast<double>(std::abs(it->z - plate.z)) <= height_step(plate, *it))
-          meet(i, static_cast<std::uint32_t>(it - plates.begin()));
-      }
+      for (; it != plates.end() && it->y == from.y && it->x <= plate.x + reach_cells; ++it)
+        meet(i, static_cast<std::uint32_t>(it - plates.begin()));
     }
   }
-}
-
-/// Whether what the plate's cell has around this height is mostly the plate itself. A wall's slice is not;
-/// nor is the floor's rim at the foot of a wall.
-bool is_flat(const Plate& plate) { return plate.points >= min_flatness * plate.around; }
-
-/// Which plates are of a part that climbs: higher than a bow and a slope of its length explain.
-std::vector<bool> climbing(const std::vector<Plate>& plates, const std::vector<std::uint32_t>& part,
-                           double cell) {
-  std::vector<std::uint32_t> number(plates.size());  // of parts, at their first plate, which is their name
-  std::vector<Eigen::AlignedBox3f> bounds;
-  for (std::size_t i = 0; i < plates.size(); ++i) {
-    if (part[i] == i) {
-      number[i] = static_cast<std::uint32_t>(bounds.size());
-      bounds.emplace_back();
-    }
-    const auto place = [&](std::int32_t c) { return static_cast<float>(c * cell); };
-    bounds[number[part[i]]].extend(Eigen::Vector3f(place(plates[i].x), place(plates[i].y), plates[i].z));
-  }
-  std::vector<bool> climbs;
-  for (const std::uint32_t p : part) {
-    const Eigen::Vector3d size = bounds[number[p]].sizes().cast<double>();
-    climbs.push_back(size.z() > max_bow + max_slope * size.head<2>().norm());
-  }
-  return climbs;
-}
-
-/// Numbers the parts that touch; plates by place. Sparse walls have slices that touch by chance: in a part
-/// that climbs only flat plates join, and others belong to the flat one that is next in height.
-std::vector<std::uint32_t> connect(const std::vector<Plate>& plates, double cell) {
-  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), no_surface);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto join = [&](std::uint32_t i, std::uint32_t j) {
-    const auto a = root(parent, i), b = root(parent, j);
-    parent[std::max(a, b)] = std::min(a, b);
-  };
-  for_each_contact(plates, join);
-  for (std::uint32_t i = 0; i < plates.size(); ++i) parent[i] = root(parent, i);
-  const std::vector<bool> climbs = climbing(plates, parent, cell);
-  for (std::uint32_t i = 0; i < plates.size(); ++i) parent[i] = climbs[i] ? i : parent[i];
-  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
-    const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
-    if (host[child] == no_surface || apart(i) < apart(host[child])) host[child] = i;
-  };
-  for_each_contact(plates, [&](std::uint32_t i, std::uint32_t j) {
-    if (!climbs[i] || !climbs[j]) return;
-    const bool a = is_flat(plates[i]), b = is_flat(plates[j]);
-    if (a && b) join(i, j);
-    if (a && !b) adopt(i, j);
-    if (b && !a) adopt(j, i);
-  });
   std::vector<std::uint32_t> part(plates.size());
   for (std::uint32_t i = 0; i < plates.size(); ++i)
     part[i] = root(parent, host[i] == no_surface ? i : host[i]);
@@ -445,7 +413,7 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   of_tiles.clear();
   std::sort(plates.begin(), plates.end(), by_place);
 
-  const std::vector<std::uint32_t> part = connect(plates, site.cell());
+  const std::vector<std::uint32_t> part = connect(plates);
   std::vector<std::uint32_t> by_part(plates.size());
   std::iota(by_part.begin(), by_part.end(), 0U);
   std::stable_sort(by_part.begin(), by_part.end(),

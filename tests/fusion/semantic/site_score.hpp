@@ -1,0 +1,223 @@
+// How much of a building that is known a semantic net has found, label by label.
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "fusion/semantic/semantic_net.hpp"
+#include "tests/random_site.hpp"
+
+namespace parhelion::test {
+
+/// Counts of what was found and is there, of all that was found, of all that is there.
+struct Rate {
+  double both = 0, found = 0, there = 0;
+  double precision() const { return found > 0 ? both / found : 1; }
+  double recall() const { return there > 0 ? both / there : 1; }
+  Rate& operator+=(const Rate& o) {
+    both += o.both, found += o.found, there += o.there;
+    return *this;
+  }
+};
+
+struct SiteScore {
+  Rate wall, floor, ceiling, pillar_points, stairs;  ///< points
+  Rate wall_length;                                  ///< m of the walls drawn; recall means nothing
+  Rate door, window, pillar, flight;                 ///< entities
+  Rate step;                                         ///< rises within 1 cm, in order from the lowest
+  std::array<Rate, 5> door_kind;                     ///< recall only, by DoorKind
+
+  SiteScore& operator+=(const SiteScore& o) {
+    wall += o.wall, floor += o.floor, ceiling += o.ceiling, pillar_points += o.pillar_points;
+    stairs += o.stairs, wall_length += o.wall_length, door += o.door, window += o.window;
+    pillar += o.pillar, flight += o.flight, step += o.step;
+    for (std::size_t k = 0; k < door_kind.size(); ++k) door_kind[k] += o.door_kind[k];
+    return *this;
+  }
+  void print() const {
+    const auto line = [](const char* name, const Rate& r) {
+      std::printf("  %-16s precision %.3f  recall %.3f  (%.0f of %.0f found, %.0f there)\n", name,
+                  r.precision(), r.recall(), r.both, r.found, r.there);
+    };
+    line("wall points", wall), line("floor points", floor), line("ceiling points", ceiling);
+    line("pillar points", pillar_points), line("stairs points", stairs);
+    line("wall, 0.1 m", wall_length), line("door", door), line("window", window);
+    line("pillar", pillar), line("flight", flight), line("step", step);
+    constexpr std::array<const char*, 5> names = {"open", "leaf open", "recessed", "flush", "ajar"};
+    for (std::size_t k = 0; k < names.size(); ++k)
+      std::printf("  door %-10s recall %.3f of %.0f\n", names[k], door_kind[k].recall(), door_kind[k].there);
+  }
+};
+
+namespace site_score {
+
+inline void score_points(const PointCloud<Cloud>& truth, const std::vector<std::uint8_t>& labels,
+                         SiteScore& score) {
+  const auto count = [&](EntityLabel label, Rate& rate) {
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const auto is = static_cast<EntityLabel>(truth.labels[i]);
+      auto says = static_cast<EntityLabel>(labels[i]);
+      if (is == not_scored) continue;
+      if (says == EntityLabel::wall_above_door) says = EntityLabel::wall;
+      rate.both += is == label && says == label;
+      rate.found += says == label;
+      rate.there += is == label;
+    }
+  };
+  count(EntityLabel::wall, score.wall), count(EntityLabel::floor, score.floor);
+  count(EntityLabel::ceiling, score.ceiling), count(EntityLabel::pillar, score.pillar_points);
+  count(EntityLabel::stairs, score.stairs);
+}
+
+/// m in the plan from a point to a box's footprint.
+inline double distance(const ModelEntity& box, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d local = box.T_map_body.inverse() * p;
+  const Eigen::Vector2d outside = local.head<2>().cwiseAbs() - 0.5 * box.size.head<2>();
+  return outside.cwiseMax(0).norm();
+}
+
+inline void score_walls(const RandomSite& site, const Transform<Map, Map>& T_site_map,
+                        const std::vector<ModelEntity>& found, SiteScore& score) {
+  constexpr double kNear = 0.12;  // m
+  for (const ModelEntity& e : found) {
+    if (e.label != EntityLabel::wall) continue;
+    for (double s = -e.size.x() / 2 + 0.05; s < e.size.x() / 2; s += 0.1) {
+      const Eigen::Vector3d p = T_site_map * (e.T_map_body * Eigen::Vector3d(s, 0, 0));
+      const bool there = std::any_of(
+          site.model.entities.begin(), site.model.entities.end(),
+          [&](const ModelEntity& box) { return box.label == EntityLabel::wall && distance(box, p) < kNear; });
+      score.wall_length.both += there, score.wall_length.found += 1, score.wall_length.there += there;
+    }
+  }
+}
+
+/// Where a door's or a window's opening is: a door that stands open is turned to where it closes.
+inline Eigen::Vector2d opening_centre(const ModelEntity& e) {
+  Eigen::Vector2d in_door(0, 0);
+  if (e.hinge)
+    in_door = e.hinge->axis - Eigen::Rotation2Dd(e.hinge->closed).toRotationMatrix() * e.hinge->axis;
+  return (e.T_map_body * Eigen::Vector3d(in_door.x(), in_door.y(), 0)).head<2>();
+}
+
+inline void score_openings(const RandomSite& site, const Transform<Map, Map>& T_site_map,
+                           const std::vector<ModelEntity>& found, SiteScore& score) {
+  constexpr double kFrom = 0.35, kWidth = 0.3;  // m
+  std::vector<bool> matched(site.openings.size(), false);
+  for (const ModelEntity& e : found) {
+    if (e.label != EntityLabel::door && e.label != EntityLabel::window) continue;
+    const bool window = e.label == EntityLabel::window;
+    const Eigen::Vector2d in_map = opening_centre(e);
+    const Eigen::Vector2d p = (T_site_map * Eigen::Vector3d(in_map.x(), in_map.y(), 0)).head<2>();
+    Rate& rate = window ? score.window : score.door;
+    rate.found += 1;
+    for (std::size_t o = 0; o < site.openings.size(); ++o) {
+      const TrueOpening& opening = site.openings[o];
+      if (matched[o] || opening.window != window || (opening.centre - p).norm() > kFrom ||
+          std::abs(opening.width - e.size.x()) > kWidth)
+        continue;
+      matched[o] = true;
+      rate.both += 1;
+      break;
+    }
+  }
+  for (std::size_t o = 0; o < site.openings.size(); ++o) {
+    const TrueOpening& opening = site.openings[o];
+    (opening.window ? score.window : score.door).there += 1;
+    if (opening.window) continue;
+    Rate& kind = score.door_kind[static_cast<std::size_t>(opening.kind)];
+    kind.there += 1, kind.both += matched[o];
+  }
+}
+
+inline void score_pillars(const RandomSite& site, const Transform<Map, Map>& T_site_map,
+                          const std::vector<ModelEntity>& found, SiteScore& score) {
+  const auto is_pillar = [](const ModelEntity& e) { return e.label == EntityLabel::pillar; };
+  for (const ModelEntity& e : found) {
+    if (!is_pillar(e)) continue;
+    const Eigen::Vector3d p = T_site_map * e.T_map_body.translation();
+    score.pillar.found += 1;
+    score.pillar.both +=
+        std::any_of(site.model.entities.begin(), site.model.entities.end(), [&](const ModelEntity& box) {
+          return is_pillar(box) && (box.T_map_body.translation() - p).head<2>().norm() < 0.25;
+        });
+  }
+  score.pillar.there +=
+      static_cast<double>(std::count_if(site.model.entities.begin(), site.model.entities.end(), is_pillar));
+}
+
+inline void score_stairs(const RandomSite& site, const std::vector<StairsFlight>& found, SiteScore& score) {
+  score.flight.found += static_cast<double>(found.size());
+  score.flight.there += static_cast<double>(site.flights.size());
+  for (const StairsFlight& flight : found) score.step.found += static_cast<double>(flight.rises.size());
+  for (const auto& rises : site.flights) {
+    score.step.there += static_cast<double>(rises.size());
+    double most = 0;
+    for (const StairsFlight& flight : found) {
+      double same = 0;
+      for (std::size_t i = 0; i < std::min(rises.size(), flight.rises.size()); ++i)
+        same += std::abs(rises[i] - flight.rises[i]) < 0.01;
+      most = std::max(most, same);
+    }
+    score.step.both += most;
+    score.flight.both += most >= static_cast<double>(rises.size());
+  }
+}
+
+}  // namespace site_score
+
+/// `net` and its cloud are in the map frame; T_site_map leads back to where the truth is.
+inline SiteScore score_site(const RandomSite& site, const ScannedSite& scanned, const SemanticNet& net,
+                            const Transform<Map, Map>& T_site_map) {
+  SiteScore score;
+  site_score::score_points(scanned.cloud, net.labels, score);
+  site_score::score_walls(site, T_site_map, net.entities, score);
+  site_score::score_openings(site, T_site_map, net.entities, score);
+  site_score::score_pillars(site, T_site_map, net.entities, score);
+  site_score::score_stairs(site, net.stairs, score);
+  return score;
+}
+
+/// A random building, scanned by a scanner of random kind, and levelled.
+struct LevelledSite {
+  RandomSite site;
+  ScannedSite scanned;
+  PointCloud<Map> cloud;
+  Transform<Map, Map> T_site_map;
+};
+
+inline LevelledSite levelled_site(std::uint64_t seed) {
+  LevelledSite result;
+  result.site = SiteBuilder(seed).build();
+  std::mt19937_64 random(seed * 7919 + 5);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1.0p-53;
+  };
+  ScanOptions options;
+  options.noise = uniform(0.002, 0.010);
+  options.step = uniform(0.010, 0.016);
+  options.tilt = uniform(0, 0.03);
+  options.yaw = uniform(-3, 3);
+  options.viewpoints = uniform(0, 1) < 0.8;
+  result.scanned = scan(result.site, options, seed + 1);
+  const auto T_map_cloud = level(result.scanned.cloud);
+  if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
+  result.cloud = transformed(*T_map_cloud, result.scanned.cloud);
+  result.T_site_map =
+      Transform<Map, Map>((T_map_cloud->isometry() * result.scanned.T_cloud_site.isometry()).inverse());
+  return result;
+}
+
+/// Segments and labels what was measured in a random building.
+inline SiteScore score_random_site(std::uint64_t seed) {
+  const LevelledSite levelled = levelled_site(seed);
+  const auto surfaces = segment(levelled.cloud);
+  if (!surfaces) throw std::runtime_error(surfaces.error().message);
+  const auto net = label_entities(levelled.cloud, *surfaces);
+  if (!net) throw std::runtime_error(net.error().message);
+  return score_site(levelled.site, levelled.scanned, *net, levelled.T_site_map);
+}
+
+}  // namespace parhelion::test
