@@ -78,6 +78,7 @@ PoseTrack::PoseTrack(const RobotDescription& robot, const PoseTrackOptions& opti
     : robot_(robot),
       options_(options),
       odometry_(options.history, options.max_extrapolation),
+      carry_error_(robot),
       estimates_(estimate_slots) {}
 
 void PoseTrack::add(const Odometry& odometry) {
@@ -86,6 +87,7 @@ void PoseTrack::add(const Odometry& odometry) {
   if (taken == OdometryTrack::Taken::restarted) {
     estimates_.clear();
     T_map_odom_.reset();
+    carry_error_.forget();
     provisional_ = lost_ = relocalizing_ = false;
   }
   if (provisional_) place(estimates_.newest());
@@ -119,6 +121,7 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
     sample.jumped = (expected.translation() - estimate.T_map_base.translation()).norm() >
                         options_.relocalization_distance ||
                     angle_between(expected, estimate.T_map_base) > options_.relocalization_angle;
+    learn(sample, expected);
   }
   if (!place(sample)) {
     ++rejected_;
@@ -133,6 +136,22 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
   }
   if (position_sigma(estimate.covariance) <= options_.recovered_sigma) relocalizing_ = false;
   return Correction::small;
+}
+
+void PoseTrack::learn(const EstimateSample& estimate, const Transform<Map, Base>& expected) {
+  if (!T_map_odom_ || provisional_) return;
+  const auto carried = odometry_.at(estimate.stamp);
+  if (!carried || carried->ahead > 0) return;
+  const Pose2 there = planar(expected), here = planar(estimate.T_map_base);
+  const PoseCovariance own = estimates_.newest().covariance + estimate.covariance;
+  // A leap is a relocalization: odometry is blamed for as much of it as is still taken for a correction.
+  carry_error_.learn(
+      {.driven = std::abs(carried->driven - at_correction_.driven),
+       .turned = std::abs(carried->turned - at_correction_.turned),
+       .distance = std::min((here.position() - there.position()).norm(), options_.relocalization_distance),
+       .angle = std::min(angle_between(expected, estimate.T_map_base), options_.relocalization_angle),
+       .position_variance = (own(0, 0) + own(1, 1)) / 2,
+       .yaw_variance = own(5, 5)});
 }
 
 bool PoseTrack::place(const EstimateSample& estimate) {
@@ -173,14 +192,13 @@ std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why)
   pose.T_map_base = *T_map_odom_ * transform<Odom, Base>(carried->T_odom_base);
   const double driven = std::abs(carried->driven - at_correction_.driven);
   const double turned = std::abs(carried->turned - at_correction_.turned);
-  const double position = robot_.odometry_error_translation * driven;
-  const double yaw = robot_.odometry_error_rotation * turned;
+  const double position_variance = carry_error_.position_variance(driven);
   // The error of heading is counted as if made at once: it then bends the whole way since the word of SLAM.
   PoseCovariance covariance = estimate.covariance;
-  covariance(5, 5) += yaw * yaw;
+  covariance(5, 5) += carry_error_.yaw_variance(driven, turned);
   covariance = transported(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
-  covariance(0, 0) += position * position;
-  covariance(1, 1) += position * position;
+  covariance(0, 0) += position_variance;
+  covariance(1, 1) += position_variance;
   pose.covariance = covariance + unsensed_growth(carried->ahead);
   pose.age = t - estimate.stamp;
   pose.twist = carried->twist;

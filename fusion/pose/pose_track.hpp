@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "fusion/pose/carry_error.hpp"
 #include "fusion/pose/odometry_track.hpp"
 #include "fusion/pose/ring.hpp"
 #include "protocols/pose.hpp"
@@ -86,11 +87,13 @@ class PoseTrack {
   Transform<Map, Base> expected_pose(SensorTime t) const;
   PoseCovariance unsensed_growth(double dt) const;
   bool place(const EstimateSample& estimate);
+  void learn(const EstimateSample& estimate, const Transform<Map, Base>& expected);
   void restart();
 
   RobotDescription robot_;
   PoseTrackOptions options_;
   OdometryTrack odometry_;
+  CarryError carry_error_;
   Ring<EstimateSample> estimates_;
   std::optional<Transform<Map, Odom>> T_map_odom_;
   OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last word of SLAM

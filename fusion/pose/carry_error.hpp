@@ -1,0 +1,36 @@
+// How far odometry goes wrong between two words of SLAM, learned from SLAM's corrections.
+#pragma once
+
+#include "protocols/robot.hpp"
+
+namespace parhelion {
+
+/// What the robot description says of its odometry is a floor: slipping wheels, or stamps that jitter, show
+/// in the corrections, and the predicted error of a return must not be smaller than what is being seen.
+/// Errors are taken as proportional to the way driven (heading: besides what turning adds), their squares
+/// averaged over about the last `memory` corrections. Never allocates.
+class CarryError {
+ public:
+  explicit CarryError(const RobotDescription& robot);
+
+  /// One correction, after `driven` m and `turned` rad: its length (m) and turn (rad), and the variances (m^2
+  /// along one axis, rad^2) that the two words of SLAM have of their own.
+  struct Correction {
+    double driven = 0, turned = 0;
+    double distance = 0, angle = 0;
+    double position_variance = 0, yaw_variance = 0;
+  };
+  void learn(const Correction& correction);
+  void forget();
+
+  double position_variance(double driven) const;            ///< m^2 along one axis
+  double yaw_variance(double driven, double turned) const;  ///< rad^2
+
+  static constexpr double memory = 32;  ///< corrections
+
+ private:
+  double stated_position_, stated_yaw_;      ///< 1 sigma per metre, per radian
+  double way_ = 0, position_ = 0, yaw_ = 0;  ///< faded sums of squares: m^2, m^2, rad^2
+};
+
+}  // namespace parhelion
