@@ -44,6 +44,13 @@ class Net {
     scores(place(a, label_a), place(b, label_b)) = worth;
     graph_.add_pair(a.index, b.index, scores);
   }
+  /// Labels of several variables that the solution tries at once.
+  void propose(const std::vector<std::pair<Variable, EntityLabel>>& labels) {
+    FactorGraph::Proposal proposal;
+    for (const auto& [variable, label] : labels)
+      proposal.emplace_back(variable.index, static_cast<std::size_t>(place(variable, label)));
+    graph_.propose(std::move(proposal));
+  }
   void solve() { solution_ = graph_.solve(); }
 
   CandidateLabel label_of(const Variable& variable) const {
@@ -188,17 +195,22 @@ Labelling assign_labels(const NetCandidates& candidates) {
     pillars.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::pillar, pillar.score}}));
   for (const Flight& flight : candidates.flights) {
     std::vector<Variable> steps;
+    std::vector<std::pair<Variable, EntityLabel>> climbs;
     const double each = flight.score / static_cast<double>(flight.steps.size());
     for (std::size_t i = 0; i < flight.steps.size(); ++i) {
       steps.push_back(net.add({{EntityLabel::unknown, 0}, {EntityLabel::stairs, each}}));
       const std::uint32_t tread = flight.steps[i].horizontal;
-      if (i > 0 && i + 1 < flight.steps.size() && tread != no_surface)
+      climbs.emplace_back(steps[i], EntityLabel::stairs);
+      if (i > 0 && i + 1 < flight.steps.size() && tread != no_surface) {
+        climbs.emplace_back(horizontals[tread], EntityLabel::unknown);
         net.relate(steps[i], EntityLabel::stairs, horizontals[tread], EntityLabel::floor, kTreadAndFloor);
+      }
       if (i == 0) continue;
       net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::stairs, kNextStep);
       net.relate(steps[i - 1], EntityLabel::stairs, steps[i], EntityLabel::unknown, -kNextStep);
       net.relate(steps[i - 1], EntityLabel::unknown, steps[i], EntityLabel::stairs, -kNextStep);
     }
+    net.propose(climbs);
     flights.push_back(steps);
   }
   for (std::size_t o = 0; o < openings.size(); ++o) {

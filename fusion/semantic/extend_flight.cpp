@@ -13,7 +13,7 @@ namespace {
 constexpr double kCell = 0.05;      ///< m, of the plan beside the flight's end
 constexpr double kReach = 0.6;      ///< m beyond the end that are looked at
 constexpr double kInto = 0.05;      ///< m of the end's own strip: edges are not sharp
-constexpr double kOff = 0.05;       ///< m, the next rise may differ from the flight's median
+constexpr double kOff = 0.03;       ///< m, the next rise may differ from the flight's median
 constexpr double kSkin = 0.03;      ///< m, of the outermost points that are a cell's surface, noise included
 constexpr double kWindow = 0.03;    ///< m, heights of cells that are one level
 constexpr double kAcross = 0.5;     ///< share of the flight's width that the level must be seen along
@@ -131,6 +131,34 @@ std::optional<Step> next_level(const PointCloud<Map>& cloud, const Segmentation&
 }
 
 }  // namespace
+
+void refine_heights(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight) {
+  constexpr double kThick = 0.03;               // m, of a surface that has more in it than noise: a riser
+  constexpr double kBand = 0.06, kEdge = 0.04;  // m
+  constexpr std::size_t kEnough = 15;           // points
+  const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
+  std::vector<std::vector<double>> heights(flight.steps.size());
+  for (const Eigen::Vector3f& point : cloud.points) {
+    const double z = point.z();
+    if (z < flight.steps.front().z - kBand || z > flight.steps.back().z + kBand) continue;
+    const Eigen::Vector2d p = point.head<2>().cast<double>();
+    const double s = flight.direction.dot(p), t = across.dot(p);
+    for (std::size_t i = 0; i < flight.steps.size(); ++i) {
+      const Step& step = flight.steps[i];
+      // A riser stands where the next tread begins.
+      const double begin = i > 0 ? 0.5 * (flight.steps[i - 1].far + step.near) + kEdge : step.near;
+      const double end =
+          i + 1 < flight.steps.size() ? 0.5 * (step.far + flight.steps[i + 1].near) - kEdge : step.far;
+      if (s > begin && s < end && t > step.left && t < step.right && std::abs(z - step.z) < kBand)
+        heights[i].push_back(z);
+    }
+  }
+  for (std::size_t i = 0; i < flight.steps.size(); ++i) {
+    const std::uint32_t surface = flight.steps[i].horizontal;
+    if (surface != no_surface && segmentation.horizontals[surface].thickness < kThick) continue;
+    if (heights[i].size() >= kEnough) flight.steps[i].z = median(std::move(heights[i]));
+  }
+}
 
 void extend(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight) {
   for (const bool below : {true, false}) {

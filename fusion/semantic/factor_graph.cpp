@@ -42,6 +42,12 @@ void FactorGraph::add_pair(std::size_t a, std::size_t b, Eigen::MatrixXd scores)
   pairs_.push_back({a, b, std::move(scores)});
 }
 
+void FactorGraph::propose(Proposal proposal) {
+  for ([[maybe_unused]] const auto& [variable, label] : proposal)
+    assert(variable < size() && label < static_cast<std::size_t>(unary_[variable].size()));
+  proposals_.push_back(std::move(proposal));
+}
+
 double FactorGraph::score(const std::vector<std::size_t>& labels) const {
   double sum = 0;
   for (std::size_t i = 0; i < size(); ++i) sum += unary_[i](index(labels[i]));
@@ -139,6 +145,13 @@ FactorGraph::Solution FactorGraph::solve() const {
   for (const Eigen::VectorXd& belief : solution.beliefs) solution.labels.push_back(argmax(belief));
   climb(solution.labels);
   solution.score = score(solution.labels);
+  for (const Proposal& proposal : proposals_) {
+    std::vector<std::size_t> labels = solution.labels;
+    for (const auto& [variable, label] : proposal) labels[variable] = label;
+    climb(labels);
+    const double other = score(labels);
+    if (other > solution.score) solution.score = other, solution.labels = std::move(labels);
+  }
   return solution;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace parhelion {
@@ -15,6 +16,10 @@ class FactorGraph {
   /// `scores(i, j)`: label i of `a` together with label j of `b`. a != b.
   void add_pair(std::size_t a, std::size_t b, Eigen::MatrixXd scores);
 
+  /// Variables with a label each that may be right together though none is alone: `solve` tries them at once.
+  using Proposal = std::vector<std::pair<std::size_t, std::size_t>>;
+  void propose(Proposal proposal);
+
   std::size_t size() const { return unary_.size(); }
 
   struct Solution {
@@ -25,7 +30,7 @@ class FactorGraph {
 
   /// Loopy sum-product for the beliefs (Pearl 1988; exact on trees), then the assignment that starts from
   /// the most believed labels and climbs, one variable or one pair at a time, to where no such change is
-  /// better. The order is fixed: the same graph gives the same solution.
+  /// better, nor any proposal. The order is fixed: the same graph gives the same solution.
   Solution solve() const;
 
   /// The slow twin: every assignment. For at most some millions of them.
@@ -44,6 +49,7 @@ class FactorGraph {
 
   std::vector<Eigen::VectorXd> unary_;
   std::vector<Pair> pairs_;
+  std::vector<Proposal> proposals_;
   std::vector<std::vector<std::size_t>> pairs_of_;  ///< per variable: its pairs
 };
 

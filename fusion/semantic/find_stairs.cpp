@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kMostPoints = 600;  ///< of a surface that decide where it lies
 constexpr int kDirections = 72;           ///< tried around the circle
 constexpr std::size_t kLeastRises = 3;    ///< of a flight; two may be a threshold and a box
+constexpr std::size_t kSeedRises = 2;     ///< of surfaces: the floor is too wide for a strip, and is added
 constexpr double kGap = 0.30;             ///< m, between two treads in the plan: hidden by the step's edge
 constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
 constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
@@ -92,6 +93,27 @@ Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
   return flight;
 }
 
+bool has_step(const Flight& flight, std::uint32_t horizontal) {
+  return std::any_of(flight.steps.begin(), flight.steps.end(),
+                     [&](const Step& step) { return step.horizontal == horizontal; });
+}
+
+/// Two flights over the same steps are one, seen from its two ends: the better one stays.
+void drop_repeated(std::vector<Flight>& flights) {
+  std::stable_sort(flights.begin(), flights.end(),
+                   [](const Flight& a, const Flight& b) { return a.score > b.score; });
+  std::vector<Flight> kept;
+  for (Flight& flight : flights) {
+    const auto shares = [&](const Flight& better) {
+      return std::any_of(flight.steps.begin() + 1, flight.steps.end() - 1, [&](const Step& step) {
+        return step.horizontal != no_surface && has_step(better, step.horizontal);
+      });
+    };
+    if (std::none_of(kept.begin(), kept.end(), shares)) kept.push_back(std::move(flight));
+  }
+  flights = std::move(kept);
+}
+
 void judge(Flight& flight) {
   std::vector<double> rises = flight.rises();
   const double middle = quantile(rises, 0.5);
@@ -138,19 +160,20 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
     Flight best;
     for (std::size_t k = 0; k < directions.size(); ++k) {
       Flight flight = longest(strips[k], used, directions[k], options);
-      if (flight.steps.size() <= kLeastRises) continue;
+      if (flight.steps.size() <= kSeedRises) continue;
       judge(flight);
       if (best.steps.empty() || flight.score > best.score) best = std::move(flight);
     }
     if (best.steps.empty()) break;
+    for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     extend(cloud, segmentation, best);
-    for (std::size_t i = 0; i < treads.size(); ++i) {
-      used[i] = used[i] || std::any_of(best.steps.begin(), best.steps.end(),
-                                       [&](const Step& s) { return s.horizontal == treads[i].horizontal; });
-    }
+    refine_heights(cloud, segmentation, best);
+    if (best.steps.size() <= kLeastRises) continue;
+    for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     judge(best);
     flights.push_back(std::move(best));
   }
+  drop_repeated(flights);
   return flights;
 }
 

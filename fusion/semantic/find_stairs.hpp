@@ -34,4 +34,7 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
 /// Adds levels at both ends for as long as the points beside them continue the series of rises.
 void extend(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight);
 
+/// Heights of sparse treads without the risers beside them.
+void refine_heights(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight);
+
 }  // namespace parhelion

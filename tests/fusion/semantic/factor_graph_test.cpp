@@ -69,5 +69,21 @@ TEST(FactorGraph, GivesTheSameSolutionTwice) {
   for (std::size_t i = 0; i < graph.size(); ++i) EXPECT_EQ(one.beliefs[i], two.beliefs[i]);
 }
 
+TEST(FactorGraph, TriesWhatIsRightOnlyTogether) {
+  // Four that win together, against one each for the other label: no change of one or of a pair is better.
+  const auto chain = [](bool proposed) {
+    FactorGraph graph;
+    for (int i = 0; i < 4; ++i) graph.add_variable(Eigen::Vector2d(2, 0));
+    for (std::size_t i = 0; i < 3; ++i)
+      graph.add_pair(i, i + 1, (Eigen::Matrix2d() << 0, -3, -3, 2.8).finished());
+    if (proposed) graph.propose({{0, 1}, {1, 1}, {2, 1}, {3, 1}});
+    return graph;
+  };
+  const auto best = chain(true).enumerate();
+  EXPECT_EQ(best.labels, std::vector<std::size_t>(4, 1));
+  EXPECT_EQ(chain(true).solve().labels, best.labels);
+  EXPECT_GE(chain(true).solve().score, chain(false).solve().score);
+}
+
 }  // namespace
 }  // namespace parhelion

@@ -52,6 +52,36 @@ struct SiteScore {
   }
 };
 
+/// A random building, scanned by a scanner of random kind, and levelled.
+struct LevelledSite {
+  RandomSite site;
+  ScannedSite scanned;
+  PointCloud<Map> cloud;
+  Transform<Map, Map> T_site_map;
+};
+
+inline LevelledSite levelled_site(std::uint64_t seed) {
+  LevelledSite result;
+  result.site = SiteBuilder(seed).build();
+  std::mt19937_64 random(seed * 7919 + 5);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1.0p-53;
+  };
+  ScanOptions options;
+  options.noise = uniform(0.002, 0.010);
+  options.step = uniform(0.010, 0.016);
+  options.tilt = uniform(0, 0.03);
+  options.yaw = uniform(-3, 3);
+  options.viewpoints = uniform(0, 1) < 0.8;
+  result.scanned = scan(result.site, options, seed + 1);
+  const auto T_map_cloud = level(result.scanned.cloud);
+  if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
+  result.cloud = transformed(*T_map_cloud, result.scanned.cloud);
+  result.T_site_map =
+      Transform<Map, Map>((T_map_cloud->isometry() * result.scanned.T_cloud_site.isometry()).inverse());
+  return result;
+}
+
 namespace site_score {
 
 inline void score_points(const PointCloud<Cloud>& truth, const std::vector<std::uint8_t>& labels,
@@ -148,12 +178,30 @@ inline void score_pillars(const RandomSite& site, const Transform<Map, Map>& T_s
       static_cast<double>(std::count_if(site.model.entities.begin(), site.model.entities.end(), is_pillar));
 }
 
-inline void score_stairs(const RandomSite& site, const std::vector<StairsFlight>& found, SiteScore& score) {
+/// How many of a flight's treads, from the lowest, were measured by more than a few points.
+inline std::size_t seen_treads(const LevelledSite& levelled, const std::vector<double>& rises) {
+  constexpr int kFew = 30;
+  double top = 0;
+  for (std::size_t i = 0; i < rises.size(); ++i) {
+    top += rises[i];
+    int points = 0;
+    for (std::size_t k = 0; k < levelled.cloud.size(); ++k) {
+      const auto label = static_cast<EntityLabel>(levelled.scanned.cloud.labels[k]);
+      if (label != EntityLabel::stairs && label != not_scored) continue;
+      const Eigen::Vector3d p = levelled.T_site_map * levelled.cloud.points[k].cast<double>();
+      points += std::abs(p.z() - top) < 0.03;
+    }
+    if (points < kFew) return i;
+  }
+  return rises.size();
+}
+
+inline void score_stairs(const LevelledSite& levelled, const std::vector<StairsFlight>& found,
+                         SiteScore& score) {
   score.flight.found += static_cast<double>(found.size());
-  score.flight.there += static_cast<double>(site.flights.size());
   for (const StairsFlight& flight : found) score.step.found += static_cast<double>(flight.rises.size());
-  for (const auto& rises : site.flights) {
-    score.step.there += static_cast<double>(rises.size());
+  for (std::vector<double> rises : levelled.site.flights) {
+    const std::size_t seen = seen_treads(levelled, rises);
     double most = 0;
     for (const StairsFlight& flight : found) {
       double same = 0;
@@ -161,53 +209,23 @@ inline void score_stairs(const RandomSite& site, const std::vector<StairsFlight>
         same += std::abs(rises[i] - flight.rises[i]) < 0.01;
       most = std::max(most, same);
     }
+    score.step.there += static_cast<double>(std::max(seen, static_cast<std::size_t>(most)));
     score.step.both += most;
-    score.flight.both += most >= static_cast<double>(rises.size());
+    score.flight.there += seen >= 3 || most >= 3;
+    score.flight.both += most >= 3 && most >= static_cast<double>(seen);
   }
 }
 
 }  // namespace site_score
 
-/// `net` and its cloud are in the map frame; T_site_map leads back to where the truth is.
-inline SiteScore score_site(const RandomSite& site, const ScannedSite& scanned, const SemanticNet& net,
-                            const Transform<Map, Map>& T_site_map) {
+inline SiteScore score_site(const LevelledSite& levelled, const SemanticNet& net) {
   SiteScore score;
-  site_score::score_points(scanned.cloud, net.labels, score);
-  site_score::score_walls(site, T_site_map, net.entities, score);
-  site_score::score_openings(site, T_site_map, net.entities, score);
-  site_score::score_pillars(site, T_site_map, net.entities, score);
-  site_score::score_stairs(site, net.stairs, score);
+  site_score::score_points(levelled.scanned.cloud, net.labels, score);
+  site_score::score_walls(levelled.site, levelled.T_site_map, net.entities, score);
+  site_score::score_openings(levelled.site, levelled.T_site_map, net.entities, score);
+  site_score::score_pillars(levelled.site, levelled.T_site_map, net.entities, score);
+  site_score::score_stairs(levelled, net.stairs, score);
   return score;
-}
-
-/// A random building, scanned by a scanner of random kind, and levelled.
-struct LevelledSite {
-  RandomSite site;
-  ScannedSite scanned;
-  PointCloud<Map> cloud;
-  Transform<Map, Map> T_site_map;
-};
-
-inline LevelledSite levelled_site(std::uint64_t seed) {
-  LevelledSite result;
-  result.site = SiteBuilder(seed).build();
-  std::mt19937_64 random(seed * 7919 + 5);
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1.0p-53;
-  };
-  ScanOptions options;
-  options.noise = uniform(0.002, 0.010);
-  options.step = uniform(0.010, 0.016);
-  options.tilt = uniform(0, 0.03);
-  options.yaw = uniform(-3, 3);
-  options.viewpoints = uniform(0, 1) < 0.8;
-  result.scanned = scan(result.site, options, seed + 1);
-  const auto T_map_cloud = level(result.scanned.cloud);
-  if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
-  result.cloud = transformed(*T_map_cloud, result.scanned.cloud);
-  result.T_site_map =
-      Transform<Map, Map>((T_map_cloud->isometry() * result.scanned.T_cloud_site.isometry()).inverse());
-  return result;
 }
 
 /// Segments and labels what was measured in a random building.
@@ -217,7 +235,7 @@ inline SiteScore score_random_site(std::uint64_t seed) {
   if (!surfaces) throw std::runtime_error(surfaces.error().message);
   const auto net = label_entities(levelled.cloud, *surfaces);
   if (!net) throw std::runtime_error(net.error().message);
-  return score_site(levelled.site, levelled.scanned, *net, levelled.T_site_map);
+  return score_site(levelled, *net);
 }
 
 }  // namespace parhelion::test
