@@ -79,20 +79,6 @@ double angle_between(const WallCandidate& a, const WallCandidate& b) {
   return std::abs(std::remainder(a.yaw() - b.yaw(), EIGEN_PI));  // 0 .. pi/2
 }
 
-/// Two candidates for one wall: parallel, and within each other's thickness for most of the shorter.
-bool same_place(const WallCandidate& a, const WallCandidate& b) {
-  if (angle_between(a, b) > 0.17) return false;
-  const WallCandidate &longer = a.length() > b.length() ? a : b, &shorter = a.length() > b.length() ? b : a;
-  const Eigen::Vector2d along = (longer.end - longer.start).normalized();
-  const Eigen::Vector2d p = shorter.start - longer.start, q = shorter.end - longer.start;
-  const auto across = [&](const Eigen::Vector2d& d) {
-    return std::abs(along.x() * d.y() - along.y() * d.x());
-  };
-  if (0.5 * (across(p) + across(q)) > 0.15) return false;
-  const double from = std::min(along.dot(p), along.dot(q)), to = std::max(along.dot(p), along.dot(q));
-  return std::min(to, longer.length()) - std::max(from, 0.0) > 0.4 * shorter.length();
-}
-
 double distance(const WallCandidate& a, const WallCandidate& b) {
   return std::min({(a.start - b.start).norm(), (a.start - b.end).norm(), (a.end - b.start).norm(),
                    (a.end - b.end).norm()});
@@ -119,6 +105,21 @@ void relate_walls(Net& net, const std::vector<Variable>& variables, const std::v
       const std::size_t j = near[k].second;
       if (!related.emplace(std::min(i, j), std::max(i, j)).second) continue;
       net.relate(variables[i], EntityLabel::wall, variables[j], EntityLabel::wall, kAtRightAngles);
+    }
+  }
+}
+
+/// A hole through a thick wall is one door or one window, not one in each face.
+void relate_holes(Net& net, const std::vector<Variable>& variables, const WallCandidates& candidates) {
+  const std::vector<Opening>& openings = candidates.openings;
+  for (std::size_t i = 0; i < openings.size(); ++i) {
+    for (std::size_t j = i + 1; j < openings.size(); ++j) {
+      const std::size_t a = openings[i].wall, b = openings[j].wall;
+      if (a == b || !same_hole(openings[i], candidates.walls[a], openings[j], candidates.walls[b])) continue;
+      for (const EntityLabel one : {EntityLabel::door, EntityLabel::window}) {
+        for (const EntityLabel other : {EntityLabel::door, EntityLabel::window})
+          net.relate(variables[i], one, variables[j], other, kTwice);
+      }
     }
   }
 }
@@ -158,6 +159,19 @@ void relate_levels(Net& net, const std::vector<Variable>& walls, const std::vect
 }
 
 }  // namespace
+
+bool same_place(const WallCandidate& a, const WallCandidate& b) {
+  if (angle_between(a, b) > 0.17) return false;
+  const WallCandidate &longer = a.length() > b.length() ? a : b, &shorter = a.length() > b.length() ? b : a;
+  const Eigen::Vector2d along = (longer.end - longer.start).normalized();
+  const Eigen::Vector2d p = shorter.start - longer.start, q = shorter.end - longer.start;
+  const auto across = [&](const Eigen::Vector2d& d) {
+    return std::abs(along.x() * d.y() - along.y() * d.x());
+  };
+  if (0.5 * (across(p) + across(q)) > 0.15) return false;
+  const double from = std::min(along.dot(p), along.dot(q)), to = std::max(along.dot(p), along.dot(q));
+  return std::min(to, longer.length()) - std::max(from, 0.0) > 0.4 * shorter.length();
+}
 
 Labelling assign_labels(const NetCandidates& candidates) {
   Net net;
@@ -223,6 +237,7 @@ Labelling assign_labels(const NetCandidates& candidates) {
       net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::unknown, kLeaf);
     }
   }
+  relate_holes(net, openings, candidates.walls);
   relate_walls(net, walls, candidates.walls.walls);
   relate_levels(net, walls, horizontals, candidates);
   net.solve();

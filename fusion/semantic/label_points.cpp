@@ -61,6 +61,19 @@ class BoxesByPlace {
   std::map<std::pair<int, int>, std::vector<std::uint32_t>> by_cell_;
 };
 
+/// Whether a candidate that is no wall of its own is one by itself, in the place of one that is: a thin
+/// wall's other face.
+bool is_other_face(const std::vector<WallCandidate>& walls, const Labelling& labelling, std::size_t w) {
+  if (labelling.walls[w].label == EntityLabel::wall || walls[w].score <= 0) return false;
+  for (std::size_t other = 0; other < walls.size(); ++other) {
+    // Furniture before a wall is seen from the wall's own side, its other face is not.
+    const bool opposite = walls[w].raster.away.dot(walls[other].raster.away) < -0.5;
+    if (opposite && labelling.walls[other].label == EntityLabel::wall && same_place(walls[w], walls[other]))
+      return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates, const Labelling& labelling,
@@ -69,8 +82,9 @@ void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates,
   std::vector<EntityLabel> of_surface(segmentation.verticals.size() + segmentation.horizontals.size(),
                                       EntityLabel::unknown);
   for (std::size_t w = 0; w < labelling.walls.size(); ++w) {
-    for (const std::uint32_t surface : candidates.walls.walls[w].surfaces)
-      of_surface[surface] = labelling.walls[w].label;
+    const EntityLabel label =
+        is_other_face(candidates.walls.walls, labelling, w) ? EntityLabel::wall : labelling.walls[w].label;
+    for (const std::uint32_t surface : candidates.walls.walls[w].surfaces) of_surface[surface] = label;
   }
   for (std::size_t h = 0; h < labelling.horizontals.size(); ++h)
     of_surface[segmentation.verticals.size() + h] = labelling.horizontals[h].label;

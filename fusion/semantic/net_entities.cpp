@@ -64,6 +64,8 @@ class Entities {
                         EntityLabel as, double from, double to, double low, double high);
   void add_door(const WallCandidate& wall, std::size_t opening, const std::string& wall_name,
                 const std::string& piece, double top);
+  /// Whether the same hole is a door in the wall's other face.
+  bool leads_to_door(std::size_t opening) const;
   void add_pillars();
   void add_flights();
   void relate_walls();
@@ -75,6 +77,19 @@ class Entities {
   std::map<std::string, int> count_;
   std::vector<std::pair<std::string, std::size_t>> whole_walls_;  ///< name of the first piece, candidate
 };
+
+bool Entities::leads_to_door(std::size_t o) const {
+  const WallCandidates& all = candidates_.walls;
+  const Opening& opening = all.openings[o];
+  for (std::size_t other = 0; other < all.openings.size(); ++other) {
+    const std::size_t wall = all.openings[other].wall;
+    if (wall != opening.wall && labelling_.openings[other].label == EntityLabel::door &&
+        labelling_.walls[wall].label == EntityLabel::wall &&
+        same_hole(opening, all.walls[opening.wall], all.openings[other], all.walls[wall]))
+      return true;
+  }
+  return false;
+}
 
 void Entities::add_levels(EntityLabel label, const std::string& word) {
   struct Level {
@@ -183,7 +198,7 @@ void Entities::add_wall(std::size_t w) {
     const Opening& opening = candidates_.walls.openings[o];
     // A gap that a scanner looked through stays open; one that nobody saw through is wall that something hid.
     const bool cut = labelling_.openings[o].label != EntityLabel::unknown ||
-                     (opening.seen_through && opening.width() > 0.3);
+                     (opening.seen_through && opening.width() > 0.3) || leads_to_door(o);
     if (opening.wall == w && cut) cuts.push_back(o);
   }
   std::vector<std::string> pieces(cuts.size() + 1);

@@ -14,15 +14,8 @@ constexpr double kLeastLength = 0.5;   ///< m, of a wall
 constexpr double kNear = 0.045;        ///< m, on the plane: less than a shallow recess
 constexpr double kLeastWallTop = 1.6;  ///< m over the floor; what ends below is furniture or a railing
 constexpr double kBody = 1.8;          ///< m over the floor: what stands before a wall rarely reaches above
-constexpr double kJamb = 0.15;         ///< m of solid wall beside an opening
-constexpr double kSolidColumn = 0.5;   ///< share of a column that must be measured
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-/// How far `value` is outside of [low, high], in units of `margin`.
-double outside(double value, double low, double high, double margin) {
-  return std::max({0.0, low - value, value - high}) / margin;
-}
 
 WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::vector<bool>& used) {
   const VerticalSurface& seed = segmentation.verticals[base];
@@ -51,96 +44,6 @@ WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::ve
   wall.start = seed.start + from * along;
   wall.end = seed.start + to * along;
   return wall;
-}
-
-/// Height from which on the columns of an opening are measured again; `ceiling` where they are not.
-double head_of(const WallRaster& raster, int c0, int c1, double floor, double ceiling) {
-  for (double z = floor + 1.5; z < ceiling - 0.5 * raster.row; z += raster.row) {
-    if (raster.shares(c0, c1, z, z + raster.row).on > 0.6)
-      return raster.z_low + raster.row * (raster.row_of(z + 0.5 * raster.row));
-  }
-  return ceiling;
-}
-
-double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
-  double z = floor + 0.1;
-  while (z < floor + 1.6 && raster.shares(c0, c1, z, z + raster.row).on > 0.5) z += raster.row;
-  return z > floor + 0.25 ? z : floor;
-}
-
-void judge(Opening& opening, const WallCandidate& wall, const SemanticNetOptions& options) {
-  const double room = wall.ceiling - wall.floor, height = opening.head - wall.floor;
-  // A lintel that fills the rest of a low room need not be seen.
-  const bool lintel =
-      opening.lintel > 0.4 || (room < options.door_height_max + 0.2 && room > options.door_height_min);
-  double door = -1;
-  door -= 3 * outside(opening.width(), options.door_width_min, options.door_width_max, 0.1);
-  door -= 2 * outside(height, options.door_height_min, options.door_height_max, 0.15);
-  door -= 4 * std::max(0.0, opening.sill - wall.floor - 0.1) / 0.2;
-  door += lintel ? 1.5 : -2;
-  door += opening.closed > 0.35 ? 2 : opening.seen_through ? 1.5 : -1.5;
-  opening.door_score = door;
-
-  double window = -1.5;
-  window -= 3 * outside(opening.sill - wall.floor, 0.4, 1.4, 0.15);
-  window -= 2 * outside(opening.width(), 0.4, 4.0, 0.2);
-  window += opening.lintel > 0.4 ? 1 : -1;
-  window += opening.seen_through ? 1.5 : opening.closed > 0.35 ? 0.5 : wall.raster.sight ? 0 : 0.5;
-  opening.window_score = window;
-}
-
-/// Runs of columns that are not measured between the floor and the height of a person.
-std::vector<Opening> openings_of(const WallCandidate& wall, std::size_t index,
-                                 const SemanticNetOptions& options) {
-  const WallRaster& raster = wall.raster;
-  const double low = wall.floor + 0.2, high = std::min(wall.floor + kBody, wall.ceiling - 0.2);
-  std::vector<bool> solid(static_cast<std::size_t>(raster.columns));
-  for (int c = 0; c < raster.columns; ++c) {
-    // The upper half decides as well: furniture hides the lower one.
-    solid[static_cast<std::size_t>(c)] = raster.shares(c, c + 1, low, high).on >= kSolidColumn;
-  }
-  std::vector<Opening> found;
-  const int jamb = static_cast<int>(kJamb / raster.column);
-  for (int c = 0; c < raster.columns;) {
-    if (solid[static_cast<std::size_t>(c)]) {
-      ++c;
-      continue;
-    }
-    int end = c;
-    while (end < raster.columns && !solid[static_cast<std::size_t>(end)]) ++end;
-    const auto solids = [&](int a, int b) {
-      a = std::max(a, 0), b = std::min(b, raster.columns);
-      return a >= b ? 0 : std::count(solid.begin() + a, solid.begin() + b, true);
-    };
-    const bool framed = solids(c - 2 * jamb, c) >= jamb && solids(end, end + 2 * jamb) >= jamb;
-    if (framed && (end - c) * raster.column > 0.25) {
-      Opening opening;
-      opening.wall = index;
-      // Cells beside measured ones count as measured: the opening reaches one column further on each side.
-      opening.from = (c - 1) * raster.column;
-      opening.to = (end + 1) * raster.column;
-      opening.head = head_of(raster, c, end, wall.floor, wall.ceiling);
-      opening.sill = sill_of(raster, c, end, wall.floor);
-      opening.lintel = raster.shares(c, end, opening.head, wall.ceiling - 0.1).on;
-      const WallRaster::Shares body =
-          raster.shares(c, end, std::max(low, opening.sill), std::min(high, opening.head));
-      opening.closed = body.behind;
-      opening.seen_through = body.rays >= 10 && body.behind < 0.35;
-      if (opening.closed > 0.35) {
-        double sum = 0;
-        int n = 0;
-        for (int k = c; k < end; ++k) {
-          const double depth = raster.depth[static_cast<std::size_t>(k)];
-          if (depth > 0) sum += depth, ++n;
-        }
-        opening.recess = n > 0 ? sum / n : 0;
-      }
-      judge(opening, wall, options);
-      found.push_back(opening);
-    }
-    c = end;
-  }
-  return found;
 }
 
 void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings) {
@@ -251,7 +154,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     wall.ceiling = levels.over(middle, wall.z_high);
     if (wall.ceiling - wall.floor < 0.3) continue;
     wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
-    std::vector<Opening> openings = openings_of(wall, found.walls.size(), options);
+    std::vector<Opening> openings = find_openings(points, wall, found.walls.size(), options);
     measure_coverage(wall, openings);
     measure_sight(wall, openings);
     wall.one_sided = one_sided(points, wall);

@@ -18,6 +18,8 @@ struct Opening {
   double recess = 0;          ///< m behind the wall's plane, of what closes it; 0: nothing does
   double closed = 0;          ///< share that something behind closes
   bool seen_through = false;
+  double empty = 0;                         ///< share of the rays that should have met something and did not
+  double sill_floor = 0;                    ///< share of its width along which the floor goes on through it
   double lintel = 0;                        ///< share of the plane above it that is measured
   double door_score = 0, window_score = 0;  ///< logarithms, against "a gap"
 
@@ -42,10 +44,21 @@ struct WallCandidate {
   double yaw() const { return std::atan2(end.y() - start.y(), end.x() - start.x()); }
 };
 
+/// Whether two openings are one hole, seen in the two faces of a wall.
+bool same_hole(const Opening& a, const WallCandidate& wall_a, const Opening& b, const WallCandidate& wall_b);
+
+/// Two candidates for one wall: parallel, and within each other's thickness for most of the shorter.
+bool same_place(const WallCandidate& a, const WallCandidate& b);
+
 struct WallCandidates {
   std::vector<WallCandidate> walls;
   std::vector<Opening> openings;
 };
+
+/// Openings of one wall whose raster is filled: runs of columns that are not measured, and leaves that lie a
+/// little behind the wall's face.
+std::vector<Opening> find_openings(const PlanPoints& points, const WallCandidate& wall, std::size_t index,
+                                   const SemanticNetOptions& options);
 
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
                                     const Levels& levels, const SemanticNetOptions& options);

@@ -13,9 +13,19 @@ constexpr std::size_t kMostRays = 200'000;  ///< of however many views
 constexpr double kSight = 40;               ///< m, from a wall to the scanners that tell about it
 constexpr double kBeyond = 0.5;             ///< m, a ray that ends this far behind a plane went through it
 constexpr double kRecessMost = 0.40;        ///< m, the deepest recess of a door
+constexpr double kFront = 0.80;             ///< m, furniture before a wall reaches this far
+constexpr double kFaceFrom = 0.15;          ///< m over the raster's foot: the heights of a door's leaf
+constexpr double kFaceTo = 1.8;
+constexpr std::size_t kFacePoints = 8;
 
 void count(std::vector<std::uint16_t>& cells, std::size_t i) {
   if (cells[i] < std::numeric_limits<std::uint16_t>::max()) ++cells[i];
+}
+
+float median(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace
@@ -122,7 +132,8 @@ WallRaster::Shares WallRaster::shares(int c0, int c1, double z0, double z1) cons
     for (int c = c0; c < c1; ++c) {
       const std::size_t i = at(c, r);
       ++sum.cells;
-      sum.rays += through[i];
+      sum.rays += through[i], sum.crossed += crossed[i], sum.stopped += stopped[i],
+          sum.points += on[i] + behind[i];
       if (covered(c, r))
         sum.on += 1;
       else if (behind[i] > 0)
@@ -165,9 +176,12 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.on.assign(cells, 0);
   wall.behind.assign(cells, 0);
   wall.through.assign(cells, 0);
+  wall.crossed.assign(cells, 0);
+  wall.stopped.assign(cells, 0);
   std::vector<double> depth(static_cast<std::size_t>(wall.columns), 0);
   std::vector<int> deep(static_cast<std::size_t>(wall.columns), 0);
-  points.near_segment(start, end, kRecessMost, [&](const PlanPoints::Point& point) {
+  std::vector<std::vector<float>> offsets(static_cast<std::size_t>(wall.columns));
+  points.near_segment(start, end, kFront, [&](const PlanPoints::Point& point) {
     const Eigen::Vector2d d = point.p.head<2>().cast<double>() - start;
     const int c = static_cast<int>(std::floor(wall.along.dot(d) / wall.column));
     const int r = wall.row_of(point.p.z());
@@ -175,6 +189,10 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
     const double offset = wall.away.dot(d);
     if (std::abs(offset) <= near) {
       count(wall.on, wall.at(c, r));
+      if (point.p.z() > z_low + kFaceFrom && point.p.z() < z_low + kFaceTo)
+        offsets[static_cast<std::size_t>(c)].push_back(static_cast<float>(offset));
+    } else if (offset < -near && offset >= -kFront && point.viewpoint < 0) {
+      ++wall.stopped[wall.at(c, r)];
     } else if (offset > near && offset <= kRecessMost) {
       count(wall.behind, wall.at(c, r));
       depth[static_cast<std::size_t>(c)] += offset;
@@ -183,20 +201,27 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   });
   for (std::size_t c = 0; c < depth.size(); ++c)
     wall.depth.push_back(deep[c] > 0 ? static_cast<float>(depth[c] / deep[c]) : 0.F);
+  for (std::vector<float>& of_column : offsets) {
+    wall.face.push_back(of_column.size() < kFacePoints ? std::numeric_limits<float>::quiet_NaN()
+                                                       : median(of_column));
+  }
 
   wall.sight = points.has_rays();
   // The last column may reach past the end, a little; from close by that is a wide angle.
   const Eigen::Vector2d edge = start + wall.columns * wall.column * wall.along;
-  points.rays_towards(start, edge, kSight, [&](const PlanPoints::Point& point) {
+  points.rays_towards(start, edge, kSight, [&](const PlanPoints::Point& point, std::uint32_t stride) {
     const Eigen::Vector3d from =
         points.viewpoints()[static_cast<std::size_t>(point.viewpoint)].cast<double>();
     const Eigen::Vector3d to = point.p.cast<double>();
     const double a = normal.dot(from.head<2>() - start), b = normal.dot(to.head<2>() - start);
-    if (a * b >= 0 || std::abs(b) < kBeyond || std::abs(a) < near) return;
+    const bool through = a * b < 0 && std::abs(b) >= kBeyond, before = a * b > 0 && std::abs(b) < std::abs(a);
+    if ((!through && !before) || std::abs(a) < near || std::abs(b) < near) return;
     const Eigen::Vector3d hit = from + (to - from) * (a / (a - b));
     const int c = static_cast<int>(std::floor(wall.along.dot(hit.head<2>() - start) / wall.column));
     const int r = wall.row_of(hit.z());
-    if (c >= 0 && c < wall.columns && r >= 0 && r < wall.rows) count(wall.through, wall.at(c, r));
+    if (c < 0 || c >= wall.columns || r < 0 || r >= wall.rows) return;
+    if (through) count(wall.through, wall.at(c, r));
+    (through ? wall.crossed : wall.stopped)[wall.at(c, r)] += stride;
   });
   return wall;
 }

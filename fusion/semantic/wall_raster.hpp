@@ -25,12 +25,12 @@ class PlanPoints {
   bool has_rays() const { return !by_view_.empty(); }
 
   /// Calls visit(point) for points that were measured from within `reach` of the segment from a to b and past
-  /// it as seen in the plan (and some beside it); of a view with very many, every n-th. A site of many rooms
-  /// costs a wall no more than its own surroundings do.
+  /// it as seen in the plan (and some beside it); of a view with very many, every n-th, called visit(point,
+  /// n). A site of many rooms costs a wall no more than its own surroundings do.
   template <class Visit>
   void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     for (const Fan& fan : fans_towards(a, b, reach)) {
-      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit(points_[by_view_[k]]);
+      for (std::uint32_t k = fan.begin; k < fan.end; k += fan.stride) visit(points_[by_view_[k]], fan.stride);
     }
   }
 
@@ -86,7 +86,11 @@ struct WallRaster {
   std::vector<std::uint16_t> on;       ///< points within `near` of the plane
   std::vector<std::uint16_t> behind;   ///< points 5 to 40 cm behind it: a recess
   std::vector<std::uint16_t> through;  ///< rays that crossed it and went on by half a metre or more
-  std::vector<float> depth;            ///< m, per column: mean of `behind`
+  /// All rays by those that were followed: that crossed the cell, and that would have, had nothing before the
+  /// plane stopped them. Where viewpoints are not known `stopped` has points up to 0.8 m before the plane.
+  std::vector<std::uint32_t> crossed, stopped;
+  std::vector<float> depth;  ///< m, per column: mean of `behind`
+  std::vector<float> face;   ///< m behind the plane, per column: median of `on` below a lintel; NaN: too few
 
   std::size_t at(int c, int r) const {
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c);
@@ -98,7 +102,9 @@ struct WallRaster {
   struct Shares {
     double on = 0, behind = 0, through = 0;
     int cells = 0;
-    int rays = 0;  ///< that went through
+    int rays = 0;    ///< that went through
+    int points = 0;  ///< `on` and `behind`
+    std::uint32_t crossed = 0, stopped = 0;
   };
   bool covered(int c, int r) const;
   Shares shares(int c0, int c1, double z0, double z1) const;
