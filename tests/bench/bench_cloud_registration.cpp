@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <numbers>
 #include <string>
 
 #ifdef PARHELION_WITH_PCL
@@ -14,6 +15,7 @@
 #include "fusion/cloud/point_icp.hpp"
 #include "fusion/cloud/read_cloud.hpp"
 #include "fusion/cloud/registration.hpp"
+#include "tests/fusion/cloud/slow_registration.hpp"
 
 namespace {
 
@@ -53,6 +55,12 @@ double register_default(const PointCloud<Target>& target, const PointCloud<Sourc
       "%s\n",
       target.size(), source.size(), times[times.size() / 2], times.front(), t.x(), t.y(), t.z(),
       found.T_target_source.yaw(), found.converged ? "converged" : found.why.c_str());
+  const test::SlowRegistrar registrar(target.points, source.points, fitted_surfel_size(target.points));
+  const test::SlowRegistration slow = registrar.run(guess.isometry(), options.max_distance);
+  const Eigen::Isometry3d apart = slow.T.inverse() * found.T_target_source.isometry();
+  std::printf("  %.1f mm and %.3f degrees from the slow twin (all points, %d iterations)\n",
+              1000 * (t - slow.T.translation()).norm(),
+              Eigen::AngleAxisd(apart.linear()).angle() * 180 / std::numbers::pi, slow.iterations);
   return times[times.size() / 2];
 }
 
