@@ -24,6 +24,12 @@ struct NearestPoint {
   }
 };
 
+/// m^2, rounded as all searches round it.
+inline float distance2(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+  const float dx = a.x() - b.x(), dy = a.y() - b.y(), dz = a.z() - b.z();
+  return (dx * dx + dy * dy) + dz * dz;
+}
+
 struct PointColumns {
   const float *x, *y, *z;  ///< readable up to 8 beyond a run's end
 };

@@ -1,20 +1,24 @@
-// The paper's ICP at full resolution: exact closest points in a bucket grid (algorithm 1) and the closed form
-// for the motion that brings the pairs together (equation 1).
+// The paper's ICP at full resolution: exact closest points (algorithm 1) and the closed form for the motion
+// that brings the pairs together (equation 1). The points are in the paper's bucket grid, or in a tree of
+// boxes, which fits clouds that are denser in one place than in another.
 #pragma once
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "fusion/cloud/bucket_grid.hpp"
 #include "fusion/cloud/nearest_point.hpp"
+#include "fusion/cloud/point_tree.hpp"
 
 namespace parhelion {
 
 struct PointIcpOptions {
   double max_distance = 0.5;  ///< m, furthest partner
-  bool paper_grid = false;    ///< 28 buckets along the longest side; else about 4 points in a bucket
+  bool paper_grid = false;    ///< 28 buckets along the longest side; else the tree
   bool portable = false;      ///< the twin without AVX2, which finds the same partners
   int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
 };
@@ -43,26 +47,42 @@ class PointIcp {
   Eigen::Isometry3d step(const Eigen::Isometry3d& T_target_source);
 
   /// For each source point the index of its nearest target point within max_distance at the last step's T;
-  /// -1: none. Among equally near ones the first in the grid's order.
+  /// -1: none. Among equally near ones the first in the grid's or the tree's order.
   std::vector<std::int32_t> partners() const;
   const PairMoments& moments() const { return moments_; }
   /// Of the last step: source points that had to search.
   std::size_t searched() const { return searched_; }
 
  private:
-  struct Query {
-    Eigen::Vector3f p;          ///< in the source's frame
-    std::int32_t partner = -1;  ///< in the grid's order
-    float clearance = -1;       ///< m, no other point is nearer than this; negative: not known
+  static constexpr std::size_t group_ = 16;  ///< source points that are looked up together
+  using Sixteen = Eigen::Array<float, group_, 1>;
+  /// Neighbours in the source; columns are filled up by copies of the last.
+  struct Group {
+    Sixteen x, y, z;                           ///< m, in the source's frame
+    std::array<std::int32_t, group_> partner;  ///< in the target's order; -1: none within max_distance
+    Sixteen clearance;                         ///< m, no other point is nearer than this; negative: not known
+    std::size_t count;
   };
-  NearestPoint search(const Eigen::Vector3f& p, const NearestPoint& known, float reach) const;
+  /// Both transforms of a step, and what their difference does to a point.
+  struct Motion {
+    Eigen::Isometry3f T, change;
+  };
+  struct Sum;
+  struct Room;
+  Eigen::Vector3f target(std::int32_t i) const;
+  NearestPoint search_grid(const Eigen::Vector3f& p, float reach) const;
+  void step_group(Group& group, const Motion& motion, Room& room, Sum& sum) const;
+  void search_tree(Group& group, Room& room) const;
+  void add_pairs(const Group& group, const Room& room, Sum& sum) const;
 
   PointIcpOptions options_;
-  BucketGrid grid_;
+  std::optional<BucketGrid> grid_;
+  std::optional<PointTree> tree_;
   std::vector<float> x_, y_, z_;  ///< the target in the grid's order, padded by 8 far points
-  std::vector<Query> queries_;    ///< in the order of the source's own buckets
+  std::vector<Group> groups_;     ///< the source in the order of a tree of its own
   std::vector<std::uint32_t> source_order_;
-  Eigen::Isometry3d last_T_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3f last_T_ = Eigen::Isometry3f::Identity();
+  float rounding_ = 0;  ///< m
   PairMoments moments_;
   std::size_t searched_ = 0;
 };

@@ -67,7 +67,7 @@ TEST_P(Grids, GiveTheSameBitsByAvx2AndWithoutOnAnyNumberOfThreads) {
   EXPECT_EQ(run(true, 5), expected);
 }
 
-INSTANTIATE_TEST_SUITE_P(FittedAndPaper, Grids, testing::Bool());
+INSTANTIATE_TEST_SUITE_P(TreeAndPaper, Grids, testing::Bool());
 
 TEST(PointIcp, ConvergesOnTheKnownMotion) {
   const Clouds clouds;
