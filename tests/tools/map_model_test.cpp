@@ -63,43 +63,110 @@ TEST(MapModel, TheYamlOfAModelReadsBackWithItsMesh) {
   EXPECT_LE(again->meshes[0].triangles.size(), 50'000U);
 }
 
-TEST(MapModel, AnAgentInReplayIsStoppedByTheModelAndTheEventNamesTheWall) {
-  test::Folder folder;
+/// A replay in the model with `agent` in it; every message of its session.
+std::vector<Message> replayed(AgentDefinition agent, const std::vector<Message>& log) {
+  const test::Folder folder;
   SemanticModel model = built().model;
   model.map_id = "synthetic";
   std::ofstream(folder / "model.yaml") << to_yaml(model);
   Scenario scenario;
   scenario.name = "in the model";
   scenario.model = folder / "model.yaml";
-  scenario.agents = {test::agent("rover", AgentKind::robot, 2.4, 1.2, BehaviourKind::teleop)};
-  scenario.agents[0].T_map_base = Transform<Map, Base>::planar(2.4, 1.2, std::numbers::pi / 2);
+  scenario.agents = {std::move(agent)};
   std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
-  std::vector<Message> teleop;  // straight on, for longer than the way to the north wall takes
-  for (int i = 0; i < 140; ++i) {
-    const std::int64_t utime = test::start_us + 500'000 + i * 50'000;
-    teleop.push_back(test::message("MR_AGENT_rover_TELEOP", utime,
-                                   TwistCommand{SensorTime::from_utime(utime), Twist2{0.4, 0, 0}}));
-  }
-  test::write_log(folder / "drive.lcm", test::drive(8, std::move(teleop)));
+  test::write_log(folder / "drive.lcm", log);
   ReplayOptions options;
   options.log = folder / "drive.lcm";
   options.scenario = folder / "scenario.yaml";
   options.session = folder / "session.lcm";
   const auto report = replay(options);
-  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_TRUE(report) << report.error().message;
+  std::vector<Message> session;
   auto reader = LogReader::open(folder / "session.lcm");
-  ASSERT_TRUE(reader);
-  bool hit = false;
-  for (auto message = reader->next(); message && *message; message = reader->next()) {
-    if ((*message)->channel != channel::mr_events) continue;
-    Event event;
-    ASSERT_TRUE(decode(channel::mr_events, (*message)->payload, event));
-    if (event.kind != EventKind::collision_started || event.subject != "rover") continue;
-    hit = true;
-    EXPECT_THAT(event.object, HasSubstr("wall"));
-    EXPECT_NEAR(event.position.y(), 2.5, 0.15);
+  for (auto message = reader->next(); message && *message; message = reader->next())
+    session.push_back(std::move(**message));
+  return session;
+}
+
+/// What `rover`, who is driven straight on from there for 7 s, runs into first.
+std::optional<Event> first_collision(double x, double y, double yaw) {
+  AgentDefinition rover = test::agent("rover", AgentKind::robot, x, y, BehaviourKind::teleop);
+  rover.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
+  std::vector<Message> teleop;
+  for (int i = 0; i < 140; ++i) {
+    const std::int64_t utime = test::start_us + 500'000 + i * 50'000;
+    teleop.push_back(test::message("MR_AGENT_rover_TELEOP", utime,
+                                   TwistCommand{SensorTime::from_utime(utime), Twist2{0.4, 0, 0}}));
   }
-  EXPECT_TRUE(hit) << "the rover drove into the wall";
+  for (const Message& message : replayed(rover, test::drive(8, std::move(teleop)))) {
+    Event event;
+    if (message.channel != channel::mr_events) continue;
+    if (!decode(channel::mr_events, message.payload, event)) continue;
+    if (event.kind == EventKind::collision_started && event.subject == "rover") return event;
+  }
+  return std::nullopt;
+}
+
+TEST(MapModel, AnAgentInReplayIsStoppedByAWallOfTheModel) {
+  const auto hit = first_collision(2.4, 1.2, std::numbers::pi / 2);
+  ASSERT_TRUE(hit) << "the rover drove through the wall";
+  EXPECT_THAT(hit->object, HasSubstr("wall"));
+  EXPECT_NEAR(hit->position.y(), 2.5, 0.15);
+}
+
+TEST(MapModel, AnAgentInReplayIsStoppedByWhatHasNoName) {
+  const auto hit = first_collision(-1.2, -1.2, std::numbers::pi);
+  ASSERT_TRUE(hit) << "the rover drove through the cupboard";
+  EXPECT_EQ(hit->object, "unknown");
+  EXPECT_NEAR(hit->position.x(), -2.52, 0.15);
+}
+
+/// The synthetic drive of a robot whose camera looks to its right and ahead, with a grey image at each scan.
+std::vector<Message> drive_with_camera(const Image& image) {
+  RobotDescription robot = test::robot();
+  CameraDescription camera;
+  camera.intrinsics = {image.width, image.height, 130, 130, image.width / 2.0, image.height / 2.0, {}, {}};
+  Eigen::Matrix3d R_base_optical;  // looks along the base's -y
+  R_base_optical << -1, 0, 0, 0, 0, -1, 0, -1, 0;
+  const Eigen::Quaterniond ahead(Eigen::AngleAxisd(-0.7, Eigen::Vector3d::UnitZ()));
+  camera.T_base_optical =
+      Transform<Base, CameraOptical>(ahead * Eigen::Quaterniond(R_base_optical), {0, 0, 1.0});
+  robot.camera = camera;
+  std::vector<Message> images;
+  for (int i = 5; i < 15; ++i) {
+    const std::int64_t utime = test::start_us + i * 100'000;
+    Image taken = image;
+    taken.stamp = SensorTime::from_utime(utime);
+    images.push_back(test::message(channel::camera, utime + 30'000, taken));
+  }
+  std::vector<Message> log = test::drive(2, std::move(images));
+  for (Message& message : log) {
+    if (message.channel == channel::robot)
+      encode(RobotMessage{SensorTime::from_utime(test::start_us), to_yaml(robot)}, message.payload);
+  }
+  return log;
+}
+
+TEST(MapModel, InTheVideoOfAReplayAnAgentBehindAWallOfTheModelIsHidden) {
+  Image image;
+  image.width = 160, image.height = 120, image.row_stride = 480;
+  image.format = PixelFormat::bgr;
+  image.bytes.assign(160 * 120 * 3, 120);
+  const auto log = drive_with_camera(image);
+  const auto frames_changed = [&](double x, double y) {
+    std::size_t frames = 0, changed = 0;
+    for (const Message& message : replayed(test::agent("barrel", AgentKind::barrel, x, y), log)) {
+      if (message.channel != channel::mr_camera) continue;
+      Image out;
+      EXPECT_TRUE(decode(channel::mr_camera, message.payload, out).ok());
+      ++frames;
+      changed += out.bytes != image.bytes;
+    }
+    EXPECT_EQ(frames, 10U);
+    return changed;
+  };
+  EXPECT_EQ(frames_changed(2.5, -0.5), 10U) << "before the middle wall";
+  EXPECT_EQ(frames_changed(4.2, -1.7), 0U) << "behind it";
 }
 
 TEST(MapModel, AVirtualBodyBehindAWallOfTheModelIsHidden) {
