@@ -256,7 +256,8 @@ class Viewer {
 
   /// The word for an entity: the flight for a step.
   static std::string word_of(const ModelEntity& e) {
-    return e.label == EntityLabel::stairs && !e.part_of.empty() ? e.part_of : e.name;
+    const bool in_parts = e.label == EntityLabel::stairs || e.label == EntityLabel::floor;
+    return in_parts && !e.part_of.empty() ? e.part_of : e.name;
   }
 
   std::vector<std::string> write_names() {

@@ -8,6 +8,7 @@
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/sensor_cloud.hpp"
 #include "fusion/semantic/drop_doubles.hpp"
+#include "fusion/semantic/observed_floors.hpp"
 #include "fusion/semantic/semantic_net.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
 #include "render/depth_image.hpp"
@@ -163,17 +164,21 @@ Result<SemanticModel> LiveSite::model() const {
   if (!segmentation) return segmentation.error();
   auto net = label_entities(cloud_, *segmentation);
   if (!net) return net.error();
+  SemanticModel found;
+  found.entities = std::move(net->entities);
+  found.relations = std::move(net->relations);
+  cut_floors(EvidenceGrid(cloud_), found);
   const Modelled modelled(start_, options_.explained);
   SemanticModel result = start_;
   std::set<std::string> added;
-  for (ModelEntity entity : net->entities) {
+  for (ModelEntity entity : found.entities) {
     if (modelled.has(entity)) continue;
     added.insert(entity.name);
     entity.name = live(entity.name);
     entity.part_of = live(entity.part_of);
     result.entities.push_back(std::move(entity));
   }
-  for (const Relation& relation : net->relations) {
+  for (const Relation& relation : found.relations) {
     if (added.contains(relation.from) && added.contains(relation.to))
       result.relations.push_back(
           {relation.kind, live(relation.from), live(relation.to), relation.confidence});

@@ -35,11 +35,15 @@ constexpr const char* footer =
 
 struct Arguments {
   std::string cloud, output, keep, gltf, picture, summary, slice, labelled;
-  double slice_height = 0.3;
+  double slice_height = 0.3, memory = 0;
+  bool flip = false, no_flip = false;
   ReadOptions read;
   ModelOptions model;
   bool overwrite = false;
 };
+
+/// Bytes beside the cloud at the busiest moment, measured at 50 million points (bench_semantic_model).
+constexpr std::uint64_t kWorkPerPoint = 28;
 
 void say(const std::string& note) { std::fprintf(stderr, "parhelion map model: %s\n", note.c_str()); }
 
@@ -77,17 +81,26 @@ Result<std::optional<SemanticModel>> old_model(const Arguments& a) {
 
 Result<BuiltModel> build(const Arguments& a, std::string& map_source) {
   Progress progress("map model", "stages");
-  auto scan = read_scan(a.cloud, a.read);
+  ReadOptions reading = a.read;
+  reading.work_per_point = kWorkPerPoint;
+  reading.memory = static_cast<std::uint64_t>(1e9 * a.memory);
+  auto scan = read_scan(a.cloud, reading);
   if (!scan) return scan.error();
   for (const std::string& note : scan->notes) say(note);
   map_source = a.cloud + ", " + std::to_string(scan->cloud.size()) + " points";
   PointCloud<Scanner>& from = scan->cloud;  // a registered cloud's frame is its first scan's
   PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
                           std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
+  ModelOptions options = a.model;
+  if (a.flip || a.no_flip) options.up = Eigen::Vector3d(0, 0, a.flip ? -1 : 1);
   auto built =
-      build_model(std::move(cloud), a.model, [&](const char*, int done) { progress.update(done + 1, 6); });
+      build_model(std::move(cloud), options, [&](const char*, int done) { progress.update(done + 1, 6); });
   progress.finish();
-  if (!built) return Error{a.cloud + ": " + built.error().message};
+  if (!built) {
+    const bool down = !a.no_flip && built.error().message.find("upside down") != std::string::npos;
+    return Error{a.cloud + ": " + built.error().message +
+                 (down ? ", --flip, or --no-flip where it is right as it is" : "")};
+  }
   for (const std::string& note : built->notes) say(note);
   return built;
 }
@@ -183,6 +196,10 @@ void add_options(CLI::App& command, Arguments& a) {
                    "Move the model so that its ground floor is z = 0");
   command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
       ->transform(CLI::CheckedTransformer(units));
+  CLI::Option* flip = command.add_flag("--flip", a.flip, "The cloud is upside down: turn it over");
+  command.add_flag("--no-flip", a.no_flip, "It is the right way up, whatever it looks like")->excludes(flip);
+  command.add_option("--memory", a.memory, "Memory that may be used, GB (default: what is available)")
+      ->check(CLI::Range(0.001, 1e6));
   command.add_option("--threads", a.model.segmentation.threads, "Threads; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

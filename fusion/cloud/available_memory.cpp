@@ -1,5 +1,8 @@
 #include "fusion/cloud/available_memory.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -17,6 +20,17 @@ std::uint64_t group_number(const char* path) {
   return file >> number ? number : unlimited;
 }
 
+/// What a limit of this process on its addresses leaves (ulimit -v).
+std::uint64_t addresses_left() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unlimited;
+  std::ifstream pages("/proc/self/statm");
+  std::uint64_t used = 0;
+  if (!(pages >> used)) return unlimited;
+  used *= static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  return limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, used);
+}
+
 }  // namespace
 
 std::uint64_t available_memory() {
@@ -29,7 +43,7 @@ std::uint64_t available_memory() {
   const std::uint64_t limit = group_number("/sys/fs/cgroup/memory.max");
   const std::uint64_t used = group_number("/sys/fs/cgroup/memory.current");
   if (limit != unlimited && used != unlimited) available = std::min(available, limit - std::min(limit, used));
-  return available;
+  return std::min(available, addresses_left());
 }
 
 Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::string& what) {

@@ -8,7 +8,8 @@
 
 namespace parhelion {
 
-/// Bytes: the kernel's estimate (MemAvailable), or what the control group leaves where that is less; the
+/// Bytes: the kernel's estimate (MemAvailable), or what the control group or a limit of the
+/// process (ulimit -v) leaves where that is less; the
 /// largest number where neither can be read.
 std::uint64_t available_memory();
 

@@ -149,7 +149,9 @@ Eigen::Matrix3d file_to_scanner(ScanFormat format, const ReadOptions& options) {
 }
 
 CloudBuilder::CloudBuilder(std::string name, ScanFormat format, const ReadOptions& options)
-    : file_to_scanner_(parhelion::file_to_scanner(format, options)), memory_(options.memory) {
+    : file_to_scanner_(parhelion::file_to_scanner(format, options)),
+      memory_(options.memory),
+      work_per_point_(options.work_per_point) {
   scan_.name = std::move(name);
   axes_ = file_to_scanner_ / file_to_scanner_.col(2).norm();
 }
@@ -168,7 +170,8 @@ Status CloudBuilder::reserve(std::uint64_t points, std::uint64_t extra_bytes) {
   PointCloud<Scanner>& cloud = scan_.cloud;
   const bool labels = has(Column::label), scans = has(Column::scan);
   const std::uint64_t each = sizeof(cloud.points[0]) + (normals_ ? sizeof(cloud.normals[0]) : 0) +
-                             (colours_ ? sizeof(cloud.colours[0]) : 0) + (labels ? 1 : 0) + (scans ? 2 : 0);
+                             (colours_ ? sizeof(cloud.colours[0]) : 0) + (labels ? 1 : 0) + (scans ? 2 : 0) +
+                             work_per_point_;
   const std::string what = scan_.name + ": a scan of " + std::to_string(points) + " points";
   if (Status status = require_memory(points * each + extra_bytes, memory_, what); !status) return status;
   cloud.points.reserve(points);
@@ -253,8 +256,9 @@ void CloudBuilder::note_suspected_unit() {
 
 Result<ScanFile> CloudBuilder::finish() {
   if (scan_.cloud.empty()) {
-    const std::string lost =
-        scan_.not_finite == 0 ? "" : ": all " + std::to_string(scan_.not_finite) + " are NaN or infinite";
+    const std::string lost = scan_.not_finite == 0
+                                 ? ": it has no points"
+                                 : ": all " + std::to_string(scan_.not_finite) + " are NaN or infinite";
     return Error{scan_.name + ": no finite point" + lost};
   }
   drop_unfit_columns();

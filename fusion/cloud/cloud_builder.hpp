@@ -75,7 +75,7 @@ class CloudBuilder {
   double colour_scale_ = 1;
   bool normals_ = false, colours_ = false;
   bool labels_fit_ = true, scans_fit_ = true;
-  std::uint64_t memory_;
+  std::uint64_t memory_, work_per_point_;
 };
 
 // One for each format, over the whole content of a file.

@@ -36,6 +36,8 @@ struct ReadOptions {
   std::optional<LengthUnit> unit;  ///< default: centimetre for .3d, else metre
   std::optional<FileAxes> axes;    ///< default: x_right_y_up_mirrored for .3d, else x_forward_z_up
   std::uint64_t memory = 0;        ///< bytes that reading may take; 0: what the machine has available
+  std::uint64_t work_per_point =
+      0;  ///< bytes that the caller will need beside: refused before anything is read
 };
 
 struct ScanFile {

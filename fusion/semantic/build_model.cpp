@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "fusion/semantic/drop_doubles.hpp"
+#include "fusion/semantic/observed_floors.hpp"
 
 namespace parhelion {
 namespace {
@@ -123,7 +124,8 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
   leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
-  const auto T_map_cloud = level(cloud);
+  const auto T_map_cloud =
+      level(cloud, options.up.value_or(Eigen::Vector3d::UnitZ()), options.up.has_value());
   if (!T_map_cloud) return T_map_cloud.error();
   built.model.T_map_cloud = *T_map_cloud;
   built.cloud = placed(std::move(cloud), *T_map_cloud);
@@ -140,6 +142,7 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   if (const std::size_t doubles = drop_doubles(built.model); doubles > 0)
     built.notes.push_back(std::to_string(doubles) + " entities left out: in the place of surer ones");
   begin("mesh", 3);
+  cut_floors(EvidenceGrid(built.cloud, options.evidence), built.model);
   auto mesh = unknown_mesh(built.cloud, built.net.labels, options.mesh);
   if (!mesh) return mesh.error();
   if (mesh->cube > options.mesh.cube * 1.001)

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
+#include "fusion/semantic/evidence.hpp"
 #include "fusion/semantic/segmentation.hpp"
 #include "fusion/semantic/semantic_net.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
@@ -19,8 +20,12 @@ struct ModelOptions {
   SegmentationOptions segmentation;
   SemanticNetOptions net;
   UnknownMeshOptions mesh;
+  EvidenceOptions evidence;
   bool floor_to_zero = false;  ///< the map's z = 0 is the ground floor; else heights are those of the cloud
   double max_extent = 2000;    ///< m: what is larger was given in the wrong unit
+  /// A person's word which way is up (unit, cloud frame), to within 40 degrees; without it z is, and a cloud
+  /// that seems to be upside down is refused.
+  std::optional<Eigen::Vector3d> up;
 };
 
 struct BuiltModel {

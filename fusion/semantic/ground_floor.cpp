@@ -1,20 +1,28 @@
 #include <algorithm>
+#include <map>
+#include <string>
 
 #include "fusion/semantic/build_model.hpp"
 
 namespace parhelion {
 
 std::optional<double> ground_floor(const SemanticModel& model) {
-  double largest = 0;
-  const auto area = [](const ModelEntity& e) { return e.size.x() * e.size.y(); };
+  struct Floor {
+    double area = 0, top = 0;
+  };
+  std::map<std::string, Floor> floors;  // one may be in pieces
   for (const ModelEntity& entity : model.entities) {
-    if (entity.label == EntityLabel::floor && is_solid(entity)) largest = std::max(largest, area(entity));
-  }
-  std::optional<double> height;
-  for (const ModelEntity& entity : model.entities) {
-    if (entity.label != EntityLabel::floor || !is_solid(entity) || area(entity) < largest / 4) continue;
+    if (entity.label != EntityLabel::floor || !is_solid(entity)) continue;
     const double top = entity.T_map_body.translation().z() + entity.size.z() / 2;
-    height = height ? std::min(*height, top) : top;
+    Floor& floor = floors[entity.part_of.empty() ? entity.name : entity.part_of];
+    floor.top = floor.area > 0 ? std::min(floor.top, top) : top;
+    floor.area += entity.size.x() * entity.size.y();
+  }
+  double largest = 0;
+  for (const auto& [name, floor] : floors) largest = std::max(largest, floor.area);
+  std::optional<double> height;
+  for (const auto& [name, floor] : floors) {
+    if (floor.area >= largest / 4) height = height ? std::min(*height, floor.top) : floor.top;
   }
   return height;
 }

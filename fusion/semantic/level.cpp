@@ -190,9 +190,21 @@ Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3
   return pivot;
 }
 
+/// How many times more must hang than stand for a cloud to be upside down: scanners stand low, so that one
+/// that hung high says so too.
+double needed_share(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen::Vector3d& up, double low,
+                    double high) {
+  if (viewpoints.empty()) return 1.5;
+  double sum = 0;
+  for (const Eigen::Vector3d& viewpoint : viewpoints) sum += (viewpoint.dot(up) - low) / (high - low);
+  const double height = sum / static_cast<double>(viewpoints.size());
+  return height < 0.45 ? 2 : height > 0.55 ? 1.2 : 1.5;
+}
+
 /// Things stand on floors and few hang from ceilings: what speaks for the cloud being upside down, or
 /// nothing.
-std::string upside_down(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
+std::string upside_down(const std::vector<Patch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
+                        const Eigen::Vector3d& up) {
   constexpr double room_height = 1.8, beside = 0.2, tall = 1.2;  // m
   const std::vector<Layer> layers = layers_of(patches, up);
   if (layers.size() < 2) return "";
@@ -213,10 +225,10 @@ std::string upside_down(const std::vector<Patch>& patches, const Eigen::Vector3d
     standing += height > low + beside && height < low + reach_up;
     hanging += height < high - beside && height > high - reach_up;
   }
-  if (hanging < 20 || hanging < 2 * standing) return "";
+  if (hanging < 20 || hanging < needed_share(viewpoints, up, low, high) * standing) return "";
   std::ostringstream words;
   words << "the cloud seems to be upside down: " << hanging << " patches of things hang from its top and "
-        << standing << " stand on its bottom; expected the reverse: give the opposite up direction";
+        << standing << " stand on its bottom; expected the reverse: say which way is up";
   return words.str();
 }
 
@@ -238,7 +250,8 @@ Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen:
   }
   const Eigen::Vector3d up = fit_layers(patches, faced);
   if (!trust_hint) {
-    if (const std::string why = upside_down(patches, up); !why.empty()) return Error{"levelling: " + why};
+    if (const std::string why = upside_down(patches, cloud.viewpoints, up); !why.empty())
+      return Error{"levelling: " + why};
   }
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d pivot = pivot_of(patches, up);

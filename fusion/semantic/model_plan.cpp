@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/plan_canvas.hpp"
 #include "fusion/semantic/plan_labels.hpp"
 #include "fusion/semantic/plan_legend.hpp"
@@ -129,6 +130,8 @@ class Painter {
       if (drawn(entity) && entity.label == EntityLabel::floor) floors.push_back(outline_of(entity));
     }
     if (floors.empty()) return;
+    // Its outer half stays: borders between pieces of a floor are not drawn.
+    for (const Outline& floor : floors) canvas_.line(Points(floor.begin(), floor.end()), rule, 2, true);
     canvas_.fill(floors, paper, 1);
     for (const Outline& floor : floors) {
       Eigen::AlignedBox2d box;
@@ -141,7 +144,6 @@ class Painter {
             canvas_.line({piece->first, piece->second}, grid_colour, 1);
         }
       }
-      canvas_.line(edge, rule, 1, true);
     }
     legend_.add({"floor (grid 1 m)", rule, LegendEntry::Mark::line});
   }
@@ -159,10 +161,15 @@ class Painter {
     return std::pair{met[0], met[1]};
   }
 
+  /// Up to above a person's head: what hangs higher is not in the way.
   void paint_meshes() {
+    constexpr float head = 1.9F;  // m
+    const auto top = static_cast<float>(ground_floor(model_).value_or(1e6)) + head;
     std::vector<Outline> triangles;
     for (const ModelMesh& mesh : model_.meshes) {
       for (const auto& triangle : mesh.triangles) {
+        if (std::all_of(triangle.begin(), triangle.end(), [&](auto i) { return mesh.vertices[i].z() > top; }))
+          continue;
         Outline outline;
         for (const std::uint32_t i : triangle)
           outline.emplace_back(mesh.vertices[i].x(), mesh.vertices[i].y());

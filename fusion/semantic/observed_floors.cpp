@@ -1,0 +1,140 @@
+#include "fusion/semantic/observed_floors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "fusion/semantic/cell_grid.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kSomePieces = 100;  ///< of one floor, and one for each kPerPiece; more are made fewer by
+constexpr double kPerPiece = 10;     ///< larger cells; m^2
+constexpr double kMostCells = 4e6;
+constexpr double kLeastPiece = 0.1;  ///< m^2
+
+/// Whether the floor's surface at `p` or the air just over it was observed.
+bool observed(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
+  const double half = evidence.cube() / 2;
+  return evidence.at(p - Eigen::Vector3d(0, 0, half)) != Evidence::unobserved ||
+         evidence.at(p + Eigen::Vector3d(0, 0, half)) != Evidence::unobserved;
+}
+
+/// Cells of the floor's box: occupied where most of what lies in them was observed.
+CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double cell) {
+  CellGrid grid;
+  grid.resolution = cell;
+  grid.origin = -0.5 * floor.size.head<2>();  // in the floor's own frame
+  grid.width = std::max(1, static_cast<int>(std::ceil(floor.size.x() / cell)));
+  grid.height = std::max(1, static_cast<int>(std::ceil(floor.size.y() / cell)));
+  grid.cells.assign(grid.index(0, grid.height), Cell::unknown);
+  const int samples = std::max(1, static_cast<int>(std::lround(cell / evidence.cube())));
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      int seen = 0;
+      for (int k = 0; k < samples * samples; ++k) {
+        const Eigen::Vector2d in_cell = Eigen::Vector2d(k % samples + 0.5, k / samples + 0.5) / samples;
+        const Eigen::Vector2d p = grid.origin + cell * (Eigen::Vector2d(x, y) + in_cell);
+        seen += observed(evidence, floor.T_map_body * Eigen::Vector3d(p.x(), p.y(), floor.size.z() / 2));
+      }
+      if (2 * seen >= samples * samples) grid.cells[grid.index(x, y)] = Cell::occupied;
+    }
+  }
+  return grid;
+}
+
+/// Gaps of a cell between cells: a scan's lines leave them.
+void close_gaps(CellGrid& grid) {
+  CellGrid grown = grid;
+  const auto any = [](const CellGrid& from, int x, int y, Cell cell) {
+    for (int k = 0; k < 9; ++k) {
+      if (from.contains(x + k % 3 - 1, y + k / 3 - 1) && from.at(x + k % 3 - 1, y + k / 3 - 1) == cell)
+        return true;
+    }
+    return false;
+  };
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      if (any(grid, x, y, Cell::occupied)) grown.cells[grown.index(x, y)] = Cell::occupied;
+    }
+  }
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      if (!any(grown, x, y, Cell::unknown)) grid.cells[grid.index(x, y)] = Cell::occupied;
+    }
+  }
+}
+
+/// Of an upright box.
+double share_of(const CellGrid& grid, const PlanBox& box) {
+  const double c = std::abs(std::cos(box.yaw)), d = std::abs(std::sin(box.yaw));
+  const Eigen::Vector2d half =
+      0.5 * Eigen::Vector2d(c * box.length + d * box.thickness, d * box.length + c * box.thickness);
+  const Eigen::Vector2d low = (box.centre - half).array().round(), high = (box.centre + half).array().round();
+  double seen = 0, all = 0;
+  for (int y = static_cast<int>(low.y()); y < static_cast<int>(high.y()); ++y) {
+    for (int x = static_cast<int>(low.x()); x < static_cast<int>(high.x()); ++x) {
+      ++all;
+      seen += grid.at(x, y) == Cell::occupied ? 1 : 0;
+    }
+  }
+  return all > 0 ? seen / all : 0;
+}
+
+std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEntity& floor) {
+  CellGrid grid;
+  std::vector<PlanBox> boxes;
+  double cell = 2 * evidence.cube();
+  while (floor.size.x() * floor.size.y() / (cell * cell) > kMostCells) cell *= 2;
+  for (;; cell *= 2) {
+    grid = cells_of(evidence, floor, cell);
+    close_gaps(grid);
+    CellMask mask(grid.cells.size());
+    std::transform(grid.cells.begin(), grid.cells.end(), mask.begin(),
+                   [](Cell c) { return c == Cell::occupied ? std::uint8_t{1} : std::uint8_t{0}; });
+    boxes = cover_with_blocks(grid, mask);
+    std::erase_if(boxes,
+                  [&](const PlanBox& b) { return b.length * b.thickness * cell * cell < kLeastPiece; });
+    if (static_cast<double>(boxes.size()) <= kSomePieces + floor.size.x() * floor.size.y() / kPerPiece) break;
+  }
+  std::stable_sort(boxes.begin(), boxes.end(), [](const PlanBox& a, const PlanBox& b) {
+    return a.length * a.thickness > b.length * b.thickness;
+  });
+  std::vector<ModelEntity> pieces;
+  for (const PlanBox& box : boxes) {
+    ModelEntity piece = floor;
+    const Eigen::Vector2d centre = grid.origin + cell * box.centre;
+    piece.T_map_body = floor.T_map_body * Transform<Body, Body>::planar(centre.x(), centre.y(), box.yaw, 0);
+    piece.size = {cell * box.length, cell * box.thickness, floor.size.z()};
+    piece.observed = share_of(grid, box);
+    if (!pieces.empty()) {
+      piece.name = floor.name + "." + std::to_string(pieces.size() + 1);
+      piece.part_of = floor.name;
+    }
+    pieces.push_back(std::move(piece));
+  }
+  return pieces;
+}
+
+}  // namespace
+
+void cut_floors(const EvidenceGrid& evidence, SemanticModel& model) {
+  std::vector<ModelEntity> entities;
+  std::set<std::string> gone;
+  for (ModelEntity& entity : model.entities) {
+    const bool level = entity.T_map_body.rotation()(2, 2) > 1 - 1e-9;
+    if (entity.label != EntityLabel::floor || !level || entity.is_virtual) {
+      entities.push_back(std::move(entity));
+      continue;
+    }
+    std::vector<ModelEntity> pieces = pieces_of(evidence, entity);
+    if (pieces.empty()) gone.insert(entity.name);
+    entities.insert(entities.end(), pieces.begin(), pieces.end());
+  }
+  model.entities = std::move(entities);
+  std::erase_if(model.relations,
+                [&](const Relation& r) { return gone.contains(r.from) || gone.contains(r.to); });
+}
+
+}  // namespace parhelion

@@ -1,0 +1,164 @@
+// What is measured, looked through and unobserved, against a slow search; and floors that end where sight
+// did.
+#include "fusion/semantic/evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <set>
+#include <tuple>
+
+#include "fusion/semantic/observed_floors.hpp"
+#include "tests/synthetic_site.hpp"
+
+namespace parhelion {
+namespace {
+
+std::tuple<int, int, int> cube_of(const Eigen::Vector3d& p) {
+  const Eigen::Vector3d i = (p / 0.1).array().floor();
+  return {static_cast<int>(i.x()), static_cast<int>(i.y()), static_cast<int>(i.z())};
+}
+
+PointCloud<Map> random_views(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-3, 3);
+  PointCloud<Map> cloud;
+  cloud.viewpoints = {{place(random), place(random), place(random)}, {0.05, 0.05, 0.05}};
+  for (int i = 0; i < 300; ++i) {
+    cloud.points.emplace_back(static_cast<float>(place(random)), static_cast<float>(place(random)),
+                              static_cast<float>(place(random)));
+    cloud.scans.push_back(static_cast<std::uint16_t>(i % 2));
+  }
+  return cloud;
+}
+
+TEST(Evidence, IsThatOfASlowSearchAlongEachRay) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const PointCloud<Map> cloud = random_views(seed);
+    const EvidenceGrid grid(cloud);
+    std::set<std::tuple<int, int, int>> measured, crossed;
+    for (const Eigen::Vector3f& p : cloud.points) measured.insert(cube_of(p.cast<double>()));
+    std::set<std::pair<std::tuple<int, int, int>, int>> followed;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      const Eigen::Vector3d eye = cloud.viewpoints[cloud.scans[i]], p = cloud.points[i].cast<double>();
+      if (!followed.emplace(cube_of(p), cloud.scans[i]).second) continue;
+      for (int k = 0; k <= 20'000; ++k) {
+        const auto cube = cube_of(eye + k / 20'000.0 * (p - eye));
+        if (cube != cube_of(p)) crossed.insert(cube);
+      }
+    }
+    for (const auto& cube : measured) crossed.erase(cube);
+    EXPECT_EQ(grid.count(Evidence::measured), measured.size());
+    // Steps of a fraction of a millimetre miss corners that a ray only just cuts.
+    std::size_t found = 0;
+    for (const auto& [x, y, z] : crossed)
+      found += grid.at(0.1 * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5)) == Evidence::seen_through;
+    EXPECT_EQ(found, crossed.size());
+    EXPECT_LE(grid.count(Evidence::seen_through), crossed.size() * 1.02 + 5);
+    EXPECT_EQ(grid.centres().size(), measured.size() + grid.count(Evidence::seen_through));
+  }
+}
+
+TEST(Evidence, BehindASurfaceNothingIsKnown) {
+  PointCloud<Map> cloud;
+  cloud.viewpoints = {{0, 0, 1}};
+  for (double y = -2; y <= 2; y += 0.02) {
+    for (double z = 0; z <= 2; z += 0.02)
+      cloud.points.emplace_back(3.F, static_cast<float>(y), static_cast<float>(z));
+  }
+  const EvidenceGrid grid(cloud);
+  EXPECT_EQ(grid.at({1.5, 0.2, 1.1}), Evidence::seen_through);
+  EXPECT_EQ(grid.at({3, 0.2, 1.1}), Evidence::measured);
+  EXPECT_EQ(grid.at({3.5, 0.2, 1.1}), Evidence::unobserved);
+  EXPECT_EQ(grid.at({-1, 0, 1}), Evidence::unobserved) << "nobody looked that way";
+  cloud.viewpoints.clear();
+  EXPECT_EQ(EvidenceGrid(cloud).at({1.5, 0.2, 1.1}), Evidence::unobserved) << "where from is not known";
+}
+
+TEST(Evidence, WithoutRoomForMoreTheRestStaysUnobserved) {
+  const PointCloud<Map> cloud = random_views(3);
+  EvidenceOptions few;
+  few.most_blocks = 4;
+  const EvidenceGrid bounded(cloud, few), whole(cloud);
+  EXPECT_EQ(bounded.blocks(), 4U);
+  EXPECT_GT(whole.blocks(), 8U);
+  const PointCloud<Map> known = bounded.centres();
+  for (const Eigen::Vector3f& p : known.points)
+    EXPECT_EQ(bounded.at(p.cast<double>()), whole.at(p.cast<double>()));
+}
+
+SemanticModel one_floor() {
+  SemanticModel model;
+  model.entities = {test::site_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {12, 8, 0.1}),
+                    test::site_box("wall 1", EntityLabel::wall, {0, 4, 1}, {12, 0.1, 2})};
+  model.relations = {{RelationKind::under, "floor 1", "wall 1", 1}};
+  return model;
+}
+
+double floor_area(const SemanticModel& model, double x_low, double x_high) {
+  double area = 0;
+  for (const ModelEntity& e : model.entities) {
+    const double x = e.T_map_body.translation().x();
+    const double half = std::abs(e.T_map_body.rotation()(0, 0)) > 0.5 ? e.size.x() / 2 : e.size.y() / 2;
+    const double overlap = std::min(x + half, x_high) - std::max(x - half, x_low);
+    if (e.label == EntityLabel::floor && overlap > 0) area += overlap * e.size.x() * e.size.y() / (2 * half);
+  }
+  return area;
+}
+
+/// Two halls that were seen, x < -1 and x > 1; what is between them was not.
+PointCloud<Map> two_halls(double spacing, bool sight) {
+  PointCloud<Map> cloud;
+  if (sight) cloud.viewpoints = {{-3, 0, 1.3}, {3, 0, 1.3}};
+  for (double x = -6; x <= 6; x += spacing) {
+    for (double y = -4; y <= 4; y += spacing) {
+      if (std::abs(x) < 1) continue;
+      cloud.points.emplace_back(static_cast<float>(x), static_cast<float>(y), 0.F);
+      if (sight) cloud.scans.push_back(x > 0);
+    }
+  }
+  return cloud;
+}
+
+TEST(ObservedFloors, CoverWhatWasSeenAndNothingElse) {
+  for (const bool sight : {false, true}) {
+    SemanticModel model = one_floor();
+    cut_floors(EvidenceGrid(two_halls(0.05, sight)), model);
+    EXPECT_NEAR(floor_area(model, -6, -1), 40, 3);
+    EXPECT_NEAR(floor_area(model, 1, 6), 40, 3);
+    EXPECT_LT(floor_area(model, -0.75, 0.75), 0.01);
+    EXPECT_TRUE(parse_model(to_yaml(model), "model").ok());
+    EXPECT_EQ(model.relations.size(), 1U);
+    EXPECT_EQ(model.entities[0].name, "floor 1");
+    EXPECT_EQ(model.entities[1].part_of, "floor 1");
+  }
+}
+
+TEST(ObservedFloors, AreWholeBetweenTheLinesOfAScanWhereSightPassedOverThem) {
+  PointCloud<Map> cloud;  // rings, 0.5 m apart far out
+  cloud.viewpoints = {{0, 0, 0.5}};
+  for (double r = 0.3; r < 4; r += 0.1 + 0.1 * r) {
+    for (double a = 0; a < 6.28; a += 0.02)
+      cloud.points.emplace_back(static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)),
+                                0.F);
+  }
+  SemanticModel seen = one_floor(), blind = one_floor();
+  cut_floors(EvidenceGrid(cloud), seen);
+  cloud.viewpoints.clear();
+  cut_floors(EvidenceGrid(cloud), blind);
+  EXPECT_GT(floor_area(seen, -6, 6), 0.85 * 3.14 * 3.7 * 3.7);
+  EXPECT_LT(floor_area(blind, -6, 6), floor_area(seen, -6, 6));
+}
+
+TEST(ObservedFloors, AFloorThatNobodySawGoesWithItsRelations) {
+  SemanticModel model = one_floor();
+  PointCloud<Map> elsewhere;
+  elsewhere.points = {{50, 50, 0}};
+  cut_floors(EvidenceGrid(elsewhere), model);
+  ASSERT_EQ(model.entities.size(), 1U);
+  EXPECT_EQ(model.entities[0].name, "wall 1");
+  EXPECT_TRUE(model.relations.empty());
+}
+
+}  // namespace
+}  // namespace parhelion
