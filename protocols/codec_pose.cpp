@@ -80,7 +80,7 @@ Status decode(std::string_view channel, Bytes bytes, Odometry& odometry) {
   const double x = reader.bounded<float>("x", wire::max_position);
   const double y = reader.bounded<float>("y", wire::max_position);
   const double theta = reader.bounded<float>("theta", max_theta);
-  const Status status = reader.status();
+  Status status = reader.status();
   if (status.ok()) odometry.T_odom_base = Transform<Odom, Base>::planar(x, y, theta);
   return status;
 }

@@ -101,6 +101,7 @@ void check_overlap(const std::vector<ModelEntity>& entities, const Node& list, y
 std::vector<Relation> read_relations(const Node& list, const std::vector<ModelEntity>& entities,
                                      yaml::Problems& problems) {
   std::vector<std::string> names;
+  names.reserve(entities.size());
   for (const ModelEntity& entity : entities) names.push_back(entity.name);
   const std::set<std::string_view> known(names.begin(), names.end());
   std::set<std::tuple<RelationKind, std::string, std::string>> seen;
