@@ -41,8 +41,8 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
   job.T_map_laser = pose->T_map_base * robot.laser->T_base_laser;
 }
 
-/// Agents whose place in the picture is not known well enough are not drawn (as in the scan).
-void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose,
+/// Agents whose place in the picture is not known well enough are not drawn, nor those that the scan leaves out.
+void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose, State& state,
                          WorldSnapshot& world) {
   std::vector<BodyState>& bodies = world.bodies;
   std::vector<const BodyDefinition*> definitions;
@@ -58,7 +58,9 @@ void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant
       const double error = predicted_error(pose, bodies[end].T_map_body.translation());
       if (!(error <= worst)) worst = error;
     }
-    const bool shown = !definitions[begin]->injectable || worst <= configuration.scenario.injection.max_error;
+    const bool shown = !definitions[begin]->injectable ||
+                       state.gate.admit(definitions[begin]->entity, worst, world.stamp,
+                                        configuration.scenario.injection, state.simulation);
     for (std::size_t i = begin; shown && i < end; ++i) bodies[kept++] = bodies[i];
   }
   bodies.resize(kept);
@@ -122,7 +124,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   if (!state.simulation.at(state.robot_clock.to_server(job.image.stamp), job.world)) {
     return original("the world at the image's stamp is not known");
   }
-  leave_out_uncertain(configuration, *pose, job.world);
+  leave_out_uncertain(configuration, *pose, state, job.world);
   job.camera = *configuration.robot.camera;
   job.T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * job.camera.T_base_optical;
   show_at_their_rows(job.camera, state, job);

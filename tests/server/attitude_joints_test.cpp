@@ -155,24 +155,9 @@ TEST_F(TickTest, APoseThatLeapsIsARelocalization) {
 }
 
 RobotDescription robot_with_head() {
-  RobotDescription robot = test::robot();
-  CameraDescription camera;
-  camera.intrinsics = {64, 48, 60, 60, 32, 24, {}, {}};
-  camera.T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 1}};
-  camera.head = {{"pan", {0, 0, 0}, Eigen::Vector3d::UnitZ()}};
-  robot.camera = camera;
+  RobotDescription robot = test::robot_with_camera();
+  robot.camera->head = {{"pan", {0, 0, 0}, Eigen::Vector3d::UnitZ()}};
   return robot;
-}
-
-Message image_at(std::int64_t us) {
-  Image image;
-  image.stamp = SensorTime::from_utime(us);
-  image.width = 64;
-  image.height = 48;
-  image.format = PixelFormat::gray;
-  image.row_stride = 64;
-  image.bytes.assign(64 * 48, 100);
-  return message(channel::camera, us + 5 * ms, image);
 }
 
 TEST_F(TickTest, ACameraOnAHeadLooksWhereTheEncodersSay) {
@@ -180,7 +165,7 @@ TEST_F(TickTest, ACameraOnAHeadLooksWhereTheEncodersSay) {
   const std::int64_t seen = test::start_us + 950 * ms;
   const Joints joints{SensorTime::from_utime(seen - 10 * ms), {"pan"}, {0.7}, {}, {}};
   feed(test::drive(0.95, {message(channel::joint_state, seen - 5 * ms, joints)}));
-  feed(image_at(seen));
+  feed(test::image_at(seen));
   ASSERT_EQ(outputs_.frames().size(), 1U);
   const Outputs::Frame& frame = outputs_.frames().front();
   EXPECT_EQ(frame.reason, "");
@@ -196,7 +181,7 @@ TEST_F(TickTest, StaleEncodersStopInjectionIntoThatCameraAndSayWhy) {
   const std::int64_t seen = test::start_us + 950 * ms;
   const Joints joints{SensorTime::from_utime(seen - 300 * ms), {"pan"}, {0.7}, {}, {}};
   feed(test::drive(0.95, {message(channel::joint_state, seen - 290 * ms, joints)}));
-  feed(image_at(seen));
+  feed(test::image_at(seen));
   ASSERT_EQ(outputs_.frames().size(), 1U);
   EXPECT_NE(outputs_.frames().front().reason.find("camera head: the encoder of joint 'pan'"),
             std::string::npos)
@@ -214,7 +199,7 @@ TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
     robot.camera->T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 3}};  // the box is low
     start(with_robot(robot));
     feed(test::drive(1.1));
-    feed(image_at(seen));
+    feed(test::image_at(seen));
     ASSERT_EQ(outputs_.frames().size(), 1U);
     ASSERT_EQ(outputs_.frames().front().reason, "");
     const RenderJob& job = outputs_.frames().front().job;

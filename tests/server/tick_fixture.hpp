@@ -11,6 +11,28 @@
 
 namespace parhelion::test {
 
+/// The synthetic robot with a small camera that looks forwards.
+inline RobotDescription robot_with_camera() {
+  RobotDescription description = robot();
+  CameraDescription camera;
+  camera.intrinsics = {64, 48, 60, 60, 32, 24, {}, {}};
+  camera.T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 1}};
+  description.camera = camera;
+  return description;
+}
+
+/// A grey image of that camera, which arrives 5 ms after its stamp.
+inline Message image_at(std::int64_t us) {
+  Image image;
+  image.stamp = SensorTime::from_utime(us);
+  image.width = 64;
+  image.height = 48;
+  image.format = PixelFormat::gray;
+  image.row_stride = 64;
+  image.bytes.assign(64 * 48, 100);
+  return message(channel::camera, us + 5000, image);
+}
+
 /// Feeds messages to a tick and keeps what comes out.
 class TickTest : public testing::Test {
  protected:
