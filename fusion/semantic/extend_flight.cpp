@@ -32,23 +32,46 @@ struct Seen {
   std::uint32_t surface;
 };
 
+/// A rectangle of the plan along a flight's direction, m.
+struct Strip {
+  double from, to, left, right;
+};
+
+/// Calls visit(index in `sorted`) for the points of all blocks that the strip may reach into.
+template <class Visit>
+void for_each_on_strip(const PlanBlocks& points, const Eigen::Vector2d& direction, const Strip& strip,
+                       Visit&& visit) {
+  const Eigen::Vector2d across(-direction.y(), direction.x());
+  Eigen::AlignedBox2d box;
+  for (const double s : {strip.from, strip.to}) {
+    for (const double t : {strip.left, strip.right}) box.extend((s * direction + t * across).eval());
+  }
+  points.for_each_in(points.coordinate(box.min().x() - kCell), points.coordinate(box.min().y() - kCell),
+                     points.coordinate(box.max().x() + kCell), points.coordinate(box.max().y() + kCell),
+                     [&](const PlanBlocks::Block& block, std::size_t) {
+                       for (std::uint32_t i = block.begin; i < block.end; ++i) visit(i);
+                     });
+}
+
 /// Points beside the end, by cell of the plan. `height` is up for the upper end, down for the lower one.
 using Cells = std::map<std::pair<int, int>, std::vector<Seen>>;
 
-Cells cells_beside(const PointCloud<Map>& cloud, const Segmentation& segmentation, const Flight& flight,
+Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, const Flight& flight,
                    const Step& end, bool below, double rise) {
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
   const double edge = below ? end.near : end.far, outwards = below ? -1 : 1;
   Cells cells;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const double height = outwards * (cloud.points[i].z() - end.z);
-    if (height < 0.3 * rise || height > 1.6 * rise) continue;
-    const Eigen::Vector2d p = cloud.points[i].head<2>().cast<double>();
+  const double from = edge - outwards * kInto, to = edge + outwards * kReach;
+  for_each_on_strip(points, flight.direction, {from, to, end.left, end.right}, [&](std::uint32_t i) {
+    const Eigen::Vector3f& point = points.sorted()[i];
+    const double height = outwards * (point.z() - end.z);
+    if (height < 0.3 * rise || height > 1.6 * rise) return;
+    const Eigen::Vector2d p = point.head<2>().cast<double>();
     const double s = flight.direction.dot(p), t = across.dot(p), beyond = outwards * (s - edge);
-    if (t < end.left || t > end.right || beyond < -kInto || beyond > kReach) continue;
+    if (t < end.left || t > end.right || beyond < -kInto || beyond > kReach) return;
     cells[{static_cast<int>((t - end.left) / kCell), static_cast<int>((beyond + kInto) / kCell)}].push_back(
-        {s, height, segmentation.surface_of[i]});
-  }
+        {s, height, segmentation.surface_of[points.order()[i]]});
+  });
   return cells;
 }
 
@@ -91,11 +114,11 @@ std::uint32_t main_surface(const std::map<std::uint32_t, std::size_t>& count, st
 }
 
 /// The level that continues the series beyond one end: seen along the flight's width, level, one rise on.
-std::optional<Step> next_level(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& segmentation,
                                const Flight& flight, bool below) {
   const double rise = median(flight.rises());
   const Step& end = below ? flight.steps.front() : flight.steps.back();
-  Cells cells = cells_beside(cloud, segmentation, flight, end, below, rise);
+  Cells cells = cells_beside(points, segmentation, flight, end, below, rise);
   std::vector<double> heights;
   for (auto& [place, seen] : cells) heights.push_back(outermost(seen));
   const auto middle = fullest_window(heights, rise);
@@ -132,15 +155,22 @@ std::optional<Step> next_level(const PointCloud<Map>& cloud, const Segmentation&
 
 }  // namespace
 
-void refine_heights(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight) {
+void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
   constexpr double kThick = 0.03;               // m, of a surface that has more in it than noise: a riser
   constexpr double kBand = 0.06, kEdge = 0.04;  // m
   constexpr std::size_t kEnough = 15;           // points
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
   std::vector<std::vector<double>> heights(flight.steps.size());
-  for (const Eigen::Vector3f& point : cloud.points) {
+  Strip all{flight.steps.front().near, flight.steps.front().far, flight.steps.front().left,
+            flight.steps.front().right};
+  for (const Step& step : flight.steps) {
+    all = {std::min(all.from, step.near), std::max(all.to, step.far), std::min(all.left, step.left),
+           std::max(all.right, step.right)};
+  }
+  for_each_on_strip(points, flight.direction, all, [&](std::uint32_t k) {
+    const Eigen::Vector3f& point = points.sorted()[k];
     const double z = point.z();
-    if (z < flight.steps.front().z - kBand || z > flight.steps.back().z + kBand) continue;
+    if (z < flight.steps.front().z - kBand || z > flight.steps.back().z + kBand) return;
     const Eigen::Vector2d p = point.head<2>().cast<double>();
     const double s = flight.direction.dot(p), t = across.dot(p);
     for (std::size_t i = 0; i < flight.steps.size(); ++i) {
@@ -152,7 +182,7 @@ void refine_heights(const PointCloud<Map>& cloud, const Segmentation& segmentati
       if (s > begin && s < end && t > step.left && t < step.right && std::abs(z - step.z) < kBand)
         heights[i].push_back(z);
     }
-  }
+  });
   for (std::size_t i = 0; i < flight.steps.size(); ++i) {
     const std::uint32_t surface = flight.steps[i].horizontal;
     if (surface != no_surface && segmentation.horizontals[surface].thickness < kThick) continue;
@@ -160,10 +190,10 @@ void refine_heights(const PointCloud<Map>& cloud, const Segmentation& segmentati
   }
 }
 
-void extend(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight) {
+void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
   for (const bool below : {true, false}) {
     while (flight.steps.size() < kMostSteps) {
-      const auto step = next_level(cloud, segmentation, flight, below);
+      const auto step = next_level(points, segmentation, flight, below);
       if (!step) break;
       flight.steps.insert(below ? flight.steps.begin() : flight.steps.end(), *step);
     }

@@ -14,6 +14,7 @@ constexpr std::size_t kLeastRises = 3;    ///< of a flight; two may be a thresho
 constexpr std::size_t kSeedRises = 2;     ///< of surfaces: the floor is too wide for a strip, and is added
 constexpr double kGap = 0.30;             ///< m, between two treads in the plan: hidden by the step's edge
 constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
+constexpr double kBlock = 2;       ///< m, of the plan: points are looked up by place
 constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
 
 double quantile(std::vector<double>& values, double q) {
@@ -154,6 +155,7 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
     strips.emplace_back();
     for (const Tread& tread : treads) strips.back().push_back(strip(tread, directions.back()));
   }
+  std::optional<PlanBlocks> points;  // a flight looks at what is around it, not at a whole site
   std::vector<Flight> flights;
   std::vector<bool> used(treads.size(), false);
   for (;;) {
@@ -166,8 +168,9 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
     }
     if (best.steps.empty()) break;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
-    extend(cloud, segmentation, best);
-    refine_heights(cloud, segmentation, best);
+    if (!points) points.emplace(cloud.points, kBlock);
+    extend(*points, segmentation, best);
+    refine_heights(*points, segmentation, best);
     if (best.steps.size() <= kLeastRises) continue;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     judge(best);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
+#include "fusion/semantic/plan_blocks.hpp"
 #include "fusion/semantic/segmentation.hpp"
 #include "fusion/semantic/semantic_net.hpp"
 
@@ -32,9 +33,9 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
                                  const SemanticNetOptions& options);
 
 /// Adds levels at both ends for as long as the points beside them continue the series of rises.
-void extend(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight);
+void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight);
 
 /// Heights of sparse treads without the risers beside them.
-void refine_heights(const PointCloud<Map>& cloud, const Segmentation& segmentation, Flight& flight);
+void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight);
 
 }  // namespace parhelion
