@@ -43,7 +43,7 @@ struct Arguments {
 };
 
 /// Bytes beside the cloud at the busiest moment, measured at 50 million points (bench_semantic_model).
-constexpr std::uint64_t kWorkPerPoint = 28;
+constexpr std::uint64_t kWorkPerPoint = 36;
 
 void say(const std::string& note) { std::fprintf(stderr, "parhelion map model: %s\n", note.c_str()); }
 

@@ -126,11 +126,11 @@ TEST_F(MapModelInput, MorePointsThanThereIsMemoryForAreRefusedBeforeTheyAreRead)
   const std::string path = write_raw(100'000'000, {});
   std::filesystem::resize_file(path, std::filesystem::file_size(path) + 1'200'000'000);
   expect_refused(model(path, {"--memory", "2"}),
-                 AllOf(HasSubstr("100000000 points needs 4.00 GB"), HasSubstr("2.00 GB are available")));
+                 AllOf(HasSubstr("100000000 points needs 4.80 GB"), HasSubstr("2.00 GB are available")));
   // A limit of the process counts as memory that is not there.
   const std::string limited = "ulimit -v 3000000; exec '" + test::program() + "' map model '" + path +
                               "' -o '" + (folder_ / "model.yaml") + "'";
-  expect_refused(test::run({"-c", limited}, folder_ / "log.txt", "/bin/sh"), HasSubstr("4.00 GB of memory"));
+  expect_refused(test::run({"-c", limited}, folder_ / "log.txt", "/bin/sh"), HasSubstr("4.80 GB of memory"));
 }
 
 }  // namespace
