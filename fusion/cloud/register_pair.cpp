@@ -59,7 +59,8 @@ Attempt attempt(const Problem& problem, std::span<const Level> levels, const Eig
   result.seen = evidence({levels[0].target, levels[0].source, problem.target.viewpoints,
                           problem.source.viewpoints, descent.T, descent.partners, descent.options});
   result.why = objection(result.seen, problem.options.min_overlap);
-  if (result.why.empty() && !descent.settled && descent.last_step > levels[0].source.size / 20)
+  const bool cut_off = descent.iterations >= problem.options.max_iterations;
+  if (result.why.empty() && !descent.settled && (cut_off || descent.last_step > levels[0].source.size / 20))
     result.why = "still moving after " + std::to_string(descent.iterations) + " iterations";
   return result;
 }
