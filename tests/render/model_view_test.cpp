@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/box_mesh.hpp"
+#include "tests/model_box.hpp"
 #include "tests/render/scenes.hpp"
 
 namespace parhelion {
@@ -14,23 +15,13 @@ using namespace test;
 using ::testing::Contains;
 using ::testing::Not;
 
-ModelEntity entity(const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
-                   const Eigen::Vector3d& size) {
-  ModelEntity e;
-  e.name = name;
-  e.label = label;
-  e.T_map_body = Transform<Map, Body>::planar(centre.x(), centre.y(), 0, centre.z());
-  e.size = size;
-  return e;
-}
-
 SemanticModel room() {
   SemanticModel model;
-  model.entities = {entity("floor", EntityLabel::floor, {0, 0, -0.05}, {6, 4, 0.1}),
-                    entity("ceiling", EntityLabel::ceiling, {0, 0, 2.55}, {6, 4, 0.1}),
-                    entity("back", EntityLabel::wall, {0, 2, 1.25}, {6, 0.1, 2.5}),
-                    entity("side", EntityLabel::wall, {3, 0, 1.25}, {0.1, 4, 2.5}),
-                    entity("door 1", EntityLabel::door, {1, 1.92, 1}, {0.9, 0.1, 2})};
+  model.entities = {model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {6, 4, 0.1}),
+                    model_box("ceiling", EntityLabel::ceiling, {0, 0, 2.55}, {6, 4, 0.1}),
+                    model_box("back", EntityLabel::wall, {0, 2, 1.25}, {6, 0.1, 2.5}),
+                    model_box("side", EntityLabel::wall, {3, 0, 1.25}, {0.1, 4, 2.5}),
+                    model_box("door 1", EntityLabel::door, {1, 1.92, 1}, {0.9, 0.1, 2})};
   return model;
 }
 
@@ -56,7 +47,7 @@ TEST(ModelView, WhatIsDeletedIsGoneAndAMeshIsThere) {
   less.entities[4].deleted = true;
   const auto without = draw_model_view(less, {});
   SemanticModel more = room();
-  more.meshes.push_back(box_mesh(entity("table", EntityLabel::unknown, {0, 0, 0.4}, {1.5, 0.8, 0.8})));
+  more.meshes.push_back(box_mesh(model_box("table", EntityLabel::unknown, {0, 0, 0.4}, {1.5, 0.8, 0.8})));
   const auto with = draw_model_view(more, {});
   ASSERT_TRUE(bare && without && with);
   EXPECT_THAT(without->named, Not(Contains("door 1")));

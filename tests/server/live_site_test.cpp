@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "tests/model_box.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -59,22 +61,13 @@ SiteView view(const Transform<Map, DepthOptical>& really, const Transform<Map, D
   return result;
 }
 
-ModelEntity box(const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
-                const Eigen::Vector3d& size) {
-  ModelEntity entity;
-  entity.name = name;
-  entity.label = label;
-  entity.T_map_body = Transform<Map, Body>::planar(centre.x(), centre.y(), 0, centre.z());
-  entity.size = size;
-  return entity;
-}
-
 /// The floor and the wall at the right are known; the wall across is not.
 SemanticModel known() {
   SemanticModel model;
   model.map_id = "site";
-  model.entities = {box("floor 1", EntityLabel::floor, {2, 0, -0.05}, {8, 8, 0.1}),
-                    box("wall 1", EntityLabel::wall, {1, kSideY, kHeight / 2}, {6, 0.1, kHeight})};
+  model.entities = {
+      test::model_box("floor 1", EntityLabel::floor, {2, 0, -0.05}, {8, 8, 0.1}),
+      test::model_box("wall 1", EntityLabel::wall, {1, kSideY, kHeight / 2}, {6, 0.1, kHeight})};
   return model;
 }
 

@@ -4,27 +4,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/model_box.hpp"
+
 namespace parhelion {
 namespace {
 
 using ::testing::ElementsAre;
 
-ModelEntity entity(const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
-                   const Eigen::Vector3d& size) {
-  ModelEntity e;
-  e.name = name;
-  e.label = label;
-  e.T_map_body = Transform<Map, Body>::planar(centre.x(), centre.y(), 0, centre.z());
-  e.size = size;
-  return e;
-}
-
 /// Two walls, a door in the first, and what says so.
 SemanticModel found(double noise = 0) {
   SemanticModel model;
-  model.entities = {entity("wall 1", EntityLabel::wall, {0, noise, 1.25}, {4 + noise, 0.1, 2.5}),
-                    entity("wall 2", EntityLabel::wall, {2, 2 + noise, 1.25}, {0.1, 4, 2.5}),
-                    entity("door 1", EntityLabel::door, {1 + noise, noise, 1}, {0.9, 0.1, 2})};
+  model.entities = {test::model_box("wall 1", EntityLabel::wall, {0, noise, 1.25}, {4 + noise, 0.1, 2.5}),
+                    test::model_box("wall 2", EntityLabel::wall, {2, 2 + noise, 1.25}, {0.1, 4, 2.5}),
+                    test::model_box("door 1", EntityLabel::door, {1 + noise, noise, 1}, {0.9, 0.1, 2})};
   model.relations = {{RelationKind::orthogonal, "wall 1", "wall 2", 0.9},
                      {RelationKind::available_inside, "door 1", "wall 1", 0.8}};
   return model;
@@ -86,7 +78,7 @@ TEST(KeepCorrections, ADeletedEntityIsNotFoundAgain) {
 
 TEST(KeepCorrections, AGlassWallThatNoLaserSeesIsKeptAndTakesNothingAway) {
   SemanticModel old = found();
-  old.entities.push_back(entity("glass", EntityLabel::wall, {0, 0.05, 1.25}, {4, 0.1, 2.5}));
+  old.entities.push_back(test::model_box("glass", EntityLabel::wall, {0, 0.05, 1.25}, {4, 0.1, 2.5}));
   old.entities.back().is_virtual = true;
   SemanticModel made = found(0.01);
   const KeptCorrections kept = keep_corrections(old, made);
@@ -97,7 +89,7 @@ TEST(KeepCorrections, AGlassWallThatNoLaserSeesIsKeptAndTakesNothingAway) {
 
 TEST(KeepCorrections, ANameThatAPersonGaveIsNotGivenTwice) {
   SemanticModel old = found();
-  old.entities = {entity("wall 1", EntityLabel::wall, {0, 9, 1.25}, {4, 0.1, 2.5})};
+  old.entities = {test::model_box("wall 1", EntityLabel::wall, {0, 9, 1.25}, {4, 0.1, 2.5})};
   old.entities[0].locked = true;
   old.relations.clear();
   SemanticModel made = found();

@@ -7,27 +7,19 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "tests/model_box.hpp"
+
 namespace parhelion {
 namespace {
 
 using ::testing::HasSubstr;
 
-ModelEntity entity(const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
-                   const Eigen::Vector3d& size) {
-  ModelEntity e;
-  e.name = name;
-  e.label = label;
-  e.T_map_body = Transform<Map, Body>::planar(centre.x(), centre.y(), 0, centre.z());
-  e.size = size;
-  return e;
-}
-
 SemanticModel room() {
   SemanticModel model;
-  model.entities = {entity("floor", EntityLabel::floor, {0, 0, -0.05}, {6, 4, 0.1}),
-                    entity("wall 1", EntityLabel::wall, {0, 2, 1.25}, {6, 0.1, 2.5}),
-                    entity("wall 2", EntityLabel::wall, {0, -2, 1.25}, {6, 0.1, 2.5}),
-                    entity("door 1", EntityLabel::door, {1, -2, 1}, {0.9, 0.12, 2})};
+  model.entities = {test::model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {6, 4, 0.1}),
+                    test::model_box("wall 1", EntityLabel::wall, {0, 2, 1.25}, {6, 0.1, 2.5}),
+                    test::model_box("wall 2", EntityLabel::wall, {0, -2, 1.25}, {6, 0.1, 2.5}),
+                    test::model_box("door 1", EntityLabel::door, {1, -2, 1}, {0.9, 0.12, 2})};
   model.entities[3].hinge = Hinge{{-0.45, 0}, 0, 1.5};
   return model;
 }

@@ -10,12 +10,12 @@ using namespace test;
 
 SemanticModel furnished_room() {
   SemanticModel model = room(12);
-  model.entities.push_back(entity("table", EntityLabel::unknown, {2, 2, 0.4}, {1.6, 0.8, 0.8}, 0.4));
-  model.entities.push_back(entity("shelf", EntityLabel::unknown, {-4, 3, 0.9}, {0.4, 2.0, 1.8}));
-  model.entities.push_back(entity("pillar 1", EntityLabel::pillar, {-1, -3, 1.25}, {0.4, 0.4, 2.5}, 0.7));
-  model.entities.push_back(entity("pillar 2", EntityLabel::pillar, {3, -2, 1.25}, {0.4, 0.4, 2.5}));
-  model.entities.push_back(entity("partition", EntityLabel::wall, {-3, -0.5, 1.25}, {3.0, 0.1, 2.5}, 0.1));
-  model.entities.push_back(entity("sofa", EntityLabel::unknown, {0, 5, 0.4}, {2.0, 0.8, 0.8}));
+  model.entities.push_back(model_box("table", EntityLabel::unknown, {2, 2, 0.4}, {1.6, 0.8, 0.8}, 0.4));
+  model.entities.push_back(model_box("shelf", EntityLabel::unknown, {-4, 3, 0.9}, {0.4, 2.0, 1.8}));
+  model.entities.push_back(model_box("pillar 1", EntityLabel::pillar, {-1, -3, 1.25}, {0.4, 0.4, 2.5}, 0.7));
+  model.entities.push_back(model_box("pillar 2", EntityLabel::pillar, {3, -2, 1.25}, {0.4, 0.4, 2.5}));
+  model.entities.push_back(model_box("partition", EntityLabel::wall, {-3, -0.5, 1.25}, {3.0, 0.1, 2.5}, 0.1));
+  model.entities.push_back(model_box("sofa", EntityLabel::unknown, {0, 5, 0.4}, {2.0, 0.8, 0.8}));
   return model;
 }
 
@@ -67,7 +67,7 @@ TEST(Behaviour, TenWanderersForTenMinutesHitNoWallAndNotTheRealRobot) {
 
 TEST(Behaviour, APatrolVisitsItsWaypointsInTurnAroundAnObstacle) {
   SemanticModel model = room(12);
-  model.entities.push_back(entity("pillar", EntityLabel::pillar, {0, 0, 1.25}, {0.6, 0.6, 2.5}));
+  model.entities.push_back(model_box("pillar", EntityLabel::pillar, {0, 0, 1.25}, {0.6, 0.6, 2.5}));
   for (const AgentKind kind : {AgentKind::robot, AgentKind::person}) {
     Simulation simulation = make(model);
     AgentDefinition guard = moving("guard", kind, -4, 0, BehaviourKind::patrol, 0.8);
@@ -94,9 +94,9 @@ TEST(Behaviour, APatrolVisitsItsWaypointsInTurnAroundAnObstacle) {
 
 TEST(Behaviour, AgentsStopForTheRealRobotThatStandsInTheirWay) {
   SemanticModel corridor;
-  corridor.entities.push_back(entity("left", EntityLabel::wall, {0, 0.75, 1}, {12, 0.1, 2}));
-  corridor.entities.push_back(entity("right", EntityLabel::wall, {0, -0.75, 1}, {12, 0.1, 2}));
-  corridor.entities.push_back(entity("end", EntityLabel::wall, {-6, 0, 1}, {0.1, 1.5, 2}));
+  corridor.entities.push_back(model_box("left", EntityLabel::wall, {0, 0.75, 1}, {12, 0.1, 2}));
+  corridor.entities.push_back(model_box("right", EntityLabel::wall, {0, -0.75, 1}, {12, 0.1, 2}));
+  corridor.entities.push_back(model_box("end", EntityLabel::wall, {-6, 0, 1}, {0.1, 1.5, 2}));
   Simulation simulation = make(corridor);
   AgentDefinition guard = moving("guard", AgentKind::robot, -4, 0, BehaviourKind::patrol, 0.8);
   guard.behaviour.waypoints = {{4, 0}};

@@ -89,7 +89,7 @@ TEST(Bodies, EveryAgentStandsOnTheFloorAndFillsWhatItCollidesWith) {
 
 TEST(Bodies, AgentsAreInjectableAndTheBuildingAndTheRealRobotAreNot) {
   SemanticModel model = room(8);
-  model.entities.push_back(entity("glass", EntityLabel::wall, {2, 2, 1}, {1, 0.02, 2}));
+  model.entities.push_back(model_box("glass", EntityLabel::wall, {2, 2, 1}, {1, 0.02, 2}));
   model.entities.back().is_virtual = true;
   Simulation simulation = make(model);
   spawn(simulation, agent("walker", AgentKind::person, 0, 0));

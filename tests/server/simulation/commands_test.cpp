@@ -65,8 +65,8 @@ TEST(Commands, WallsAndOtherAgentsAndUnexplainedReturnsAreInTheWay) {
 
 TEST(Commands, WhatHangsAboveAnAgentIsNotInItsWay) {
   SemanticModel model = room(6);
-  model.entities.push_back(entity("lintel", EntityLabel::unknown, {0, 0, 2.2}, {2, 0.3, 0.4}));
-  model.entities.push_back(entity("ceiling", EntityLabel::ceiling, {0, 0, 2.6}, {6, 6, 0.1}));
+  model.entities.push_back(model_box("lintel", EntityLabel::unknown, {0, 0, 2.2}, {2, 0.3, 0.4}));
+  model.entities.push_back(model_box("ceiling", EntityLabel::ceiling, {0, 0, 2.6}, {6, 6, 0.1}));
   Simulation simulation = make(model);
   EXPECT_TRUE(simulation.spawn(agent("crate", AgentKind::box, 0, 0), std::nullopt).ok());
 }

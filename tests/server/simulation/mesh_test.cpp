@@ -12,8 +12,8 @@ using namespace test;
 /// A room of 6 m with a shelf, and a table whose top is over the robots' heads.
 SemanticModel furnished() {
   SemanticModel model = room(6);
-  model.entities.push_back(entity("shelf", EntityLabel::unknown, {1.5, 0, 0.6}, {0.4, 1.5, 1.2}));
-  model.entities.push_back(entity("table top", EntityLabel::unknown, {-1.5, 0, 1.0}, {1.0, 1.5, 0.05}));
+  model.entities.push_back(model_box("shelf", EntityLabel::unknown, {1.5, 0, 0.6}, {0.4, 1.5, 1.2}));
+  model.entities.push_back(model_box("table top", EntityLabel::unknown, {-1.5, 0, 1.0}, {1.0, 1.5, 0.05}));
   return with_mesh(with_mesh(model, "shelf"), "table top");
 }
 
@@ -74,7 +74,7 @@ TEST(ModelMeshes, NothingIsPutIntoThemButUnderATableThereIsRoom) {
 }
 
 TEST(ModelMeshes, PartsCoverTheMeshAndAddLessThanACell) {
-  ModelEntity box = entity("b", EntityLabel::unknown, {0.13, -2.41, 0.77}, {1.3, 0.7, 0.9}, 0.4);
+  ModelEntity box = model_box("b", EntityLabel::unknown, {0.13, -2.41, 0.77}, {1.3, 0.7, 0.9}, 0.4);
   const ModelMesh mesh = box_mesh(box);
   const auto parts = mesh_parts(mesh);
   ASSERT_FALSE(parts.empty());
@@ -109,8 +109,8 @@ TEST(ModelMeshes, AHugeTriangleIsCutIntoFewPieces) {
 
 TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNobody) {
   SemanticModel model = room(6);
-  model.entities.push_back(entity("door opening", EntityLabel::free_space, {1, 0, 1}, {0.8, 0.9, 2}));
-  model.entities.push_back(entity("ghost", EntityLabel::wall, {2, 0, 1}, {0.2, 4, 2}));
+  model.entities.push_back(model_box("door opening", EntityLabel::free_space, {1, 0, 1}, {0.8, 0.9, 2}));
+  model.entities.push_back(model_box("ghost", EntityLabel::wall, {2, 0, 1}, {0.2, 4, 2}));
   model.entities.back().deleted = true;
   Simulation simulation = make(model);
   EXPECT_TRUE(simulation.spawn(agent("barrel", AgentKind::barrel, 2, 1), std::nullopt).ok());

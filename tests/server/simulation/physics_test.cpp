@@ -48,7 +48,7 @@ TEST(Physics, AgentsStandOnTheFloorOfTheModelWhereverItIs) {
 
 TEST(Physics, AFloorThatIsNotQuiteLevelIsStoodOnWhereItIs) {
   SemanticModel model;
-  ModelEntity floor = entity("floor", EntityLabel::floor, {0, 0, 0}, {20, 20, 0.1});
+  ModelEntity floor = model_box("floor", EntityLabel::floor, {0, 0, 0}, {20, 20, 0.1});
   const double tilt = 0.5 * std::numbers::pi / 180;
   floor.T_map_body = Transform<Map, Body>(
       Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY())), {0, 0, -0.05});

@@ -51,14 +51,14 @@ TEST(RealContacts, PassingAlongAWallIsNoContact) {
 
 TEST(RealContacts, AModelledDoorAndAFloorAreNotHit) {
   SemanticModel model = room(6);
-  model.entities.push_back(entity("door", EntityLabel::door, {1, 0, 1}, {0.05, 0.9, 2}));
+  model.entities.push_back(model_box("door", EntityLabel::door, {1, 0, 1}, {0.05, 0.9, 2}));
   Simulation simulation = make(model);
   EXPECT_EQ(count(drive(simulation, 0, 2, 0.5, 0.01), EventKind::collision_started), 0U);
 }
 
 TEST(RealContacts, ADrawnVirtualWallIsARealVirtualContact) {
   SemanticModel model = room(6);
-  model.entities.push_back(entity("glass", EntityLabel::wall, {1, 0, 1}, {0.05, 2, 2}));
+  model.entities.push_back(model_box("glass", EntityLabel::wall, {1, 0, 1}, {0.05, 2, 2}));
   model.entities.back().is_virtual = true;
   Simulation simulation = make(model);
   const auto events = drive(simulation, 0, 0.76, 0.5, 0.01);

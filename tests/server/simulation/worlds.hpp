@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/simulation/simulation.hpp"
+#include "tests/model_box.hpp"
 
 namespace parhelion::test {
 
@@ -24,25 +25,15 @@ inline RobotDescription robot() {
   return description;
 }
 
-inline ModelEntity entity(const std::string& name, EntityLabel label, const Eigen::Vector3d& center,
-                          const Eigen::Vector3d& size, double yaw = 0) {
-  ModelEntity box;
-  box.name = name;
-  box.label = label;
-  box.T_map_body = Transform<Map, Body>::planar(center.x(), center.y(), yaw, center.z());
-  box.size = size;
-  return box;
-}
-
 /// Four walls of a room of `side` m around the origin, and a floor.
 inline SemanticModel room(double side) {
   SemanticModel model;
   const double half = side / 2 + 0.1;
-  model.entities.push_back(entity("floor", EntityLabel::floor, {0, 0, -0.05}, {side + 1, side + 1, 0.1}));
-  model.entities.push_back(entity("wall 1", EntityLabel::wall, {half, 0, 1.25}, {0.2, side + 0.4, 2.5}));
-  model.entities.push_back(entity("wall 2", EntityLabel::wall, {-half, 0, 1.25}, {0.2, side + 0.4, 2.5}));
-  model.entities.push_back(entity("wall 3", EntityLabel::wall, {0, half, 1.25}, {side, 0.2, 2.5}));
-  model.entities.push_back(entity("wall 4", EntityLabel::wall, {0, -half, 1.25}, {side, 0.2, 2.5}));
+  model.entities.push_back(model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {side + 1, side + 1, 0.1}));
+  model.entities.push_back(model_box("wall 1", EntityLabel::wall, {half, 0, 1.25}, {0.2, side + 0.4, 2.5}));
+  model.entities.push_back(model_box("wall 2", EntityLabel::wall, {-half, 0, 1.25}, {0.2, side + 0.4, 2.5}));
+  model.entities.push_back(model_box("wall 3", EntityLabel::wall, {0, half, 1.25}, {side, 0.2, 2.5}));
+  model.entities.push_back(model_box("wall 4", EntityLabel::wall, {0, -half, 1.25}, {side, 0.2, 2.5}));
   return model;
 }
 
