@@ -44,7 +44,7 @@ struct BuiltModel {
 Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& options = {},
                                const std::function<void(const char*, int)>& progress = {});
 
-/// Height of the ground floor's top: the lowest floor of the model with at least a quarter of the largest
+/// Height of the ground floor's top: the lowest floor of the model with at least half of the largest
 /// one's area; nullopt where the model has no floor.
 std::optional<double> ground_floor(const SemanticModel& model);
 

@@ -22,7 +22,7 @@ std::optional<double> ground_floor(const SemanticModel& model) {
   for (const auto& [name, floor] : floors) largest = std::max(largest, floor.area);
   std::optional<double> height;
   for (const auto& [name, floor] : floors) {
-    if (floor.area >= largest / 4) height = height ? std::min(*height, floor.top) : floor.top;
+    if (floor.area >= largest / 2) height = height ? std::min(*height, floor.top) : floor.top;
   }
   return height;
 }
