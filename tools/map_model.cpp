@@ -186,7 +186,8 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--gltf", a.gltf, "The model for viewers (glTF 2.0)");
   command.add_option("--picture", a.picture, "Plan and 3D view (PNG)");
   command.add_option("--summary", a.summary, "What was found (JSON; - is standard output)");
-  command.add_option("--stages", a.model.segmentation.stages, "Folder for a picture of each stage");
+  command.add_option("--stages", a.model.segmentation.stages,
+                     "Folder for a picture of each stage and the net as a graph");
   command.add_option("--labelled", a.labelled, "The levelled cloud with a label per point (PLY)");
   command.add_option("--slice", a.slice, "PREFIX of a 2D map at laser height (ROS map YAML and PGM)");
   command.add_option("--slice-height", a.slice_height, "Height of the slice over the floor, m")

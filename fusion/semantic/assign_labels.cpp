@@ -124,6 +124,15 @@ void relate_holes(Net& net, const std::vector<Variable>& variables, const WallCa
   }
 }
 
+/// Whether a slender thing stands in an opening: the leaf of a door, seen from its edge or ajar.
+bool stands_in(const PillarCandidate& pillar, const Opening& opening, const WallCandidate& around) {
+  constexpr double kBefore = 0.15, kBehind = 0.5;  // m
+  const Eigen::Vector2d along = (around.end - around.start).normalized();
+  const Eigen::Vector2d p = 0.5 * (pillar.low + pillar.high) - around.start;
+  const double at = along.dot(p), depth = around.raster.away.dot(p);
+  return at > opening.from && at < opening.to && depth > -kBefore && depth < kBehind;
+}
+
 /// Whether `wall` is what closes the opening: the leaf of a recessed door.
 bool closes(const WallCandidate& wall, const Opening& opening, const WallCandidate& around) {
   if (opening.closed <= 0.35 || angle_between(wall, around) > 0.17) return false;
@@ -235,6 +244,10 @@ Labelling assign_labels(const NetCandidates& candidates) {
         continue;
       net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::wall, kTwice);
       net.relate(openings[o], EntityLabel::door, walls[w], EntityLabel::unknown, kLeaf);
+    }
+    for (std::size_t p = 0; p < pillars.size(); ++p) {
+      if (stands_in(candidates.pillars[p], opening, candidates.walls.walls[opening.wall]))
+        net.relate(openings[o], EntityLabel::door, pillars[p], EntityLabel::pillar, kTwice);
     }
   }
   relate_holes(net, openings, candidates.walls);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "fusion/semantic/drop_doubles.hpp"
+#include "fusion/semantic/net_graph.hpp"
 #include "fusion/semantic/observed_floors.hpp"
 
 namespace parhelion {
@@ -136,6 +137,9 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   auto net = label_entities(built.cloud, *segmentation, options.net);
   if (!net) return net.error();
   built.net = std::move(*net);
+  if (const std::string& stages = options.segmentation.stages; !stages.empty()) {
+    if (Status written = write_net(built.net, stages); !written) return written.error();
+  }
   segmentation = Segmentation{};  // its memory is needed no longer
   built.model.entities = std::move(built.net.entities);
   built.model.relations = std::move(built.net.relations);

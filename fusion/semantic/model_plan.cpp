@@ -12,6 +12,7 @@
 #include "fusion/semantic/plan_labels.hpp"
 #include "fusion/semantic/plan_legend.hpp"
 #include "fusion/semantic/plan_outline.hpp"
+#include "fusion/semantic/plan_view.hpp"
 
 namespace parhelion {
 namespace {
@@ -50,36 +51,14 @@ std::string metres(double value) {
   return text;
 }
 
-bool drawn(const ModelEntity& e) {
-  return !e.deleted && e.T_map_body.finite() && e.size.allFinite() && e.label != EntityLabel::ceiling &&
-         e.label != EntityLabel::wall_above_door;
-}
-
-Eigen::AlignedBox2d view_of(const SemanticModel& model) {
-  Eigen::AlignedBox2d all, upright;
-  for (const ModelEntity& entity : model.entities) {
-    if (!drawn(entity)) continue;
-    for (const Eigen::Vector2d& p : outline_of(entity)) {
-      all.extend(p);
-      if (entity.label != EntityLabel::floor) upright.extend(p);
-    }
-  }
-  for (const ModelMesh& mesh : model.meshes) {
-    for (const Eigen::Vector3f& v : mesh.vertices) all.extend(Eigen::Vector2d(v.x(), v.y()));
-  }
-  Eigen::AlignedBox2d view = upright.isEmpty() ? all : upright.merged(all);
-  if (view.isEmpty()) return view;
-  const double margin = std::max(0.8, 0.07 * view.sizes().maxCoeff());
-  return {view.min().array() - margin, view.max().array() + margin};
-}
-
 class Painter {
  public:
-  Painter(const SemanticModel& model, const ModelPlan& plan, const Eigen::AlignedBox2d& view)
+  Painter(const SemanticModel& model, const ModelPlan& plan, const PlanView& view)
       : model_(model),
         plan_(plan),
-        view_(view),
-        canvas_(plan.width, view, title_bar, PlanLegend::height),
+        view_(view.box),
+        left_out_(view.left_out),
+        canvas_(plan.width, view.box, title_bar, PlanLegend::height),
         labels_(canvas_) {}
 
   bool paint(const std::string& path) {
@@ -89,7 +68,7 @@ class Painter {
     for (const Layer& layer : layers) paint_layer(layer);
     paint_virtual();
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && entity.hinge) paint_swing(entity);
+      if (in_plan(entity) && entity.hinge) paint_swing(entity);
     }
     write_dimensions();
     paint_axes();
@@ -127,7 +106,7 @@ class Painter {
   void paint_floors() {
     std::vector<Outline> floors;
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && entity.label == EntityLabel::floor) floors.push_back(outline_of(entity));
+      if (in_plan(entity) && entity.label == EntityLabel::floor) floors.push_back(outline_of(entity));
     }
     if (floors.empty()) return;
     // Its outer half stays: borders between pieces of a floor are not drawn.
@@ -183,7 +162,7 @@ class Painter {
   void paint_layer(const Layer& layer) {
     std::vector<Outline> outlines, faint_ones;
     for (const ModelEntity& entity : model_.entities) {
-      if (!drawn(entity) || entity.is_virtual || entity.label != layer.label) continue;
+      if (!in_plan(entity) || entity.is_virtual || entity.label != layer.label) continue;
       outlines.push_back(outline_of(entity));
       if (entity.label == EntityLabel::wall && entity.observed < 0.3) faint_ones.push_back(outlines.back());
     }
@@ -202,7 +181,7 @@ class Painter {
   void paint_virtual() {
     std::vector<Outline> outlines;
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && entity.is_virtual) outlines.push_back(outline_of(entity));
+      if (in_plan(entity) && entity.is_virtual) outlines.push_back(outline_of(entity));
     }
     if (outlines.empty()) return;
     canvas_.fill(outlines, virtual_colour, 0.8);
@@ -230,18 +209,18 @@ class Painter {
 
   void write_dimensions() {
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && entity.label != EntityLabel::floor && entity.label != EntityLabel::free_space)
+      if (in_plan(entity) && entity.label != EntityLabel::floor && entity.label != EntityLabel::free_space)
         labels_.keep_clear(outline_of(entity));
     }
     // Doors first: they are few, and what a person looks for.
     for (const ModelEntity& entity : model_.entities) {
-      if (!drawn(entity) || entity.label != EntityLabel::door) continue;
+      if (!in_plan(entity) || entity.label != EntityLabel::door) continue;
       labels_.beside(entity, entity.name + "  " + metres(entity.size.x()), 13, {150, 90, 0});
     }
     write_stairs();
     std::vector<const ModelEntity*> walls;
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && entity.label == EntityLabel::wall && entity.size.x() >= shortest_wall)
+      if (in_plan(entity) && entity.label == EntityLabel::wall && entity.size.x() >= shortest_wall)
         walls.push_back(&entity);
     }
     std::stable_sort(walls.begin(), walls.end(),
@@ -251,7 +230,7 @@ class Painter {
       labels_.beside(*wall, metres(wall->size.x()), 12, wall->is_virtual ? virtual_colour : ink);
     }
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))
+      if (in_plan(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))
         labels_.beside(entity, entity.name, 11, faint);
     }
   }
@@ -260,7 +239,7 @@ class Painter {
   void write_stairs() {
     std::map<std::string, std::vector<const ModelEntity*>> flights;
     for (const ModelEntity& entity : model_.entities) {
-      if (drawn(entity) && entity.label == EntityLabel::stairs)
+      if (in_plan(entity) && entity.label == EntityLabel::stairs)
         flights[entity.part_of.empty() ? entity.name : entity.part_of].push_back(&entity);
     }
     for (auto& [name, steps] : flights) {
@@ -307,12 +286,13 @@ class Painter {
     canvas_.bar({Eigen::Vector2d(0, 0), Eigen::Vector2d(canvas_.width(), title_bar)}, paper);
     canvas_.pixel_line({0, title_bar}, {double(canvas_.width()), title_bar}, rule, 1);
     canvas_.text({24, 36}, plan_.title, 20, ink);
-    canvas_.text({24, 62}, plan_.subtitle, 12, faint);
+    canvas_.text({24, 62}, plan_.subtitle + (left_out_.empty() ? "" : "; " + left_out_), 12, faint);
   }
 
   const SemanticModel& model_;
   const ModelPlan& plan_;
   Eigen::AlignedBox2d view_;
+  std::string left_out_;
   PlanCanvas canvas_;
   PlanLabels labels_;
   PlanLegend legend_;
@@ -323,9 +303,9 @@ class Painter {
 Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path) {
   if (plan.width < 400 || plan.width > 10'000)
     return Error{"plan: expected 400 <= width <= 10000 pixels, found " + std::to_string(plan.width)};
-  const Eigen::AlignedBox2d view = view_of(model);
-  if (view.isEmpty()) return Error{"plan: the model has nothing to draw"};
-  if (!view.min().allFinite() || !view.max().allFinite())
+  const PlanView view = plan_view(model);
+  if (view.box.isEmpty()) return Error{"plan: the model has nothing to draw"};
+  if (!view.box.min().allFinite() || !view.box.max().allFinite())
     return Error{"plan: the model's coordinates are not finite"};
   if (!Painter(model, plan, view).paint(path)) return Error{path + ": the picture cannot be written"};
   return {};

@@ -134,6 +134,27 @@ double open_length(const WallCandidate& wall, const std::vector<Opening>& openin
   return sum / wall.length();
 }
 
+double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
+  const Eigen::Vector2d d = wall.end - wall.start;
+  const double t = std::clamp(d.dot(p - wall.start) / d.squaredNorm(), 0.0, 1.0);
+  return (wall.start + t * d - p).norm();
+}
+
+/// Walls join walls. A short piece that meets no longer one at either end is more likely something that stands there.
+void weigh_loners(std::vector<WallCandidate>& walls) {
+  constexpr double kShort = 2.0, kJoin = 0.35, kAlike = 0.3;  // m, m, rad
+  std::vector<double> penalty;
+  for (const WallCandidate& wall : walls) {
+    const bool joins = std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
+      const bool parallel = std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) < kAlike;
+      return other.length() > wall.length() && !parallel && other.score > 0 &&
+             std::min(distance(wall.start, other), distance(wall.end, other)) < kJoin;
+    });
+    penalty.push_back(joins || wall.length() > kShort ? 0 : wall.open > 0.2 ? 4.5 : 3);
+  }
+  for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= penalty[w];
+}
+
 }  // namespace
 
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
@@ -162,6 +183,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.openings.insert(found.openings.end(), openings.begin(), openings.end());
     found.walls.push_back(std::move(wall));
   }
+  weigh_loners(found.walls);
   return found;
 }
 

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 
+#include "fusion/semantic/net_graph.hpp"
 #include "protocols/model_overlap.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
@@ -156,6 +158,29 @@ TEST(SemanticNet, RefusesASegmentationOfAnotherCloud) {
   const Segmentation wrong;
   EXPECT_THAT(label_entities(painter.cloud(), wrong).error().message, HasSubstr("points"));
   EXPECT_FALSE(label_entities({}, wrong).ok());
+}
+
+TEST(SemanticNet, IsWrittenAsAGraph) {
+  CloudPainter painter(600, 0.005, 1);
+  painter.room({0, 0}, {5, 4}, 0, 2.7);
+  SemanticNet net = net_of(painter.cloud());
+  net.entities[0].name = "the \"big\" floor";
+  const std::string dot = net_to_dot(net);
+  EXPECT_THAT(dot, testing::StartsWith("digraph"));
+  EXPECT_THAT(dot, HasSubstr("\"the \\\"big\\\" floor\""));
+  EXPECT_THAT(dot, HasSubstr("[label=\"wall 1\\nwall"));
+  EXPECT_THAT(dot, HasSubstr("dir=none"));
+  std::size_t edges = 0;
+  for (std::size_t at = dot.find(" -> "); at != std::string::npos; at = dot.find(" -> ", at + 1)) ++edges;
+  EXPECT_EQ(edges, net.relations.size());
+
+  const auto folder = std::filesystem::temp_directory_path() / "parhelion_net_graph";
+  ASSERT_TRUE(write_net(net, folder.string()).ok());
+  EXPECT_GT(std::filesystem::file_size(folder / "net.png"), 10'000U);
+  EXPECT_EQ(std::filesystem::file_size(folder / "net.dot"), dot.size());
+  std::filesystem::remove_all(folder);
+  EXPECT_FALSE(write_net(net, "/proc/nowhere").ok());
+  EXPECT_FALSE(write_net({}, folder.string()).ok());
 }
 
 }  // namespace
