@@ -116,6 +116,14 @@ TEST(Registration, RefusesPointsThatAreNotFinite) {
   EXPECT_NE(found.error().message.find("point 7 is not finite"), std::string::npos) << found.error().message;
 }
 
+TEST(Registration, RefusesACloudOfNothingButNaN) {
+  PointCloud<Source> source;
+  source.points.assign(500, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  const auto found = register_pair(room_pair().target, source, {});
+  ASSERT_FALSE(found.ok());
+  EXPECT_NE(found.error().message.find("point 0 is not finite"), std::string::npos) << found.error().message;
+}
+
 TEST(Registration, NamesMillimetresThatWereTakenForMetres) {
   PointCloud<Source> source = room_pair().source;
   for (Eigen::Vector3f& p : source.points) p *= 1000;
