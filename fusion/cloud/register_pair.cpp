@@ -74,7 +74,7 @@ double agreement(const Level& level, const Eigen::Isometry3d& T) {
 /// The winner turned by quarters about the upward axis, as the two coarsest levels pull them: nearly to their
 /// end, which is enough to tell them apart.
 std::array<Descent, 3> turned(const Problem& problem, const Eigen::Isometry3d& T) {
-  constexpr int most_a_level = 8;
+  constexpr int most_a_level = 6;
   const std::span<const Level> coarse = std::span(problem.levels).last(2);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3f& mean : coarse[1].source.means) middle += T * mean.cast<double>();

@@ -17,7 +17,7 @@ double least_root(double a, double b, double c) {
     if (!(slope > 0) || !(value < 0)) break;
     const double step = value / slope;
     x -= step;
-    if (-step <= 1e-9 * x) break;
+    if (-step <= 1e-5 * x) break;  // the next would be of its square
   }
   return x;
 }
