@@ -5,128 +5,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
-#include "fusion/semantic/hough.hpp"
+#include "fusion/semantic/join_plates.hpp"
+#include "fusion/semantic/side_pictures.hpp"
 #include "fusion/semantic/surface_search.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr double min_line = 0.2;          // m; less than the tread of a step
-constexpr int min_layers = 3;             // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
-constexpr double ridge_reach = 0.12;      // m; less than from step to step
-constexpr double ridge_share = 0.6;       // of the most layers in reach
-constexpr int max_rise = 3;               // degrees: what is steeper is a ramp
-constexpr double same_height = 0.008;     // m, between cells of one surface, beside what their noise may do
-constexpr double point_noise = 0.01;      // m
-constexpr double max_height_step = 0.03;  // m, whatever the noise
 constexpr std::uint32_t few_points = 10;
-constexpr int reach_cells = 4;         // a gap of one cell does not part a surface
 constexpr double min_area = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
 constexpr double around_height = 0.3;  // m
-constexpr double slice_share = 0.17;   // of a wall's points around a plate that are in it: 0.1 m of 0.6 m
 // Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by choosing its
 // fuller cells; of a tread with its risers about 1.
 constexpr double min_flatness = 0.4;
-
-/// One tile's pictures from the side; x is along the picture, in site pixels.
-class SidePictures {
- public:
-  SidePictures(const Site& site, Tile tile) : site_(site) {
-    x0_ = (tile.x * tile_blocks - 1) * block_pixels - 1;
-    y0_ = (tile.y * tile_blocks - 1) * block_pixels - 1;
-    rows_ = static_cast<int>((site.z_high - site.z_low) / site.options.pixel) + 3;
-    for (ImageChain& chain : chains_) chain.input.reset(image_pixels, rows_);
-    const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
-    site.blocks.for_each_in(bx - 1, by - 1, bx + tile_blocks, by + tile_blocks,
-                            [&](const PlanBlocks::Block& block, std::size_t) { add(block); });
-  }
-
-  /// Lines that are level, as heights (m) over blocks: [block column or row 0..9] -> heights.
-  using Levels = std::array<std::vector<double>, tile_blocks + 2>;
-  Levels levels(Projection projection, StageImages* stages) {
-    ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
-    threshold_ridges(chain.input, min_layers, static_cast<int>(ridge_reach / site_.options.pixel),
-                     ridge_share, chain.above_threshold);
-    chain.run();
-    const int offset = projection == Projection::oxz ? x0_ : y0_;
-    if (stages != nullptr)
-      chain.keep(projection, block_pixels + 1, 0, image_pixels - block_pixels - 1, rows_, offset, 0, *stages);
-    const double pixel = site_.options.pixel;
-    const int shortest = std::max(3, static_cast<int>(min_line / pixel));
-    const HoughOptions hough{shortest * 2 / 3, shortest, shortest / 2, max_rise, site_.options.seed};
-    Levels result;
-    add_full_rows(chain.above_threshold, shortest, result);
-    for (const PixelSegment& s : hough_segments(chain.skeleton, hough)) {
-      spread(s, result);
-      if (stages != nullptr) {
-        const auto metres = [&](int x, int y) {
-          return Eigen::Vector2d((x + offset + 0.5) * pixel, site_.z_low + (y - 0.5) * pixel);
-        };
-        stages->hough[static_cast<int>(projection)].push_back({metres(s.x0, s.y0), metres(s.x1, s.y1)});
-      }
-    }
-    return result;
-  }
-
- private:
-  void add(const PlanBlocks::Block& block) {
-    const double per_pixel = 1 / site_.options.pixel;
-    for (std::uint32_t i = block.begin; i < block.end; ++i) {
-      const Eigen::Vector3f& p = site_.blocks.sorted()[i];
-      const double height = (static_cast<double>(p.z()) - site_.z_low) * per_pixel;
-      if (!(height >= 0 && height < rows_ - 2)) continue;
-      const int z = static_cast<int>(height) + 1;
-      const int x = static_cast<int>(std::floor(p.x() * per_pixel)) - x0_;
-      const int y = static_cast<int>(std::floor(p.y() * per_pixel)) - y0_;
-      if (chains_[0].input.inside(x, z)) chains_[0].input.add(x, z, y * 64 / image_pixels);
-      if (chains_[1].input.inside(y, z)) chains_[1].input.add(y, z, x * 64 / image_pixels);
-    }
-  }
-
-  /// What the Hough transform may miss, being random: rows that are fuller than those around them, over each
-  /// block and half of its neighbours.
-  void add_full_rows(const PixelSet& image, int shortest, Levels& levels) const {
-    constexpr int half = block_pixels / 2, halves = 2 * (tile_blocks + 2), rows_beside = 3;
-    std::vector<std::array<std::int32_t, halves>> counts(static_cast<std::size_t>(rows_));
-    for (const std::uint32_t i : image.set()) {
-      const int x = static_cast<int>(i) % image.width(), y = static_cast<int>(i) / image.width();
-      ++counts[static_cast<std::size_t>(y)][static_cast<std::size_t>((x - 1) / half)];
-    }
-    for (int b = 0; b < tile_blocks + 2; ++b) {
-      const auto count = [&](int row) {
-        int sum = 0;
-        for (int h = std::max(0, 2 * b - 1); h < std::min(halves, 2 * b + 3) && row > 0 && row < rows_; ++h)
-          sum += counts[static_cast<std::size_t>(row)][static_cast<std::size_t>(h)];
-        return sum;
-      };
-      for (int row = 1; row < rows_; ++row) {
-        const int here = count(row);
-        bool fullest = here >= shortest;
-        for (int d = 1; d <= rows_beside && fullest; ++d)
-          fullest = here > count(row - d) && here >= count(row + d);
-        if (fullest)
-          levels[static_cast<std::size_t>(b)].push_back(site_.z_low + (row - 0.5) * site_.options.pixel);
-      }
-    }
-  }
-
-  void spread(const PixelSegment& s, Levels& levels) const {
-    const auto [low, high] = std::minmax(s.x0, s.x1);
-    for (int b = (low - 1) / block_pixels; b <= (high - 1) / block_pixels; ++b) {
-      const double centre = std::clamp(1 + (b + 0.5) * block_pixels, low + 0.0, high + 0.0);
-      const double row = s.y0 + (s.y1 - s.y0) * (centre - s.x0) / (s.x1 - s.x0);
-      levels[static_cast<std::size_t>(b)].push_back(site_.z_low + (row - 0.5) * site_.options.pixel);
-    }
-  }
-
-  const Site& site_;
-  int x0_ = 0, y0_ = 0, rows_ = 0;
-  static thread_local std::array<ImageChain, 2> chains_;  // large; cleared by what was set
-};
-thread_local std::array<ImageChain, 2> SidePictures::chains_;
 
 /// Heights that differ by less than two pixels are one.
 std::vector<double> merged(std::vector<double> heights, double pixel) {
@@ -218,10 +111,6 @@ void add_plates(const Site& site, const PlanBlocks::Block& block, double level, 
   }
 }
 
-bool by_place(const Plate& a, const Plate& b) {
-  return std::tuple(a.y, a.x, a.z) < std::tuple(b.y, b.x, b.z);
-}
-
 /// Two proposals that met on the same surface: the plate with more points stays.
 void drop_doubles(std::vector<Plate>& plates, double apart) {
   std::sort(plates.begin(), plates.end(), by_place);
@@ -240,9 +129,7 @@ void drop_doubles(std::vector<Plate>& plates, double apart) {
 }
 
 std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stages) {
-  SidePictures pictures(site, tile);
-  const auto along_x = pictures.levels(Projection::oxz, stages);
-  const auto along_y = pictures.levels(Projection::oyz, stages);
+  const auto [along_x, along_y] = level_lines(site, tile, stages);
   std::vector<Plate> plates;
   const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
   site.blocks.for_each_in(bx, by, bx + tile_blocks - 1, by + tile_blocks - 1,
@@ -255,58 +142,6 @@ std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stag
                           });
   drop_doubles(plates, site.options.near);
   return plates;
-}
-
-std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
-/// m by which two cells of one surface may differ: 2.5 sigma of their means, and the floor's own unevenness.
-double height_step(const Plate& a, const Plate& b) {
-  const double sigma = point_noise * std::sqrt(1.0 / a.points + 1.0 / b.points);
-  return std::min(max_height_step, same_height + 2.5 * sigma);
-}
-
-/// Whether more of what the plate's cell holds around this height is in the plate than a wall's slice has by
-/// chance. Neither such a slice is flat nor the floor's rim at the foot of a wall.
-bool is_flat(const Plate& plate) {
-  const double n = plate.points + plate.around, mean = slice_share * n;
-  return plate.points > mean + 2 * std::sqrt(mean * (1 - slice_share));
-}
-
-/// Numbers the parts that touch; plates by place. Flat plates join; others belong to the flat one that is
-/// next in height and join nothing: else floors would climb their walls, and treads run along them.
-std::vector<std::uint32_t> connect(const std::vector<Plate>& plates) {
-  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), no_surface);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
-    const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
-    if (host[child] == no_surface || apart(i) < apart(host[child])) host[child] = i;
-  };
-  const auto meet = [&](std::uint32_t i, std::uint32_t j) {
-    if (static_cast<double>(std::abs(plates[j].z - plates[i].z)) > height_step(plates[i], plates[j])) return;
-    const bool one = is_flat(plates[i]), other = is_flat(plates[j]);
-    if (one && other) {
-      const auto a = root(parent, i), b = root(parent, j);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-    if (one && !other) adopt(i, j);
-    if (other && !one) adopt(j, i);
-  };
-  for (std::uint32_t i = 0; i < plates.size(); ++i) {
-    const Plate& plate = plates[i];
-    for (int dy = 0; dy <= reach_cells; ++dy) {
-      const Plate from{.x = plate.x + (dy == 0 ? 1 : -reach_cells), .y = plate.y + dy, .z = -1e9F};
-      auto it = std::lower_bound(plates.begin() + i, plates.end(), from, by_place);
-      for (; it != plates.end() && it->y == from.y && it->x <= plate.x + reach_cells; ++it)
-        meet(i, static_cast<std::uint32_t>(it - plates.begin()));
-    }
-  }
-  std::vector<std::uint32_t> part(plates.size());
-  for (std::uint32_t i = 0; i < plates.size(); ++i)
-    part[i] = root(parent, host[i] == no_surface ? i : host[i]);
-  return part;
 }
 
 /// Whether it is seen from below. Without viewpoints and normals: a ceiling stands high over the lowest wide
@@ -413,7 +248,7 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   of_tiles.clear();
   std::sort(plates.begin(), plates.end(), by_place);
 
-  const std::vector<std::uint32_t> part = connect(plates);
+  const std::vector<std::uint32_t> part = join_plates(plates);
   std::vector<std::uint32_t> by_part(plates.size());
   std::iota(by_part.begin(), by_part.end(), 0U);
   std::stable_sort(by_part.begin(), by_part.end(),

@@ -1,16 +1,15 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
 
 #include "fusion/semantic/cell_grid.hpp"
+#include "fusion/semantic/line_votes.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr int angles = 180;
 constexpr double strip = 1.0;      ///< cells on either side of a line in which a wall's cells are looked for
 constexpr double fit_strip = 1.5;  ///< the same for the fit
 constexpr double max_free_gap = 2.0;  ///< cells of free space that a wall may bridge: a door is much wider
@@ -21,80 +20,10 @@ constexpr int max_half_thickness = 6;  ///< cells
 constexpr double layer_width = 0.25;   ///< cells
 constexpr int max_layer = static_cast<int>(max_half_thickness / layer_width);
 
-struct Line {
-  Eigen::Vector2d point;  ///< cells
-  double yaw = 0;
-  Eigen::Vector2d along() const { return {std::cos(yaw), std::sin(yaw)}; }
-  Eigen::Vector2d across() const { return {-std::sin(yaw), std::cos(yaw)}; }
-  Eigen::Vector2d at(double t, double d) const { return point + t * along() + d * across(); }
-};
-
 /// A piece of a line without a gap, from t = begin to end.
 struct Run {
   double begin = 0, end = 0;
   double score = 0;  ///< cells of wall less cells of free space
-};
-
-/// Votes of cells for lines x cos a + y sin a = r, a in whole degrees, r in whole cells.
-class Accumulator {
- public:
-  explicit Accumulator(const CellGrid& grid)
-      : rows_(2 * static_cast<int>(std::ceil(std::hypot(grid.width, grid.height))) + 3),
-        votes_(static_cast<std::size_t>(angles) * static_cast<std::size_t>(rows_)),
-        dead_(votes_.size()),
-        bounds_((votes_.size() + block - 1) / block, std::numeric_limits<int>::max()) {
-    for (int a = 0; a < angles; ++a) {
-      const double radians = a * std::numbers::pi / angles;
-      normal_.at(static_cast<std::size_t>(a)) = {std::cos(radians), std::sin(radians)};
-    }
-  }
-
-  void add(const Eigen::Vector2d& p, int votes) {
-    for (int a = 0; a < angles; ++a) {
-      const double r = normal_[static_cast<std::size_t>(a)].dot(p);
-      votes_[bin(a, static_cast<int>(std::lround(r)) + rows_ / 2)] += votes;
-    }
-  }
-
-  /// The line with the most votes that is not dead, while there are at least `least`. Votes only fall once
-  /// walls are taken, so what a block of bins held when it was last counted bounds what it holds now.
-  std::optional<Line> peak(int least) {
-    std::size_t best = votes_.size();
-    int most = least - 1;
-    for (std::size_t b = 0; b < bounds_.size(); ++b) {
-      if (bounds_[b] <= most) continue;
-      bounds_[b] = 0;
-      for (std::size_t i = b * block; i < std::min((b + 1) * block, votes_.size()); ++i) {
-        if (dead_[i] != 0) continue;
-        bounds_[b] = std::max(bounds_[b], votes_[i]);
-        if (votes_[i] > most) {
-          most = votes_[i];
-          best = i;
-        }
-      }
-    }
-    if (best == votes_.size()) return std::nullopt;
-    last_ = best;
-    const auto a = best / static_cast<std::size_t>(rows_);
-    const int middle = rows_ / 2;
-    const double r = static_cast<double>(best % static_cast<std::size_t>(rows_)) - middle;
-    return Line{r * normal_.at(a), static_cast<double>(a) * std::numbers::pi / angles + std::numbers::pi / 2};
-  }
-
-  /// The last peak held no wall, and never will: cells only leave.
-  void bury_peak() { dead_[last_] = 1; }
-
- private:
-  std::size_t bin(int a, int row) const {
-    return static_cast<std::size_t>(a) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(row);
-  }
-  static constexpr std::size_t block = 64;
-  int rows_;
-  std::vector<int> votes_;
-  std::vector<std::uint8_t> dead_;
-  std::vector<int> bounds_;  ///< per block of bins, at least its largest count
-  std::array<Eigen::Vector2d, angles> normal_;
-  std::size_t last_ = 0;
 };
 
 class WallFinder {
@@ -158,7 +87,7 @@ class WallFinder {
   }
 
   /// The best run on a line, walked in half cells.
-  Run best_run(const Line& line) const {
+  Run best_run(const GridLine& line) const {
     constexpr double step = 0.5;
     const Eigen::Vector2d middle(grid_.width / 2.0, grid_.height / 2.0);
     const double t_middle = (middle - line.point).dot(line.along());
@@ -194,7 +123,7 @@ class WallFinder {
   }
 
   /// Cells that are left within `half_width` of a run, by index, each once.
-  std::vector<std::size_t> cells_of(const Line& line, const Run& run, double half_width) const {
+  std::vector<std::size_t> cells_of(const GridLine& line, const Run& run, double half_width) const {
     std::vector<std::size_t> found;
     for (double t = run.begin; t <= run.end; t += 0.5) {
       for (double d = -half_width; d <= half_width; d += 0.5) {
@@ -210,7 +139,7 @@ class WallFinder {
   }
 
   /// Total least squares through the cells of a run.
-  std::optional<Line> fit(const Line& line, const Run& run) const {
+  std::optional<GridLine> fit(const GridLine& line, const Run& run) const {
     const auto inliers = cells_of(line, run, fit_strip);
     if (inliers.size() < 3) return std::nullopt;
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -223,10 +152,10 @@ class WallFinder {
       xy += p.x() * p.y();
       yy += p.y() * p.y();
     }
-    return Line{mean, 0.5 * std::atan2(2 * xy, xx - yy)};
+    return GridLine{mean, 0.5 * std::atan2(2 * xy, xx - yy)};
   }
 
-  std::optional<PlanBox> wall_on(Line line) const {
+  std::optional<PlanBox> wall_on(GridLine line) const {
     Run run = best_run(line);
     for (int round = 0; round < 4 && run.score > 0; ++round) {
       const auto better = fit(line, run);
@@ -248,7 +177,7 @@ class WallFinder {
   /// Thickness: layers of a quarter cell, outwards from the line as far as they hold more wall than what is
   /// not wall. A cell left out would cost a box of its own, so wall counts double; unknown space is half as
   /// bad as free space.
-  PlanBox box_around(const Line& line, const Run& run) const {
+  PlanBox box_around(const GridLine& line, const Run& run) const {
     const auto cells = cells_of(line, run, max_half_thickness + 0.5);
     std::array<double, 2 * max_layer + 1> gain{};
     for (const std::size_t i : cells) {
@@ -280,7 +209,8 @@ class WallFinder {
   }
 
   /// Around the cells with low <= d <= high; at least one cell thick.
-  PlanBox tight_box(const Line& line, const std::vector<std::size_t>& cells, double low, double high) const {
+  PlanBox tight_box(const GridLine& line, const std::vector<std::size_t>& cells, double low,
+                    double high) const {
     double t0 = 1e300, t1 = -1e300, d0 = 1e300, d1 = -1e300;
     for (const std::size_t i : cells) {
       const Eigen::Vector2d p = grid_.centre(i) - line.point;
@@ -335,7 +265,7 @@ class WallFinder {
   const CellGrid& grid_;
   double min_length_;
   CellMask& left_;
-  Accumulator accumulator_;
+  LineVotes accumulator_;
   int patches_across_, patches_up_;
   std::vector<int> patches_;  ///< cells left in each patch
 };

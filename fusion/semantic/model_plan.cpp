@@ -127,20 +127,6 @@ class Painter {
     legend_.add({"floor (grid 1 m)", rule, LegendEntry::Mark::line});
   }
 
-  /// Where the line p[axis] = at crosses a convex polygon.
-  static std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> chord(const Points& polygon, int axis,
-                                                                          double at) {
-    Points met;
-    for (std::size_t i = 0; i < polygon.size(); ++i) {
-      const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-      if ((a[axis] < at) == (b[axis] < at)) continue;
-      met.push_back(a + (b - a) * ((at - a[axis]) / (b[axis] - a[axis])));
-    }
-    if (met.size() != 2) return std::nullopt;
-    return std::pair{met[0], met[1]};
-  }
-
-  /// Up to above a person's head: what hangs higher is not in the way.
   void paint_meshes() {
     constexpr float head = 1.9F;  // m
     const auto top = static_cast<float>(ground_floor(model_).value_or(1e6)) + head;

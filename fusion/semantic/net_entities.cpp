@@ -7,12 +7,10 @@
 namespace parhelion {
 namespace {
 
-constexpr double kThinnest = 0.04;   ///< m, of a wall's box: its measured face in the middle
-constexpr double kLeaf = 0.04;       ///< m, of a door
-constexpr double kSlab = 0.10;       ///< m, of a floor or a ceiling
-constexpr double kReaches = 0.4;     ///< m, a wall that ends this far below the ceiling goes up to it
-constexpr double kSameLevel = 0.08;  ///< m, surfaces of one floor
-constexpr double kShortest = 0.05;   ///< m, of a piece of a wall
+constexpr double kThinnest = 0.04;  ///< m, of a wall's box: its measured face in the middle
+constexpr double kLeaf = 0.04;      ///< m, of a door
+constexpr double kReaches = 0.4;    ///< m, a wall that ends this far below the ceiling goes up to it
+constexpr double kShortest = 0.05;  ///< m, of a piece of a wall
 
 double round_millimetre(double v) { return std::round(v * 1000) / 1000; }
 
@@ -29,8 +27,8 @@ class Entities {
     }
     add_pillars();
     add_flights();
-    relate_walls();
-    relate_levels();
+    relate_walls(candidates_, labelling_, whole_walls_, net_);
+    relate_levels(candidates_, whole_walls_, net_);
     for (LabelEvidence& evidence : net_.evidence) {
       for (const Relation& relation : net_.relations) {
         if (relation.from == evidence.entity || relation.to == evidence.entity)
@@ -68,14 +66,12 @@ class Entities {
   bool leads_to_door(std::size_t opening) const;
   void add_pillars();
   void add_flights();
-  void relate_walls();
-  void relate_levels();
 
   const NetCandidates& candidates_;
   const Labelling& labelling_;
   SemanticNet net_;
   std::map<std::string, int> count_;
-  std::vector<std::pair<std::string, std::size_t>> whole_walls_;  ///< name of the first piece, candidate
+  WholeWalls whole_walls_;  ///< name of the first piece, candidate
 };
 
 bool Entities::leads_to_door(std::size_t o) const {
@@ -286,43 +282,6 @@ void Entities::add_flights() {
     }
     net_.stairs.push_back(summary);
   }
-}
-
-void Entities::relate_walls() {
-  constexpr double kFarthest = 8, kSquare = 0.035, kEqual = 0.05;  // m, rad, m
-  for (std::size_t i = 0; i < whole_walls_.size(); ++i) {
-    const WallCandidate& a = candidates_.walls.walls[whole_walls_[i].second];
-    for (std::size_t j = i + 1; j < whole_walls_.size(); ++j) {
-      const WallCandidate& b = candidates_.walls.walls[whole_walls_[j].second];
-      if ((0.5 * (a.start + a.end) - 0.5 * (b.start + b.end)).norm() >
-          kFarthest + 0.5 * (a.length() + b.length()))
-        continue;
-      const double angle = std::abs(std::remainder(a.yaw() - b.yaw(), EIGEN_PI));
-      const double confidence = std::min(labelling_.walls[whole_walls_[i].second].confidence(),
-                                         labelling_.walls[whole_walls_[j].second].confidence());
-      const std::string &from = whole_walls_[i].first, &to = whole_walls_[j].first;
-      if (angle < kSquare) relate(RelationKind::parallel, from, to, confidence);
-      if (std::abs(angle - EIGEN_PI / 2) < kSquare) relate(RelationKind::orthogonal, from, to, confidence);
-      if (std::abs(a.ceiling - b.ceiling) < kEqual) relate(RelationKind::equal_height, from, to, confidence);
-    }
-  }
-}
-
-void Entities::relate_levels() {
-  std::vector<Relation> found;
-  for (const ModelEntity& level : net_.entities) {
-    if (level.label != EntityLabel::floor && level.label != EntityLabel::ceiling) continue;
-    const double z = level.T_map_body.translation().z();
-    for (const auto& [name, w] : whole_walls_) {
-      const WallCandidate& wall = candidates_.walls.walls[w];
-      const bool floor = level.label == EntityLabel::floor;
-      if (std::abs(z + (floor ? kSlab : -kSlab) / 2 - (floor ? wall.floor : wall.ceiling)) > kSameLevel)
-        continue;
-      found.push_back(
-          {floor ? RelationKind::under : RelationKind::above, level.name, name, level.confidence});
-    }
-  }
-  net_.relations.insert(net_.relations.end(), found.begin(), found.end());
 }
 
 }  // namespace

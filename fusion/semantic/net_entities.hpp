@@ -40,6 +40,17 @@ Labelling assign_labels(const NetCandidates& candidates);
 
 SemanticNet entities_of(const NetCandidates& candidates, const Labelling& labelling);
 
+inline constexpr double kSlab = 0.10;       ///< m, of a floor or a ceiling
+inline constexpr double kSameLevel = 0.08;  ///< m, surfaces of one floor
+
+/// Per wall: the name of its first piece, and its candidate.
+using WholeWalls = std::vector<std::pair<std::string, std::size_t>>;
+
+/// Add parallel, orthogonal and equal height; under (a floor) and above (a ceiling) a wall.
+void relate_walls(const NetCandidates& candidates, const Labelling& labelling, const WholeWalls& whole_walls,
+                  SemanticNet& net);
+void relate_levels(const NetCandidates& candidates, const WholeWalls& whole_walls, SemanticNet& net);
+
 /// Fills net.labels: an EntityLabel for each point.
 void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates, const Labelling& labelling,
                   SemanticNet& net);

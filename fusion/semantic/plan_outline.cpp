@@ -65,4 +65,18 @@ Outline outline_of(const Shape& shape, const Transform<Map, Body>& T_map_body) {
                          (T_map_body * shape.T_body_shape).isometry());
 }
 
+std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> chord(const Outline& polygon, int axis,
+                                                                 double at) {
+  Outline met;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Eigen::Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((a[axis] < at) == (b[axis] < at)) continue;
+    met.push_back(a + (b - a) * ((at - a[axis]) / (b[axis] - a[axis])));
+  }
+  if (met.size() != 2) return std::nullopt;
+  return std::pair{met[0], met[1]};
+}
+
+/// Up to above a person's head: what hangs higher is not in the way.
+
 }  // namespace parhelion

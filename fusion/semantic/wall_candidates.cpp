@@ -140,7 +140,8 @@ double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
   return (wall.start + t * d - p).norm();
 }
 
-/// Walls join walls. A short piece that meets no longer one at either end is more likely something that stands there.
+/// Walls join walls. A short piece that meets no longer one at either end is more likely something that
+/// stands there.
 void weigh_loners(std::vector<WallCandidate>& walls) {
   constexpr double kShort = 2.0, kJoin = 0.35, kAlike = 0.3;  // m, m, rad
   std::vector<double> penalty;

@@ -1,0 +1,73 @@
+#include "fusion/semantic/join_plates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+namespace parhelion {
+namespace {
+
+constexpr double same_height = 0.008;     // m, between cells of one surface, beside what their noise may do
+constexpr double point_noise = 0.01;      // m
+constexpr double max_height_step = 0.03;  // m, whatever the noise
+constexpr int reach_cells = 4;            // a gap of one cell does not part a surface
+constexpr double slice_share = 0.17;      // of a wall's points around a plate that are in it: 0.1 m of 0.6 m
+
+std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+/// m by which two cells of one surface may differ: 2.5 sigma of their means, and the floor's own unevenness.
+double height_step(const Plate& a, const Plate& b) {
+  const double sigma = point_noise * std::sqrt(1.0 / a.points + 1.0 / b.points);
+  return std::min(max_height_step, same_height + 2.5 * sigma);
+}
+
+/// Whether more of what the plate's cell holds around this height is in the plate than a wall's slice has by
+/// chance. Neither such a slice is flat nor the floor's rim at the foot of a wall.
+bool is_flat(const Plate& plate) {
+  const double n = plate.points + plate.around, mean = slice_share * n;
+  return plate.points > mean + 2 * std::sqrt(mean * (1 - slice_share));
+}
+
+}  // namespace
+
+bool by_place(const Plate& a, const Plate& b) {
+  return std::tuple(a.y, a.x, a.z) < std::tuple(b.y, b.x, b.z);
+}
+
+std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
+  std::vector<std::uint32_t> parent(plates.size()), host(plates.size(), no_surface);
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto adopt = [&](std::uint32_t i, std::uint32_t child) {
+    const auto apart = [&](std::uint32_t k) { return std::abs(plates[k].z - plates[child].z); };
+    if (host[child] == no_surface || apart(i) < apart(host[child])) host[child] = i;
+  };
+  const auto meet = [&](std::uint32_t i, std::uint32_t j) {
+    if (static_cast<double>(std::abs(plates[j].z - plates[i].z)) > height_step(plates[i], plates[j])) return;
+    const bool one = is_flat(plates[i]), other = is_flat(plates[j]);
+    if (one && other) {
+      const auto a = root(parent, i), b = root(parent, j);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+    if (one && !other) adopt(i, j);
+    if (other && !one) adopt(j, i);
+  };
+  for (std::uint32_t i = 0; i < plates.size(); ++i) {
+    const Plate& plate = plates[i];
+    for (int dy = 0; dy <= reach_cells; ++dy) {
+      const Plate from{.x = plate.x + (dy == 0 ? 1 : -reach_cells), .y = plate.y + dy, .z = -1e9F};
+      auto it = std::lower_bound(plates.begin() + i, plates.end(), from, by_place);
+      for (; it != plates.end() && it->y == from.y && it->x <= plate.x + reach_cells; ++it)
+        meet(i, static_cast<std::uint32_t>(it - plates.begin()));
+    }
+  }
+  std::vector<std::uint32_t> part(plates.size());
+  for (std::uint32_t i = 0; i < plates.size(); ++i)
+    part[i] = root(parent, host[i] == no_surface ? i : host[i]);
+  return part;
+}
+
+}  // namespace parhelion
