@@ -61,14 +61,22 @@ TEST(RegistrationSequence, ClosesALoopOfManyScans) {
   const auto found = register_sequence(scans, {}, [&](std::size_t done, std::size_t) { told = done; });
   ASSERT_TRUE(found.ok()) << found.error().message;
   EXPECT_EQ(told, scans.size());
-  double worst = 0, drifted = 0;
+  double worst = 0, drifted = 0, seconds = 0;
+  int left_out = 0;
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    EXPECT_TRUE(found->scans[i].converged) << i << ": " << found->scans[i].why;
+    seconds += found->scans[i].seconds;
+    // Where a wall hides all that stands across the corridor, a scan is rather left out than guessed.
+    left_out += !found->scans[i].converged;
+    EXPECT_TRUE(found->scans[i].converged ||
+                found->scans[i].why.find("do not determine moving along") != std::string::npos)
+        << i << ": " << found->scans[i].why;
     const Eigen::Isometry3d right = truth.front().inverse() * truth[i];
     worst = std::max(worst, (found->scans[i].T_cloud_scan.translation() - right.translation()).norm());
     drifted = std::max(drifted, (scans[i].guess.translation() - right.translation()).norm());
   }
-  std::printf("%d scans: worst %.3f m off, odometry %.1f m\n", count, worst, drifted);
+  std::printf("%d scans in %.1f s: %d left out, worst %.3f m off, odometry %.1f m\n", count, seconds,
+              left_out, worst, drifted);
+  EXPECT_LE(left_out, count * 3 / 100);
   // Along a corridor a pair is good to about 4 cm (its covariance), which adds up between the loop's ends.
   EXPECT_LT(worst, 0.3);
   EXPECT_GT(drifted, 1);
