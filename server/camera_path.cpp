@@ -41,7 +41,8 @@ void add_occluders(const Configuration& configuration, State& state, RenderJob& 
   job.T_map_laser = pose->T_map_base * robot.laser->T_base_laser;
 }
 
-/// Agents whose place in the picture is not known well enough are not drawn, nor those that the scan leaves out.
+/// Agents whose place in the picture is not known well enough are not drawn, nor those that the scan leaves
+/// out.
 void leave_out_uncertain(const Configuration& configuration, const PoseAtInstant& pose, State& state,
                          WorldSnapshot& world) {
   std::vector<BodyState>& bodies = world.bodies;
