@@ -46,7 +46,7 @@ void note_pose(const Configuration& configuration, SimulationTime t, State& stat
 /// last beam's.
 void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state,
                   Outputs& outputs) {
-  AgentLaser& own = state.agent_laser;
+  AgentScanPath& own = state.agent_laser;
   const Sweep sweep = beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.beam_time);
   const SimulationTime start = request.stamp - (sweep.end - sweep.start);
   if (!state.simulation.at(request.stamp, own.world_end)) return;

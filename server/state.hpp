@@ -73,7 +73,7 @@ struct ScanPath {
 };
 
 /// One simulated laser of an agent.
-struct AgentLaser {
+struct AgentScanPath {
   std::vector<float> beam_time;
   std::vector<RangeHit> body_hits, building_hits;
   std::vector<BodyMotion> motions;
@@ -103,7 +103,7 @@ struct State {
   RayCaster caster;
   InjectionGate gate;
   ScanPath scan;
-  AgentLaser agent_laser;
+  AgentScanPath agent_laser;
   std::vector<LaserRequest> laser_requests;
   std::vector<RealObstacle> obstacles;
   SimulationTime obstacles_seen;  ///< arrival of the scan that showed them

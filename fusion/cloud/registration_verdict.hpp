@@ -23,8 +23,8 @@ struct AlignedPair {
   const Surfels& source;
   std::span<const Eigen::Vector3d> target_viewpoints, source_viewpoints;
   const Eigen::Isometry3d& T_target_source;
-  const PartnerSearch& partners;  ///< at T
-  const MatchOptions& options;    ///< of the last round
+  const PartnerSearch& partners;      ///< at T
+  const SurfelMatchOptions& options;  ///< of the last round
 };
 
 AlignmentEvidence evidence(const AlignedPair& pair);

@@ -20,7 +20,7 @@ std::vector<SurfelTarget> targets(const Pyramid& surfels);
 struct Level {
   const SurfelTarget& target;
   const Surfels& source;
-  MatchOptions options;
+  SurfelMatchOptions options;
 };
 
 /// The finest first; they refer to both, which must outlive them.
@@ -29,8 +29,8 @@ std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Py
 
 struct Descent {
   Eigen::Isometry3d T;
-  MatchOptions options;    ///< of the last round
-  PartnerSearch partners;  ///< in the finest level, at T
+  SurfelMatchOptions options;  ///< of the last round
+  PartnerSearch partners;      ///< in the finest level, at T
   int iterations = 0;
   bool settled = false;  ///< the last step was small
   double last_step = 0;  ///< m

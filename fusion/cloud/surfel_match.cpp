@@ -56,7 +56,7 @@ double kernel_weight(double e2, double kernel) {
 }
 
 inline void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
-                          const MatchOptions& options) {
+                          const SurfelMatchOptions& options) {
   const Eigen::Matrix3d M = weight_of(options.method, pair.a, pair.slack_a, pair.b, pair.slack_b);
   const double weight =
       kernel_weight(squared_residual(options.method, M, pair.d, pair.slack_a + pair.slack_b), options.kernel);
@@ -72,7 +72,7 @@ inline void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::V
 
 /// The same for point-to-plane, of whose matrix one direction is all.
 inline void add_along_normal(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
-                             const MatchOptions& options) {
+                             const SurfelMatchOptions& options) {
   sum.pairs += 1;
   if (pair.slack_a >= flat_enough) return;
   const double e = pair.a.dot(pair.d);
@@ -118,7 +118,7 @@ std::vector<double> residuals(const SurfelTarget& target, const Surfels& source,
 
 NormalEquations match(const SurfelTarget& target, const Surfels& source,
                       const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
-                      const MatchOptions& options, PartnerSearch& search) {
+                      const SurfelMatchOptions& options, PartnerSearch& search) {
   search.move_to(T_target_source);
   const bool along_normal = options.method == IcpMethod::point_to_plane;
   NormalEquations sum = sum_over_chunks<NormalEquations>(

@@ -16,7 +16,7 @@ namespace parhelion {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-struct MatchOptions {
+struct SurfelMatchOptions {
   IcpMethod method = IcpMethod::generalised;
   double gate = 1;    ///< m, furthest partner; at most 2.5 of the target's buckets
   double kernel = 1;  ///< m, residual at which a pair has a quarter of its say (Geman and McClure)
@@ -46,7 +46,7 @@ std::vector<double> residuals(const SurfelTarget& target, const Surfels& source,
 /// One round: partners at T, and their equations.
 NormalEquations match(const SurfelTarget& target, const Surfels& source,
                       const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
-                      const MatchOptions& options, PartnerSearch& search);
+                      const SurfelMatchOptions& options, PartnerSearch& search);
 
 /// T moved by the step.
 Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, const Vector6d& step, const Eigen::Vector3d& centre);

@@ -1,5 +1,5 @@
 // The rooms and their one-way doors: reads every #include of the repository and fails on one that should not
-// be there.
+// be there. And types: two of one name in one namespace break each other silently when they are linked.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -163,6 +163,32 @@ std::vector<std::string> violations(const Sources& sources) {
   return found;
 }
 
+/// Types defined at the left margin outside of anonymous namespaces: "parhelion::Scan" -> where. Tests are
+/// programs of their own and left out.
+std::map<std::string, std::vector<std::string>> types_of(const Sources& sources) {
+  static const std::regex space(R"re(^namespace ([\w:]*) ?\{)re");
+  static const std::regex type(R"re(^(?:struct|class) (\w+(?:::\w+)*)[^;()]*(?:\{|$))re");
+  std::map<std::string, std::vector<std::string>> found;
+  for (const auto& [path, text] : sources) {
+    if (path.starts_with("tests/")) continue;
+    std::vector<std::string> open;
+    std::istringstream lines(text);
+    std::smatch match;
+    for (std::string line; std::getline(lines, line);) {
+      if (std::regex_search(line, match, space)) {
+        open.push_back(match[1]);
+      } else if (line.starts_with("}  // namespace")) {
+        if (!open.empty()) open.pop_back();
+      } else if (std::regex_search(line, match, type) && std::count(open.begin(), open.end(), "") == 0) {
+        std::string name;
+        for (const std::string& each : open) name += each + "::";
+        found[name + match[1].str()].push_back(path);
+      }
+    }
+  }
+  return found;
+}
+
 Sources read_repository() {
   Sources sources;
   const fs::path root = PARHELION_SOURCE_DIR;
@@ -224,6 +250,29 @@ TEST(Doors, AThirdPartyStaysInTheRoomThatOwnsIt) {
       (std::vector<std::string>{
           "server/simulation/world.hpp: names a third party, and another room sees it: server/tick.hpp",
           "server/simulation/world.hpp: names a third party, and another room sees it: tools/serve.cpp"}));
+}
+
+TEST(Types, HaveOneDefinitionEach) {
+  const auto types = types_of(read_repository());
+  EXPECT_GT(types.size(), 200U);
+  for (const auto& [name, paths] : types) {
+    std::string places;
+    for (const std::string& path : paths) places += " " + path;
+    EXPECT_EQ(paths.size(), 1U) << name << " is defined in" << places;
+  }
+}
+
+TEST(Types, OfOneNameInTwoFilesAreFound) {
+  const auto types = types_of(
+      {{"server/a.hpp", "namespace parhelion {\nstruct A {\n};\nclass B;\n}  // namespace parhelion\n"},
+       {"server/b.cpp",
+        "namespace parhelion {\nnamespace {\nstruct B {};\n}  // namespace\n"
+        "class A : public C {\n};\n}  // namespace parhelion\n"},
+       {"server/c.hpp",
+        "namespace parhelion::wire {\nclass A final {};\n}  // namespace parhelion::wire\n"}});
+  EXPECT_EQ(types.at("parhelion::A").size(), 2U);
+  EXPECT_EQ(types.at("parhelion::wire::A").size(), 1U);
+  EXPECT_FALSE(types.contains("parhelion::B")) << "declared only, or nobody else's";
 }
 
 }  // namespace

@@ -85,11 +85,11 @@ Result<GreyPixels> read_grey(std::span<const std::uint8_t> file) {
   return GreyPixels{whole.cols, whole.rows, {whole.data, whole.data + whole.total()}};
 }
 
-Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre) {
+Result<DepthMillimetres> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre) {
   const cv::Mat pixels = decode_file(file, cv::IMREAD_UNCHANGED);
   if (pixels.empty()) return Error{"a depth image that can't be read: a 16-bit grey PNG is expected"};
   if (pixels.type() != CV_16UC1) return Error{"a depth image that is not 16-bit grey"};
-  DepthPixels depth{pixels.cols, pixels.rows, {}, units_per_metre == 1000};
+  DepthMillimetres depth{pixels.cols, pixels.rows, {}, units_per_metre == 1000};
   depth.mm.reserve(pixels.total());
   const double mm_per_unit = 1000 / units_per_metre;
   constexpr std::uint16_t none = 65535;  // 7-Scenes' word for "nothing", beside 0
@@ -104,7 +104,7 @@ Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double un
   return depth;
 }
 
-Result<Image> depth_image(const DepthPixels& depth, SensorTime stamp) {
+Result<Image> depth_image(const DepthMillimetres& depth, SensorTime stamp) {
   const cv::Mat pixels(depth.height, depth.width, CV_16UC1, const_cast<std::uint16_t*>(depth.mm.data()));
   std::vector<std::uint8_t> png;
   try {

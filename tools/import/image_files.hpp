@@ -12,7 +12,7 @@
 namespace parhelion {
 
 /// A depth image: millimetres row by row, 0 where nothing was measured.
-struct DepthPixels {
+struct DepthMillimetres {
   int width = 0, height = 0;
   std::vector<std::uint16_t> mm;
   bool as_written = false;  ///< the file's own numbers are these
@@ -29,10 +29,10 @@ Result<GreyPixels> read_grey(std::span<const std::uint8_t> file);
 Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp);
 
 /// 16-bit grey PNG; `units_per_metre` of its numbers (1000: millimetres, 5000: TUM).
-Result<DepthPixels> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre);
+Result<DepthMillimetres> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre);
 
 /// Depth as it goes on the wire: 16-bit PNG of millimetres, metadata "encoding" = "png".
-Result<Image> depth_image(const DepthPixels& depth, SensorTime stamp);
+Result<Image> depth_image(const DepthMillimetres& depth, SensorTime stamp);
 /// The same from a PNG that holds millimetres already.
 Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTime stamp);
 

@@ -16,7 +16,7 @@ constexpr double bin = 0.02;  ///< m
 
 }  // namespace
 
-void SurfacePoints::add(const DepthPixels& depth, const CameraIntrinsics& camera,
+void SurfacePoints::add(const DepthMillimetres& depth, const CameraIntrinsics& camera,
                         const Eigen::Isometry3d& T_world_depth) {
   constexpr double farthest = 4;  // m; a Kinect's noise grows with the square of depth
   const auto at = [&](int column, int row) {

@@ -19,7 +19,8 @@ inline Eigen::Vector3d depth_point(const CameraIntrinsics& camera, int column, i
 /// Surface points of many frames in the folder's world, with the normal that each one's neighbours give it.
 class SurfacePoints {
  public:
-  void add(const DepthPixels& depth, const CameraIntrinsics& camera, const Eigen::Isometry3d& T_world_depth);
+  void add(const DepthMillimetres& depth, const CameraIntrinsics& camera,
+           const Eigen::Isometry3d& T_world_depth);
   bool empty() const { return points_.empty(); }
 
   /// Mean of the normals that lie within 12 degrees of it, from a first guess on (mean shift), which need be

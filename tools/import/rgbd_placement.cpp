@@ -17,13 +17,13 @@ constexpr std::size_t frames_for_the_floor = 40;
 
 struct DepthSurvey {
   SurfacePoints surfaces;
-  Registration registration;
+  DepthRegistration registration;
   std::uint16_t nearest = 0, farthest = 0;  ///< mm
 };
 
 /// The colour image of the same instant, where colour and depth are cameras of their own.
-void add_colour(const RgbdFolder& folder, const RgbdFile& frame, const DepthPixels& depth,
-                Registration& registration) {
+void add_colour(const RgbdFolder& folder, const RgbdFile& frame, const DepthMillimetres& depth,
+                DepthRegistration& registration) {
   if (folder.cameras.T_depth_colour.isApprox(Eigen::Isometry3d::Identity())) return;
   const auto same = std::find_if(folder.colour.begin(), folder.colour.end(),
                                  [&](const RgbdFile& file) { return file.stamp == frame.stamp; });

@@ -33,8 +33,8 @@ std::vector<float> sobel(const GreyPixels& grey) {
 
 }  // namespace
 
-void Registration::add(const DepthPixels& depth, const CameraIntrinsics& depth_camera,
-                       const GreyPixels& colour) {
+void DepthRegistration::add(const DepthMillimetres& depth, const CameraIntrinsics& depth_camera,
+                            const GreyPixels& colour) {
   Frame& frame = frames_.emplace_back();
   frame.width = colour.width;
   frame.height = colour.height;
@@ -57,7 +57,8 @@ void Registration::add(const DepthPixels& depth, const CameraIntrinsics& depth_c
   }
 }
 
-double Registration::score(const CameraIntrinsics& camera, const Eigen::Isometry3d& T_colour_depth) const {
+double DepthRegistration::score(const CameraIntrinsics& camera,
+                                const Eigen::Isometry3d& T_colour_depth) const {
   double sum = 0;
   std::size_t n = 0;
   for (const Frame& frame : frames_) {
@@ -76,8 +77,8 @@ double Registration::score(const CameraIntrinsics& camera, const Eigen::Isometry
   return n == 0 ? 0 : sum / static_cast<double>(n);
 }
 
-Eigen::Isometry3d Registration::refine(const CameraIntrinsics& camera,
-                                       const Eigen::Isometry3d& T_colour_depth) const {
+Eigen::Isometry3d DepthRegistration::refine(const CameraIntrinsics& camera,
+                                            const Eigen::Isometry3d& T_colour_depth) const {
   Eigen::Isometry3d best = T_colour_depth;
   Eigen::Isometry3d unturned = Eigen::Isometry3d::Identity();
   unturned.translation() = T_colour_depth.translation();

@@ -10,9 +10,9 @@
 namespace parhelion {
 
 /// Depth edges of some frames and the colour gradients that they should lie on.
-class Registration {
+class DepthRegistration {
  public:
-  void add(const DepthPixels& depth, const CameraIntrinsics& depth_camera, const GreyPixels& colour);
+  void add(const DepthMillimetres& depth, const CameraIntrinsics& depth_camera, const GreyPixels& colour);
   /// Mean colour gradient under the depth edges: high where the two images lie on each other; 0: no edges.
   double score(const CameraIntrinsics& colour_camera, const Eigen::Isometry3d& T_colour_depth) const;
   /// Turns the stated transform, or the stated translation without rotation where that fits better, by up to

@@ -44,7 +44,7 @@ LaserDescription describe_depth_scan(const CameraIntrinsics& camera, const Depth
   return laser;
 }
 
-Scan cut_scan(const DepthPixels& depth, const CameraIntrinsics& camera,
+Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
               const Transform<Map, Base>& T_map_base, const Transform<Map, DepthOptical>& T_map_optical,
               const DepthScanOptions& options, SensorTime stamp) {
   constexpr std::size_t against_flying_pixels = 5;

@@ -18,7 +18,7 @@ LaserDescription describe_depth_scan(const CameraIntrinsics& camera, const Depth
 /// For each bearing the nearest point of the band (the fifth nearest, against single flying pixels), seen
 /// from base_link, in the horizontal plane. +inf where a pixel of that bearing was seen through the band, NaN
 /// where nothing is known.
-Scan cut_scan(const DepthPixels& depth, const CameraIntrinsics& camera,
+Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
               const Transform<Map, Base>& T_map_base, const Transform<Map, DepthOptical>& T_map_optical,
               const DepthScanOptions& options, SensorTime stamp);
 

@@ -129,7 +129,7 @@ Result<Image> to_depth(const ros::Image& image) {
   auto pixels = packed_rows(image, metres ? 4 : 2);
   if (!pixels) return pixels.error();
   if (image.big_endian) return Error{"a big-endian depth image; little-endian is expected"};
-  DepthPixels depth{static_cast<int>(image.width), static_cast<int>(image.height), {}, false};
+  DepthMillimetres depth{static_cast<int>(image.width), static_cast<int>(image.height), {}, false};
   depth.mm.resize(std::size_t{image.width} * image.height);
   if (!metres) {
     if (!pixels->empty()) std::memcpy(depth.mm.data(), pixels->data(), pixels->size());
