@@ -75,8 +75,8 @@ class SiteBuilder {
 
   void box(EntityLabel label, const Eigen::Vector3d& low, const Eigen::Vector3d& high, double yaw = 0) {
     if (((high - low).array() < 1e-3).any()) return;
-    site_.model.entities.push_back(site_box("box " + std::to_string(site_.model.entities.size()), label,
-                                            0.5 * (low + high), high - low, yaw));
+    site_.model.entities.push_back(model_box("box " + std::to_string(site_.model.entities.size()), label,
+                                             0.5 * (low + high), high - low, yaw));
     if (label != EntityLabel::unknown) extent_.extend(low), extent_.extend(high);
   }
 
@@ -241,7 +241,7 @@ class SiteBuilder {
     } else {
       const double slope = range(0.06, 0.14), l = stairs + 0.5;
       SemanticModel& model = site_.model;
-      ModelEntity ramp = site_box("ramp", EntityLabel::unknown, {0, 0, 0}, {l, wide, 0.1});
+      ModelEntity ramp = model_box("ramp", EntityLabel::unknown, {0, 0, 0}, {l, wide, 0.1});
       ramp.T_map_body =
           Transform<Map, Body>(Eigen::Quaterniond(Eigen::AngleAxisd(-slope, Eigen::Vector3d::UnitY())),
                                {x0 + 1.6 + l / 2, y0 + wide / 2, std::sin(slope) * l / 2 - 0.05});

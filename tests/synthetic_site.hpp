@@ -8,18 +8,9 @@
 #include "fusion/cloud/point_cloud.hpp"
 #include "fusion/scan/building_tree.hpp"
 #include "protocols/model.hpp"
+#include "tests/model_box.hpp"
 
 namespace parhelion::test {
-
-inline ModelEntity site_box(const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
-                            const Eigen::Vector3d& size, double yaw = 0) {
-  ModelEntity box;
-  box.name = name;
-  box.label = label;
-  box.T_map_body = Transform<Map, Body>::planar(centre.x(), centre.y(), yaw, centre.z());
-  box.size = size;
-  return box;
-}
 
 /// Two rooms, 6 x 5 m and 4 x 5 m, 2.6 m high, floor at z = 0. Between them a wall with an open doorway and
 /// one with a door in a recess; a pillar, a table, a cupboard, five steps of 0.17 m to a landing.
@@ -28,7 +19,7 @@ inline SemanticModel synthetic_site() {
   SemanticModel site;
   const auto add = [&](const std::string& name, EntityLabel label, const Eigen::Vector3d& centre,
                        const Eigen::Vector3d& size) {
-    site.entities.push_back(site_box(name, label, centre, size));
+    site.entities.push_back(model_box(name, label, centre, size));
   };
   using L = EntityLabel;
   add("floor", L::floor, {2, 0, -0.1}, {10.4, 5.4, 0.2});

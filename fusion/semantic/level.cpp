@@ -42,7 +42,8 @@ std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
     const auto [it, is_new] = number.try_emplace(key, static_cast<std::uint32_t>(patches.size()));
     if (is_new) patches.emplace_back();
     Patch& patch = patches[it->second];
-    if (patch.count == 0) patch.mean = p;  // for now the first point, so that squares stay small
+    if (patch.count == 0)
+      patch.mean = p;  // about the first point until all are in, so that squares stay small
     const Eigen::Vector3d offset = p - patch.mean;
     patch.sum += offset;
     patch.squares += offset * offset.transpose();

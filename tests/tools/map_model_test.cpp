@@ -235,7 +235,7 @@ TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
     e.deleted = true;
     break;
   }
-  model->entities.push_back(test::site_box("glass", EntityLabel::wall, {1, 1, 1}, {1, 0.02, 2}));
+  model->entities.push_back(test::model_box("glass", EntityLabel::wall, {1, 1, 1}, {1, 0.02, 2}));
   model->entities.back().is_virtual = true;
   std::ofstream(folder_ / "model.yaml") << to_yaml(*model);
   EXPECT_NE(std::system((base + " 2>/dev/null").c_str()), 0) << "nothing is overwritten unasked";

@@ -14,7 +14,7 @@ SemanticModel pillars(const std::vector<std::pair<double, double>>& x_and_confid
   SemanticModel model;
   for (const auto& [x, confidence] : x_and_confidence) {
     const std::string name = "pillar " + std::to_string(model.entities.size() + 1);
-    model.entities.push_back(test::site_box(name, EntityLabel::pillar, {x, 0, 1}, {0.4, 0.4, 2}));
+    model.entities.push_back(test::model_box(name, EntityLabel::pillar, {x, 0, 1}, {0.4, 0.4, 2}));
     model.entities.back().confidence = confidence;
   }
   return model;

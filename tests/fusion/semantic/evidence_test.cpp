@@ -89,8 +89,8 @@ TEST(Evidence, WithoutRoomForMoreTheRestStaysUnobserved) {
 
 SemanticModel one_floor() {
   SemanticModel model;
-  model.entities = {test::site_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {12, 8, 0.1}),
-                    test::site_box("wall 1", EntityLabel::wall, {0, 4, 1}, {12, 0.1, 2})};
+  model.entities = {test::model_box("floor 1", EntityLabel::floor, {0, 0, -0.05}, {12, 8, 0.1}),
+                    test::model_box("wall 1", EntityLabel::wall, {0, 4, 1}, {12, 0.1, 2})};
   model.relations = {{RelationKind::under, "floor 1", "wall 1", 1}};
   return model;
 }
