@@ -59,6 +59,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentCommand& command) {
     for (int i = 0; i < 2; ++i) p_map[i] = reader.bounded("waypoints", wire::max_position);
   }
   reader.text("laser", agent.laser);
+  reader.text("model", agent.model);
   return reader.status();
 }
 
@@ -80,17 +81,19 @@ void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes) {
     for (int i = 0; i < 2; ++i) writer.number(p_map[i]);
   }
   writer.text(agent.laser);
+  writer.text(agent.model);
 }
 
 Status decode(std::string_view channel, Bytes bytes, Event& event) {
   wire::Reader reader(channel, "event_t", event_t::getHash(), bytes);
   event.stamp.ns = reader.nanosecond_stamp();
-  event.kind = reader.enumeration("kind", EventKind::model_changed);
+  event.kind = reader.enumeration("kind", kLastEventKind);
   reader.text("subject", event.subject);
   reader.text("object", event.object);
   event.pair = reader.enumeration("pair", PairKind::virtual_virtual);
   event.position = reader.vector("position", wire::max_position);
   event.impulse = reader.bounded("impulse", 1e12);
+  event.value = reader.bounded("value", 1e12);
   event.unsensed = reader.boolean("unsensed");
   event.request = static_cast<std::uint64_t>(reader.number<std::int64_t>("request"));
   reader.text("text", event.text);
@@ -106,6 +109,7 @@ void encode(const Event& event, std::vector<std::uint8_t>& bytes) {
   writer.enumeration(event.pair);
   writer.vector(event.position);
   writer.number(event.impulse);
+  writer.number(event.value);
   writer.boolean(event.unsensed);
   writer.number(static_cast<std::int64_t>(event.request));
   writer.text(event.text);

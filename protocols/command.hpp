@@ -34,6 +34,7 @@ struct AgentDefinition {
   Eigen::Vector3d size{0.4, 0.4, 0.6};  ///< m, boxes and barrels: x, y, z
   Behaviour behaviour;
   std::string laser;  ///< preset of its own simulated laser, empty: none
+  std::string model;  ///< of a robot: its robot model by name; empty: the simple one that stays upright
 };
 
 struct AgentCommand {

@@ -24,8 +24,44 @@ enum class EventKind : std::uint8_t {
   command_restored,
   injection_degraded,
   injection_restored,
-  model_changed,  ///< a new version of the model took the old one's place; `text` says which
+  model_changed,        ///< a new version of the model took the old one's place; `text` says which
+  collision_continued,  ///< a contact goes on; impulse: the largest of one step since it was said last
+  movement_started,
+  movement_stopped,
+  joint_broken,     ///< object: the joint
+  joint_overload,   ///< object: the joint; value: torque or force that it asked for over what it can give
+  joints_restored,  ///< a reset: broken joints hold again
+  door_opened,      ///< value: rad, how far its leaf is turned from where it closes its opening
+  door_closed,
+  door_unhinged,  ///< pushed off its hinge; impulse: what broke it
+  door_space_entered,
+  door_space_left,
+  step_climbed,   ///< object: the step; value: m, height of the robot over where it began
+  fell,           ///< value: m, how deep
+  tipped_over,    ///< value: rad, angle between its z axis and up
+  pitch_warning,  ///< value: rad; so for roll
+  pitch_limit,
+  roll_warning,
+  roll_limit,
+  yaw_rate_warning,  ///< value: rad/s
+  yaw_rate_limit,
+  gripped,  ///< object: what the gripper holds
+  lifted,   ///< value: m over where it lay
+  dropped,
+  placed,  ///< object: the container
+  zone_entered,
+  zone_left,
+  collision_predicted,  ///< along the present motion; value: s until it
+  tipping_predicted,    ///< value: s until it
+  hazard_set_off,       ///< text: by what
+  radio_lost,           ///< value: dBm at the receiver
+  radio_restored,
+  battery_low,  ///< value: share that is left, 0..1
+  battery_empty,
+  operator_switched,  ///< object: the robot that the operator drives from now on
+  console_lost,       ///< the operator's console went silent or was unplugged
 };
+inline constexpr EventKind kLastEventKind = EventKind::console_lost;
 
 enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virtual };
 
@@ -37,6 +73,7 @@ struct Event {
   PairKind pair = PairKind::none;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame, where it has a place
   double impulse = 0;                                  ///< N s, of a contact
+  double value = 0;                                    ///< measured figure; its unit and meaning by kind
   bool unsensed = false;                               ///< while injection was degraded: never scored
   std::uint64_t request = 0;
   std::string text;

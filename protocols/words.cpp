@@ -84,6 +84,76 @@ const char* to_string(EventKind kind) {
       return "injection_restored";
     case EventKind::model_changed:
       return "model_changed";
+    case EventKind::collision_continued:
+      return "collision_continued";
+    case EventKind::movement_started:
+      return "movement_started";
+    case EventKind::movement_stopped:
+      return "movement_stopped";
+    case EventKind::joint_broken:
+      return "joint_broken";
+    case EventKind::joint_overload:
+      return "joint_overload";
+    case EventKind::joints_restored:
+      return "joints_restored";
+    case EventKind::door_opened:
+      return "door_opened";
+    case EventKind::door_closed:
+      return "door_closed";
+    case EventKind::door_unhinged:
+      return "door_unhinged";
+    case EventKind::door_space_entered:
+      return "door_space_entered";
+    case EventKind::door_space_left:
+      return "door_space_left";
+    case EventKind::step_climbed:
+      return "step_climbed";
+    case EventKind::fell:
+      return "fell";
+    case EventKind::tipped_over:
+      return "tipped_over";
+    case EventKind::pitch_warning:
+      return "pitch_warning";
+    case EventKind::pitch_limit:
+      return "pitch_limit";
+    case EventKind::roll_warning:
+      return "roll_warning";
+    case EventKind::roll_limit:
+      return "roll_limit";
+    case EventKind::yaw_rate_warning:
+      return "yaw_rate_warning";
+    case EventKind::yaw_rate_limit:
+      return "yaw_rate_limit";
+    case EventKind::gripped:
+      return "gripped";
+    case EventKind::lifted:
+      return "lifted";
+    case EventKind::dropped:
+      return "dropped";
+    case EventKind::placed:
+      return "placed";
+    case EventKind::zone_entered:
+      return "zone_entered";
+    case EventKind::zone_left:
+      return "zone_left";
+    case EventKind::collision_predicted:
+      return "collision_predicted";
+    case EventKind::tipping_predicted:
+      return "tipping_predicted";
+    case EventKind::hazard_set_off:
+      return "hazard_set_off";
+    case EventKind::radio_lost:
+      return "radio_lost";
+    case EventKind::radio_restored:
+      return "radio_restored";
+    case EventKind::battery_low:
+      return "battery_low";
+    case EventKind::battery_empty:
+      return "battery_empty";
+    case EventKind::operator_switched:
+      return "operator_switched";
+    case EventKind::console_lost:
+      return "console_lost";
   }
   return "unknown";
 }

@@ -51,7 +51,7 @@ struct Tally {
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
   std::uint64_t refused_inputs = 0;
   std::string last_refusal;
-  std::array<std::uint64_t, 32> events{};  ///< by EventKind
+  std::array<std::uint64_t, 64> events{};  ///< by EventKind
   Percentiles pose_age_us;
   Percentiles slam_us;  ///< what POSE_COV says of its own step
 };

@@ -80,6 +80,7 @@ inline Event sample_event() {
   event.pair = PairKind::real_virtual;
   event.position = {1, 2, 3};
   event.impulse = 4.5;
+  event.value = -0.25;
   event.request = 17;
   event.text = "bumper, \"left\"";
   return event;

@@ -228,12 +228,13 @@ RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
     command.agent.behaviour.waypoints.emplace_back(any_within(1000), any_within(1000));
   }
   command.agent.laser = any_text();
+  command.agent.model = any_text();
   const auto twin = through_liblcm<agent_cmd_t>(command, back);
   RC_ASSERT(back.stamp == command.stamp && back.request == command.request && back.action == command.action);
   RC_ASSERT(back.agent.name == command.agent.name && back.agent.kind == command.agent.kind);
   RC_ASSERT(near(back.agent.T_map_base, command.agent.T_map_base) && back.agent.size == command.agent.size);
   RC_ASSERT(back.agent.behaviour.kind == command.agent.behaviour.kind &&
-            back.agent.laser == command.agent.laser);
+            back.agent.laser == command.agent.laser && back.agent.model == command.agent.model);
   RC_ASSERT(back.agent.behaviour.speed == command.agent.behaviour.speed &&
             twin.speed == back.agent.behaviour.speed);
   RC_ASSERT(back.agent.behaviour.waypoints == command.agent.behaviour.waypoints);
@@ -243,11 +244,12 @@ RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
 
 RC_GTEST_PROP(CodecTwin, Event, ()) {
   Event event{{any_utime() * 1000 + *rc::gen::inRange(0, 1000)},
-              any_enumerator(EventKind::model_changed),
+              any_enumerator(kLastEventKind),
               any_text(),
               any_text(),
               any_enumerator(PairKind::virtual_virtual),
               any_vector(1000),
+              any_within(1000),
               any_within(1000),
               *rc::gen::arbitrary<bool>(),
               *rc::gen::arbitrary<std::uint64_t>(),
@@ -256,7 +258,7 @@ RC_GTEST_PROP(CodecTwin, Event, ()) {
   const auto twin = through_liblcm<event_t>(event, back);
   RC_ASSERT(back.stamp == event.stamp && back.kind == event.kind && back.subject == event.subject);
   RC_ASSERT(back.object == event.object && back.pair == event.pair && back.position == event.position);
-  RC_ASSERT(back.impulse == event.impulse && back.unsensed == event.unsensed &&
+  RC_ASSERT(back.impulse == event.impulse && back.value == event.value && back.unsensed == event.unsensed &&
             back.request == event.request);
   RC_ASSERT(back.text == event.text && twin.text == event.text &&
             twin.utime * 1000 + twin.ns == event.stamp.ns);

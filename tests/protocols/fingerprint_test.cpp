@@ -53,8 +53,8 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
   EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);
   EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
-  EXPECT_EQ(fingerprint<agent_cmd_t>(), 0x2f876a564ee9e9c2U);
-  EXPECT_EQ(fingerprint<event_t>(), 0xcd1413b729dbfd5bU);
+  EXPECT_EQ(fingerprint<agent_cmd_t>(), 0x20a0170d3ea460aaU);
+  EXPECT_EQ(fingerprint<event_t>(), 0x87709f49ae72cbdaU);
   EXPECT_EQ(fingerprint<world_t>(), 0x403d23274c4a0e14U);
 }
 

@@ -1,0 +1,96 @@
+// A robot that is simulated whole: links, joints, wheels and tracks, sensors. From URDF, with a YAML file
+// beside it for what URDF cannot say.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/frames.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/scene.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// A rigid part; its frame is that of the joint that carries it (URDF), of the first link base_link: on the
+/// floor, between wheels or tracks.
+struct RobotLink {
+  std::string name;
+  double mass = 0;                                   ///< kg, > 0
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of mass, m, link frame
+  Eigen::Matrix3d inertia =
+      Eigen::Matrix3d::Identity();  ///< kg m^2, about the centre of mass, axes of the link
+  std::vector<Shape> visible;       ///< what lasers hit and cameras see
+  std::vector<Shape> solid;         ///< what collides
+};
+
+enum class JointKind : std::uint8_t { fixed, revolute, continuous, prismatic };
+
+struct RobotJoint {
+  std::string name;
+  JointKind kind = JointKind::fixed;
+  std::size_t parent = 0, child = 0;                ///< links
+  Transform<Body, Body> T_parent_child;             ///< at position 0
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the child's frame
+  double lower = 0, upper = 0;                      ///< rad or m; of revolute and prismatic joints
+  double velocity = 1;                              ///< rad/s or m/s, most
+  double effort = 10;                               ///< N m or N, most of its motor
+  double friction = 0, damping = 0;                 ///< N m or N; N m s/rad or N s/m
+  double break_effort = 0;                          ///< N m or N across the joint that tears it off; 0: never
+};
+
+enum class DriveKind : std::uint8_t { differential, skid, ackermann, tracked };
+
+/// A surface that rolls: a wheel, or a track around its link.
+struct RobotRunner {
+  enum class Kind : std::uint8_t { wheel, track };
+  Kind kind = Kind::wheel;
+  std::size_t link = 0;  ///< the wheel, or what the track goes round
+  double radius = 0.1;   ///< m, of a wheel
+  int side = 0;          ///< +1 left, -1 right
+  bool driven = true;
+  std::optional<std::size_t> steering;  ///< joint that turns it (Ackermann)
+};
+
+struct RobotDrive {
+  DriveKind kind = DriveKind::differential;
+  std::vector<RobotRunner> runners;
+  double track = 0.4;       ///< m, between left and right
+  double wheelbase = 0.5;   ///< m, of Ackermann
+  double acceleration = 1;  ///< m/s^2, of the runners' surface
+  double force = 100;       ///< N, most of one runner's motor at its surface
+  double friction = 0.8;    ///< of its surface against the floor
+};
+
+/// Beyond these the operator is warned, or has failed (paper 4.1).
+struct AttitudeLimits {
+  double pitch_warning = 0.35, pitch_limit = 0.6;       ///< rad
+  double roll_warning = 0.3, roll_limit = 0.5;          ///< rad
+  double yaw_rate_warning = 1.5, yaw_rate_limit = 2.5;  ///< rad/s
+};
+
+struct RobotModel {
+  std::string name;                ///< of the model: "rover"; what scenarios and commands call it
+  RobotDescription description;    ///< sensors, footprint, limits: as a real robot's
+  std::vector<RobotLink> links;    ///< parents before children; the first is base_link
+  std::vector<RobotJoint> joints;  ///< one fewer than links; joints[i].child == i + 1
+  RobotDrive drive;
+  AttitudeLimits attitude;
+  std::vector<std::string> bumpers;  ///< links whose contacts a sensor tells
+  std::string urdf, yaml;            ///< what it was read from: MR_SESSION embeds it
+};
+
+/// Reads both texts (YAML: schema robot_model.schema.json). Errors name file and line: a joint loop, a mass
+/// that is not positive, a mesh that is not there, a wheel that no link has.
+Result<RobotModel> parse_robot_model(const std::string& urdf, const std::string& yaml,
+                                     const std::string& origin);
+/// A shipped model by its name (server/robots), or the path of a YAML file, its URDF beside it.
+Result<RobotModel> load_robot_model(const std::string& name_or_path);
+/// Names of the shipped ones, ascending.
+std::vector<std::string> shipped_robot_models();
+
+}  // namespace parhelion
