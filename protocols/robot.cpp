@@ -7,6 +7,7 @@
 #include "protocols/share.hpp"
 #include "protocols/yaml/laser.hpp"
 #include "protocols/yaml/parts.hpp"
+#include "protocols/yaml/robot.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
 #include "protocols/yaml/writer.hpp"
@@ -150,7 +151,9 @@ void read_limits(const Node& node, RobotLimits& limits) {
   yaml::read(node, "reaction_time", limits.reaction_time);
 }
 
-RobotDescription read_robot(const Node& node, yaml::Problems& problems) {
+}  // namespace
+
+RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   RobotDescription robot;
   yaml::read(node, "name", robot.name);
   if (const Node* laser = node.find("laser")) robot.laser = yaml::read_laser(*laser, problems);
@@ -170,6 +173,8 @@ RobotDescription read_robot(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "source", robot.source);
   return robot;
 }
+
+namespace {
 
 void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   if (robot.camera) {
@@ -211,7 +216,7 @@ Result<RobotDescription> parse_robot_description(const std::string& yaml, const 
   yaml::Problems problems(origin);
   yaml::check(*document, "robot", problems);
   if (!problems.empty()) return problems.error();
-  RobotDescription robot = read_robot(*document, problems);
+  RobotDescription robot = yaml::read_robot(*document, problems);
   if (!problems.empty()) return problems.error();
   return robot;
 }

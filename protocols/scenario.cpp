@@ -45,6 +45,9 @@ AgentDefinition read_agent(const Node& node, yaml::Problems& problems) {
   if (const Node* size = node.find("size")) agent.size = yaml::vector3(*size);
   if (const Node* behaviour = node.find("behaviour")) read_behaviour(*behaviour, agent.behaviour, problems);
   yaml::read(node, "laser", agent.laser);
+  yaml::read(node, "model", agent.model);
+  if (!agent.model.empty() && agent.kind != AgentKind::robot)
+    problems.add(node.find("model")->line, "'model': only an agent of kind robot has a robot model");
   return agent;
 }
 
@@ -171,6 +174,7 @@ void write_agent(yaml::Writer& writer, const AgentDefinition& agent) {
   }
   writer.close();
   if (!agent.laser.empty()) writer.text("laser", agent.laser);
+  if (!agent.model.empty()) writer.text("model", agent.model);
   writer.end_item();
 }
 

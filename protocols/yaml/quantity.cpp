@@ -28,6 +28,8 @@ constexpr Unit masses[] = {{"kg"}, {"g", 1, 1000}};
 constexpr Unit pixel_units[] = {{"px"}};
 constexpr Unit length_ratios[] = {{"m/m"}, {"%", 1, 100}};
 constexpr Unit angle_ratios[] = {{"rad/rad"}, {"deg/deg"}, {"%", 1, 100}};
+constexpr Unit forces[] = {{"N"}, {"kN", 1000, 1}};
+constexpr Unit torques[] = {{"N m"}};
 
 struct Dimension {
   std::string_view name;
@@ -35,7 +37,7 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 11> dimensions{{{"length", lengths},
+constexpr std::array<Dimension, 13> dimensions{{{"length", lengths},
                                                 {"angle", angles},
                                                 {"time", times},
                                                 {"rate", rates},
@@ -45,7 +47,9 @@ constexpr std::array<Dimension, 11> dimensions{{{"length", lengths},
                                                 {"mass", masses},
                                                 {"pixels", pixel_units},
                                                 {"length_ratio", length_ratios},
-                                                {"angle_ratio", angle_ratios}}};
+                                                {"angle_ratio", angle_ratios},
+                                                {"force", forces},
+                                                {"torque", torques}}};
 
 const Dimension& dimension(Quantity quantity) { return dimensions[static_cast<std::size_t>(quantity)]; }
 

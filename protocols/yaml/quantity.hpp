@@ -22,6 +22,8 @@ enum class Quantity {
   pixels,         ///< px
   length_ratio,   ///< m/m, %
   angle_ratio,    ///< rad/rad, deg/deg, %
+  force,          ///< N, kN
+  torque,         ///< N m
 };
 
 /// "length" to Quantity::length; error for a name that is none.

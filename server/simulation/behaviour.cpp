@@ -155,6 +155,10 @@ void Simulation::State::drive_agents() {
     if (!agent->form.upright) continue;
     const SteeringLimits limits = limits_of(*agent);
     const Twist2 twist = wanted(*agent);
+    if (agent->robot) {
+      agent->robot->drive(physics, twist, stamp_of(step), dt);
+      continue;
+    }
     const bool walks = agent->definition.kind == AgentKind::person;
     agent->driven.vx = towards(agent->driven.vx, twist.vx,
                                (twist.vx < agent->driven.vx ? 1.5 : 1) * limits.acceleration * dt);
@@ -191,6 +195,8 @@ Status Simulation::State::fit_laser(Agent& agent) {
   AgentLaser laser;
   laser.description = std::move(preset).value();
   laser.description.T_base_laser = agent_laser_mount();
+  if (agent.robot && agent.robot->model().description.laser)
+    laser.description.T_base_laser = agent.robot->model().description.laser->T_base_laser;
   if (laser.description.scan_period <= 0) laser.description.scan_period = 0.1;
   laser.next = stamp_of(step);
   agent.laser = std::move(laser);

@@ -199,6 +199,17 @@ AgentForm agent_form(const AgentDefinition& agent) {
           make_rectangle(kRobotLength, kRobotWidth)};
 }
 
+AgentForm robot_form(const RobotModel& model) {
+  const auto& corners = model.description.footprint;
+  Eigen::Vector2d most = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& corner : corners) most = most.cwiseMax(corner.cwiseAbs());
+  return {ShapeKind::box,
+          {2 * most.x(), 2 * most.y(), model.description.height},
+          model.description.mass,
+          true,
+          make_polygon(convex_hull(corners))};
+}
+
 Status check_size(const AgentDefinition& agent) {
   if (agent.kind != AgentKind::box && agent.kind != AgentKind::barrel) return {};
   const Eigen::Vector3d& size = agent.size;

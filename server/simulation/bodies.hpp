@@ -8,6 +8,7 @@
 #include "protocols/scene.hpp"
 #include "protocols/status.hpp"
 #include "server/simulation/planar.hpp"
+#include "server/simulation/robot_model.hpp"
 
 namespace parhelion {
 
@@ -21,6 +22,8 @@ struct AgentForm {
 };
 
 AgentForm agent_form(const AgentDefinition& agent);
+/// Of an articulated robot: its footprint and height.
+AgentForm robot_form(const RobotModel& model);
 
 /// Error where the sizes make no body (not finite, not positive, a barrel that is not round).
 Status check_size(const AgentDefinition& agent);

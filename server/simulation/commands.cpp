@@ -95,14 +95,35 @@ Status Simulation::State::check_behaviour(const AgentDefinition& agent) const {
   return {};
 }
 
-Status Simulation::State::check_definition(const AgentDefinition& agent) const {
+std::shared_ptr<const RobotModel> Simulation::State::find_model(const std::string& name) const {
+  const auto at = std::find_if(options.robot_models.begin(), options.robot_models.end(),
+                               [&](const auto& model) { return model->name == name; });
+  return at == options.robot_models.end() ? nullptr : *at;
+}
+
+Status Simulation::State::check_model(const AgentDefinition& agent) const {
+  if (agent.model.empty()) return {};
+  const std::string who = "agent '" + agent.name + "': ";
+  if (agent.kind != AgentKind::robot) return Error{who + "only a robot has a robot model"};
+  if (find_model(agent.model)) return {};
+  std::string known;
+  for (const auto& model : options.robot_models) known += (known.empty() ? "" : ", ") + model->name;
+  return Error{who + "no robot model '" + agent.model + "'; known: " + (known.empty() ? "none" : known)};
+}
+
+AgentForm Simulation::State::form_of(const AgentDefinition& agent) const {
+  const auto model = agent.model.empty() ? nullptr : find_model(agent.model);
+  return model ? robot_form(*model) : agent_form(agent);
+}
+
+Status Simulation::State::check_definition(const AgentDefinition& agent, bool trainee) const {
   if (!fits_a_channel(agent.name)) {
     return Error{"agent name '" + agent.name + "': expected 1 to 40 letters, digits, '_' and '-'"};
   }
   const bool taken = std::any_of(agents.begin(), agents.end(),
                                  [&](const auto& a) { return a->definition.name == agent.name; });
   if (taken) return Error{"there is an agent '" + agent.name + "' already; choose another name, or move it"};
-  if (agent.name == real.name)
+  if (agent.name == real.name && !trainee)
     return Error{"agent '" + agent.name + "' has the real robot's name; choose another"};
   const auto& fixed = building->obstacles();
   if (std::any_of(fixed.begin(), fixed.end(), [&](const FixedObstacle& o) { return o.name == agent.name; })) {
@@ -111,6 +132,7 @@ Status Simulation::State::check_definition(const AgentDefinition& agent) const {
   if (agents.size() >= kMostAgents)
     return Error{"there are " + std::to_string(kMostAgents) + " agents; remove some first"};
   if (Status status = check_size(agent); !status) return status;
+  if (Status status = check_model(agent); !status) return status;
   return check_behaviour(agent);
 }
 
@@ -167,7 +189,7 @@ Status Simulation::State::check_place(const AgentDefinition& agent, const Agent*
   if (now && now->T_map_base.finite() && finite(now->twist)) stop_zone(*now, zone);
   // Where the robot is not known now, it is still somewhere near its last place.
   if (!now && real.ever_present) stop_zone(real.last, zone);
-  const AgentForm form = agent_form(agent);
+  const AgentForm form = form_of(agent);
   const std::string what = occupied(form, pose, except, zone);
   if (what.empty()) return {};
   const auto free = nearest_free(form, pose, except, zone);
@@ -181,7 +203,11 @@ void Simulation::State::put(Agent& agent, const Pose2& pose) {
   ++agent.epoch;
   agent.floor = building->floor_height(pose.position());
   const auto T_map_body = Transform<Map, Body>::planar(pose.x, pose.y, pose.yaw, agent.floor);
-  physics.teleport(agent.handle, T_map_body);
+  if (agent.robot) {
+    agent.robot->put(physics, Transform<Map, Base>(T_map_body.isometry()));
+  } else {
+    physics.teleport(agent.handle, T_map_body);
+  }
   agent.rigid = {T_map_body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   agent.pose = pose;
   place(agent.form.footprint, pose, agent.placed);
@@ -193,23 +219,33 @@ void Simulation::State::put(Agent& agent, const Pose2& pose) {
 }
 
 Status Simulation::State::spawn(const AgentDefinition& definition, const std::optional<RealRobotState>& now,
-                                std::uint64_t request) {
-  if (Status status = check_definition(definition); !status) return status;
+                                std::uint64_t request, bool trainee) {
+  if (Status status = check_definition(definition, trainee); !status) return status;
   if (Status status = check_place(definition, nullptr, now); !status) return status;
   auto agent = std::make_unique<Agent>();
   agent->definition = definition;
-  agent->form = agent_form(definition);
+  agent->form = form_of(definition);
+  agent->trainee = trainee;
+  if (!definition.model.empty())
+    agent->robot = std::make_unique<ArticulatedRobot>(find_model(definition.model));
   agent->key = name_key(definition.name);
   if (Status status = fit_laser(*agent); !status) return status;
-  const auto bodies = agent_bodies(definition, next_body);
+  const auto bodies = agent->robot ? agent->robot->bodies(definition.name, next_body,
+                                                          trainee ? BodyOwner::real_robot : BodyOwner::agent)
+                                   : agent_bodies(definition, next_body);
   agent->first_body = next_body;
   agent->body_count = bodies.size();
   next_body += static_cast<BodyId>(bodies.size());
   for (const BodyDefinition& body : bodies)
     agent_definitions.push_back(std::make_shared<const BodyDefinition>(body));
   const AgentForm& form = agent->form;
-  agent->handle = form.upright ? physics.add_upright(form.shape, form.size, form.mass, {})
-                               : physics.add_free(form.shape, form.size, form.mass, {});
+  if (agent->robot) {
+    agent->robot->enter(physics, definition.T_map_base);
+    agent->handle = agent->robot->base();
+  } else {
+    agent->handle = form.upright ? physics.add_upright(form.shape, form.size, form.mass, {})
+                                 : physics.add_free(form.shape, form.size, form.mass, {});
+  }
   put(*agent, planar_pose(definition.T_map_base));
   say(EventKind::agent_spawned, *agent, request, to_string(definition.kind));
   agents.push_back(std::move(agent));
@@ -232,7 +268,11 @@ void Simulation::State::remove(std::size_t index, std::uint64_t request) {
   const std::unique_ptr<Agent> agent = std::move(agents[index]);
   agents.erase(agents.begin() + static_cast<std::ptrdiff_t>(index));
   contacts.forget(agent->definition.name, stamp_of(step), events);
-  physics.remove(agent->handle);
+  if (agent->robot) {
+    agent->robot->leave(physics);
+  } else {
+    physics.remove(agent->handle);
+  }
   std::erase_if(agent_definitions, [&](const auto& body) {
     return body->id >= agent->first_body && body->id < agent->first_body + agent->body_count;
   });
@@ -250,7 +290,9 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
   const std::string& name = command.agent.name;
   if (command.action == Action::spawn) return state.spawn(command.agent, real, command.request);
   if (command.action == Action::remove_all) {
-    while (!state.agents.empty()) state.remove(state.agents.size() - 1, command.request);
+    for (std::size_t i = state.agents.size(); i-- > 0;) {
+      if (!state.agents[i]->trainee) state.remove(i, command.request);
+    }
     return {};
   }
   const bool everyone =
@@ -261,6 +303,7 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
     case Action::move:
       return state.move(command, real);
     case Action::remove: {
+      if (agent->trainee) return Error{"'" + name + "' is the trainee's robot: it can be moved, not removed"};
       const auto at = std::find_if(state.agents.begin(), state.agents.end(),
                                    [&](const auto& a) { return a.get() == agent; });
       state.remove(static_cast<std::size_t>(at - state.agents.begin()), command.request);
@@ -287,6 +330,42 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
   }
   return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +
                "; expected spawn, move, remove, behave, remove_all, freeze or unfreeze"};
+}
+
+Status Simulation::spawn_trainee(const AgentDefinition& trainee) {
+  State& state = *state_;
+  for (const auto& agent : state.agents) {
+    if (agent->trainee)
+      return Error{"'" + agent->definition.name + "' is the trainee's robot already; there is one"};
+  }
+  if (trainee.model.empty())
+    return Error{"the trainee's robot '" + trainee.name + "' needs a robot model to be simulated"};
+  AgentDefinition definition = trainee;
+  definition.kind = AgentKind::robot;
+  definition.behaviour.kind = BehaviourKind::teleop;
+  return state.spawn(definition, std::nullopt, 0, true);
+}
+
+Status Simulation::joint_command(const std::string& name, const Joints& joints) {
+  Agent* agent = state_->find(name);
+  if (!agent) return state_->unknown(name);
+  if (!agent->robot) return Error{"agent '" + name + "' has no joints that can be commanded"};
+  return agent->robot->command(joints, now());
+}
+
+Status Simulation::restore_joints(const std::string& name, std::uint64_t request) {
+  Agent* agent = state_->find(name);
+  if (!agent) return state_->unknown(name);
+  if (!agent->robot) return Error{"agent '" + name + "' has no joints that could be restored"};
+  agent->robot->restore(state_->physics);
+  ++agent->epoch;
+  state_->say(EventKind::joints_restored, *agent, request, {});
+  return {};
+}
+
+const RobotMotion* Simulation::robot_motion(const std::string& name) const {
+  const Agent* agent = state_->find(name);
+  return agent && agent->robot ? &agent->robot->motion() : nullptr;
 }
 
 void Simulation::teleop(const std::string& agent, const Twist2& twist) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "server/simulation/state.hpp"
 
@@ -74,11 +75,15 @@ struct Party {
   bool is_virtual = false;
   bool is_real_robot = false;
   bool shown = true;
+  Agent* robot = nullptr;  ///< an articulated one
 };
 
 Party party(const auto& state, PhysicsHandle handle) {
   if (handle == state.real.handle) return {&state.real.name, false, true};
   for (const auto& agent : state.agents) {
+    if (agent->robot && agent->robot->owns(handle))
+      return {&agent->definition.name, !agent->trainee, agent->trainee, agent->shown == AgentShown::shown,
+              agent.get()};
     if (agent->handle == handle)
       return {&agent->definition.name, true, false, agent->shown == AgentShown::shown};
   }
@@ -98,10 +103,18 @@ void Simulation::State::collect_body_contacts() {
     const bool swap = b.is_real_robot || (!a.is_real_robot && building->by_handle(contact.a));
     if (swap) std::swap(a, b);
     const bool with_robot = a.is_real_robot;
-    if (with_robot && !real.touchable) continue;
-    touching.push_back({*a.name, *b.name,
-                        a.is_virtual && b.is_virtual ? PairKind::virtual_virtual : PairKind::real_virtual,
-                        contact.position, contact.impulse, with_robot && !(real.sensed && b.shown)});
+    for (const auto& [side, handle, shape] :
+         {std::tuple(&a, swap ? contact.b : contact.a, swap ? contact.shape_b : contact.shape_a),
+          std::tuple(&b, swap ? contact.a : contact.b, swap ? contact.shape_a : contact.shape_b)}) {
+      if (side->robot) side->robot->robot->touched(side->robot->robot->link_name(handle, shape));
+    }
+    const bool simulated = a.robot && a.is_real_robot;  // the trainee's: its sensors are never degraded
+    if (with_robot && !simulated && !real.touchable) continue;
+    touching.push_back(
+        {*a.name, *b.name,
+         a.is_virtual == b.is_virtual ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
+                                      : PairKind::real_virtual,
+         contact.position, contact.impulse, with_robot && !simulated && !(real.sensed && b.shown)});
   }
 }
 

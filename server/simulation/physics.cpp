@@ -1,48 +1,17 @@
 #include "server/simulation/physics.hpp"
 
-#include <btBulletDynamicsCommon.h>
-
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <utility>
+
+#include "server/simulation/physics_world.hpp"
 
 namespace parhelion {
 namespace {
 
 constexpr double kGravity = 9.81;      // m/s^2
 constexpr double kHullMargin = 0.002;  // m: what Bullet adds around a convex hull
-
-enum Group : int { kFixed = 1, kFloor = 2, kFree = 4, kUpright = 8, kKinematic = 16 };
-
-btVector3 to_bullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-Eigen::Vector3d from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-
-btTransform to_bullet(const Eigen::Isometry3d& isometry) {
-  const Eigen::Matrix3d R = isometry.linear();
-  return btTransform(
-      btMatrix3x3(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)),
-      to_bullet(Eigen::Vector3d(isometry.translation())));
-}
-
-Eigen::Isometry3d from_bullet(const btTransform& transform) {
-  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) isometry(row, column) = transform.getBasis()[row][column];
-  }
-  isometry.translation() = from_bullet(transform.getOrigin());
-  return isometry;
-}
-
-struct RigidBody {
-  std::unique_ptr<btTriangleMesh> triangles;  // of a mesh shape, which only refers to them
-  std::unique_ptr<btCollisionShape> shape;
-  std::unique_ptr<btRigidBody> body;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of mass, in the body's frame
-  Group group = kFixed;
-  int mask = 0;
-  bool suspended = false;
-};
+constexpr double kStanding = 0.5;      // of a normal's z: a wheel stands on it rather than runs against it
 
 }  // namespace
 
@@ -62,50 +31,32 @@ std::shared_ptr<FixedMesh> make_fixed_mesh(const ModelMesh& mesh) {
   return fixed;
 }
 
-struct Physics::World {
-  explicit World(double step_s)
-      : step(step_s), dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration) {
-    world.setGravity({0, 0, -kGravity});
-    world.setForceUpdateAllAabbs(false);
-    btContactSolverInfo& settings = world.getSolverInfo();
-    settings.m_numIterations = 10;
-    settings.m_solverMode = SOLVER_USE_WARMSTARTING;  // no random order, no dispatch on the CPU's extensions
-    settings.m_splitImpulse = 1;                      // penetration is undone without adding speed
-    settings.m_splitImpulsePenetrationThreshold = 0;
-    settings.m_erp2 = 0.2;
-    settings.m_restitution = 0;
-    settings.m_warmstartingFactor = 0.85;
-  }
-  ~World() {
-    for (RigidBody& rigid : bodies) {
-      if (rigid.body && !rigid.suspended) world.removeRigidBody(rigid.body.get());
-    }
-  }
+Physics::World::World(double step_s)
+    : step(step_s), dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration) {
+  world.setGravity({0, 0, -kGravity});
+  world.setForceUpdateAllAabbs(false);
+  btContactSolverInfo& settings = world.getSolverInfo();
+  settings.m_numIterations = 10;
+  settings.m_solverMode = SOLVER_USE_WARMSTARTING;  // no random order, no dispatch on the CPU's extensions
+  settings.m_splitImpulse = 1;                      // penetration is undone without adding speed
+  settings.m_splitImpulsePenetrationThreshold = 0;
+  settings.m_erp2 = 0.2;
+  settings.m_restitution = 0;
+  settings.m_warmstartingFactor = 0.85;
+}
 
-  PhysicsHandle add(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Isometry3d& pose,
-                    const Eigen::Vector3d& center, Group group, int mask);
-  /// What leans on a body that goes away must not stay asleep in the air.
-  void wake_neighbours(const btRigidBody& body);
-  RigidBody& at(PhysicsHandle handle) {
-    assert(handle >= 0 && handle < static_cast<int>(bodies.size()) &&
-           bodies[static_cast<std::size_t>(handle)].body);
-    return bodies[static_cast<std::size_t>(handle)];
+Physics::World::~World() {
+  for (const auto& joint : joints) {
+    if (joint) world.removeConstraint(joint.get());
   }
-  void collect_contacts();
-
-  double step;
-  btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher;
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world;
-  std::vector<RigidBody> bodies;  // by handle
-  std::vector<PhysicsContact> contacts;
-};
+  for (RigidBody& rigid : bodies) {
+    if (rigid.body && !rigid.suspended) world.removeRigidBody(rigid.body.get());
+  }
+}
 
 PhysicsHandle Physics::World::add(std::unique_ptr<btCollisionShape> shape, double mass,
-                                  const Eigen::Isometry3d& pose, const Eigen::Vector3d& center, Group group,
-                                  int mask) {
+                                  const Eigen::Isometry3d& pose, const Eigen::Vector3d& center,
+                                  PhysicsGroup group, int mask) {
   btVector3 inertia(0, 0, 0);
   if (mass > 0) shape->calculateLocalInertia(mass, inertia);
   btRigidBody::btRigidBodyConstructionInfo construction(mass, nullptr, shape.get(), inertia);
@@ -144,18 +95,29 @@ void Physics::World::collect_contacts() {
     contact.b = manifold.getBody1()->getUserIndex();
     if (at(contact.a).group == kFloor || at(contact.b).group == kFloor) continue;
     double deepest = 0;
-    bool touching = false;
+    bool touching = false, rolling = true, standing = true;
     for (int p = 0; p < manifold.getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold.getContactPoint(p);
       contact.impulse += point.getAppliedImpulse();
       if (!touching || point.getDistance() < deepest) {
         deepest = point.getDistance();
         contact.position = from_bullet(point.getPositionWorldOnB());
+        if (at(contact.a).part) contact.shape_a = point.m_index0;
+        if (at(contact.b).part) contact.shape_b = point.m_index1;
         touching = true;
       }
+      const bool rolls = point.m_contactPointFlags & BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+      rolling = rolling && rolls;
+      standing = standing && rolls && std::abs(point.m_normalWorldOnB.z()) > kStanding;
     }
     if (!touching || contact.impulse <= 0) continue;
-    if (contact.a > contact.b) std::swap(contact.a, contact.b);
+    contact.rolling = rolling;
+    // Wheels stand on what does not move: that is no collision.
+    if (standing && (at(contact.a).group == kFixed || at(contact.b).group == kFixed)) continue;
+    if (contact.a > contact.b) {
+      std::swap(contact.a, contact.b);
+      std::swap(contact.shape_a, contact.shape_b);
+    }
     contacts.push_back(contact);
   }
 }
@@ -167,19 +129,19 @@ PhysicsHandle Physics::add_fixed_box(const Transform<Map, Body>& T_map_body, con
                                      bool floor) {
   return world_->add(std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(size / 2))), 0,
                      T_map_body.isometry(), Eigen::Vector3d::Zero(), floor ? kFloor : kFixed,
-                     floor ? kFree : kFree | kUpright);
+                     floor ? kFree | kRobot : kFree | kUpright | kRobot);
 }
 
 PhysicsHandle Physics::add_fixed_mesh(FixedMesh& mesh) {
   const PhysicsHandle handle = world_->add(std::move(mesh.shape), 0, Eigen::Isometry3d::Identity(),
-                                           Eigen::Vector3d::Zero(), kFixed, kFree | kUpright);
+                                           Eigen::Vector3d::Zero(), kFixed, kFree | kUpright | kRobot);
   world_->at(handle).triangles = std::move(mesh.triangles);
   return handle;
 }
 
 PhysicsHandle Physics::add_floor(double z) {
   return world_->add(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), z), 0,
-                     Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero(), kFloor, kFree);
+                     Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero(), kFloor, kFree | kRobot);
 }
 
 namespace {
@@ -196,7 +158,7 @@ PhysicsHandle Physics::add_free(ShapeKind kind, const Eigen::Vector3d& size, dou
                                 const Transform<Map, Body>& T_map_body) {
   const PhysicsHandle handle =
       world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kFree,
-                  kFixed | kFloor | kFree | kUpright | kKinematic);
+                  kFixed | kFloor | kFree | kUpright | kKinematic | kRobot);
   btRigidBody& body = *world_->at(handle).body;
   body.setDamping(0.02, 0.1);
   // It was put down at rest: it sleeps where it stands, exactly, until something touches it.
@@ -208,7 +170,7 @@ PhysicsHandle Physics::add_upright(ShapeKind kind, const Eigen::Vector3d& size, 
                                    const Transform<Map, Body>& T_map_body) {
   const PhysicsHandle handle =
       world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kUpright,
-                  kFixed | kFree | kUpright | kKinematic);
+                  kFixed | kFree | kUpright | kKinematic | kRobot);
   btRigidBody& body = *world_->at(handle).body;
   body.setLinearFactor({1, 1, 0});
   body.setAngularFactor({0, 0, 1});
@@ -226,14 +188,14 @@ PhysicsHandle Physics::add_kinematic(const std::vector<Eigen::Vector2d>& footpri
   shape->setMargin(kHullMargin);
   shape->recalcLocalAabb();
   const PhysicsHandle handle = world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(),
-                                           Eigen::Vector3d::Zero(), kKinematic, kFree | kUpright);
+                                           Eigen::Vector3d::Zero(), kKinematic, kFree | kUpright | kRobot);
   btRigidBody& body = *world_->at(handle).body;
   body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
                          btCollisionObject::CF_KINEMATIC_OBJECT);
   body.setActivationState(DISABLE_DEACTIVATION);
   // Added again: the world keeps kinematic bodies in another list than static ones.
   world_->world.removeRigidBody(&body);
-  world_->world.addRigidBody(&body, kKinematic, kFree | kUpright);
+  world_->world.addRigidBody(&body, kKinematic, kFree | kUpright | kRobot);
   suspend(handle, true);
   return handle;
 }
@@ -249,7 +211,8 @@ void Physics::remove(PhysicsHandle handle) {
 void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_body) {
   RigidBody& rigid = world_->at(handle);
   btRigidBody& body = *rigid.body;
-  const btTransform pose = to_bullet(T_map_body.isometry() * Eigen::Translation3d(rigid.center));
+  const btTransform pose = to_bullet(rigid.part ? T_map_body.isometry() * rigid.T_body_inertial
+                                                : T_map_body.isometry() * Eigen::Translation3d(rigid.center));
   body.setCenterOfMassTransform(pose);
   body.setInterpolationWorldTransform(pose);
   body.setLinearVelocity({0, 0, 0});
@@ -262,6 +225,7 @@ void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_b
                                                                     &world_->dispatcher);
   world_->world.updateSingleAabb(&body);
   if (rigid.group == kFree) body.forceActivationState(ISLAND_SLEEPING);
+  if (rigid.group == kRobot) body.activate(true);
 }
 
 void Physics::move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
@@ -306,13 +270,16 @@ void Physics::drive(PhysicsHandle handle, const Twist2& twist, double friction) 
 void Physics::step() {
   world_->world.stepSimulation(world_->step, 0);
   world_->collect_contacts();
+  world_->collect_runners();
 }
 
 RigidState Physics::state(PhysicsHandle handle) const {
   const RigidBody& rigid = world_->at(handle);
   RigidState state;
-  state.T_map_body = Transform<Map, Body>(from_bullet(rigid.body->getWorldTransform()) *
-                                          Eigen::Translation3d(-rigid.center));
+  const Eigen::Isometry3d T_map_inertial = from_bullet(rigid.body->getWorldTransform());
+  state.T_map_body =
+      Transform<Map, Body>(rigid.part ? T_map_inertial * rigid.T_body_inertial.inverse(Eigen::Isometry)
+                                      : T_map_inertial * Eigen::Translation3d(-rigid.center));
   state.rotation_rate = from_bullet(rigid.body->getAngularVelocity());
   const Eigen::Vector3d arm = -(state.T_map_body.rotation() * rigid.center);
   state.velocity = from_bullet(rigid.body->getLinearVelocity()) + state.rotation_rate.cross(arm);

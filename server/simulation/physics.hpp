@@ -1,4 +1,4 @@
-// Bullet behind a small interface: the only place that knows it is physics.cpp.
+// Bullet behind a small interface: the only places that know it are physics*.cpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,6 +28,62 @@ struct PhysicsContact {
   Eigen::Vector3d position =
       Eigen::Vector3d::Zero();  ///< m, map frame, where the bodies are deepest in each other
   double impulse = 0;           ///< N s, normal, summed over the contact's points
+  /// Of a robot's part: its shape that is deepest in the other body; -1: not a robot's part.
+  int shape_a = -1, shape_b = -1;
+  bool rolling = false;  ///< all that touches is the surface of wheels or tracks
+};
+
+/// A shape of a robot's part.
+struct PartShape {
+  Shape shape;                        ///< in the part's frame; not read where there is a hull
+  std::vector<Eigen::Vector3d> hull;  ///< corners of a convex hull, m, in the part's frame
+  double friction = 0.6;              ///< against anything
+  int runner = -1;                    ///< index of the runner that it is the surface of; -1: none
+};
+
+/// A wheel or track of a part: the points of its shapes move along the surface, so that friction drives the
+/// part (the surface of a conveyor belt; Coulomb's law bounds it).
+struct PartRunner {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();  ///< unit, part's frame: it rolls about this, leftwards
+  double friction = 0.8;                            ///< against anything
+};
+
+/// A rigid part of a robot; parts of one robot do not touch each other.
+struct PartDefinition {
+  std::vector<PartShape> shapes;
+  std::vector<PartRunner> runners;
+  double mass = 1;                                        ///< kg
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();       ///< of mass, m, part's frame
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  ///< kg m^2, about the centre, axes of the part
+};
+
+/// What a runner did in the newest step.
+struct RunnerMotion {
+  double speed = 0;         ///< m/s that its surface rolled forward with
+  double force = 0;         ///< N that it pushed the robot forward with
+  double normal_force = 0;  ///< N that it stands on its ground with
+  bool too_weak = false;    ///< its motor was at its limit
+};
+
+using JointHandle = int;
+
+enum class PartJointKind : std::uint8_t { revolute, prismatic, ball };
+
+struct JointDefinition {
+  PartJointKind kind = PartJointKind::revolute;
+  PhysicsHandle a = 0, b = 0;
+  /// The joint in both parts at position 0; it turns about, or slides along, its x axis.
+  Eigen::Isometry3d T_a_joint = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d T_b_joint = Eigen::Isometry3d::Identity();
+  bool limited = false;
+  double lower = 0, upper = 0;  ///< rad or m
+};
+
+struct JointState {
+  double position = 0;  ///< rad (turns are counted) or m
+  double velocity = 0;  ///< rad/s or m/s
+  double effort = 0;    ///< N m or N of its motor in the newest step
+  double load = 0;      ///< N m (N of one that slides) that tore at it in the newest step, all axes
 };
 
 /// A mesh made ready to collide with; takes time, and needs no Physics: another thread may make it.
@@ -59,6 +115,26 @@ class Physics {
                             const Transform<Map, Body>& T_map_body);
   /// Goes where it is put and pushes the others: a convex footprint, extruded to `height`.
   PhysicsHandle add_kinematic(const std::vector<Eigen::Vector2d>& footprint, double height);
+  /// Parts of one robot, in their order.
+  std::vector<PhysicsHandle> add_parts(const std::vector<PartDefinition>& parts,
+                                       const std::vector<Transform<Map, Body>>& T_map_part);
+  /// Moves a shape of a part (a wheel that is steered).
+  void move_shape(PhysicsHandle part, std::size_t shape, const Transform<Body, ShapeFrame>& T_body_shape);
+  /// Its runner rolls with `speed` (m/s), the motor giving at most `force` (N), from the next step on;
+  /// `axis` as in PartRunner.
+  void run(PhysicsHandle part, std::size_t runner, double speed, double force, const Eigen::Vector3d& axis);
+  RunnerMotion runner(PhysicsHandle part, std::size_t runner) const;
+  /// Sleeping parts do not move, and are not stepped; touching and commanding wakes them.
+  void keep_awake(PhysicsHandle part, bool awake);
+  JointHandle add_joint(const JointDefinition& definition);
+  /// Its motor goes for `velocity` (rad/s or m/s) with at most `effort` (N m or N), from the next step on.
+  void drive_joint(JointHandle joint, double velocity, double effort);
+  /// A joint that does not hold: its parts go their own ways.
+  void release_joint(JointHandle joint, bool released);
+  /// After a teleport: the position that the parts have, for the counting of turns.
+  void restart_joint(JointHandle joint, double position);
+  JointState joint_state(JointHandle joint) const;
+  void remove_joint(JointHandle joint);
   void remove(PhysicsHandle handle);
 
   /// Puts a body there, at rest, without any memory of where it was.

@@ -20,12 +20,13 @@ namespace parhelion {
 /// floor, between wheels or tracks.
 struct RobotLink {
   std::string name;
-  double mass = 0;                                   ///< kg, > 0
+  double mass = 0;  ///< kg, > 0; 0 only of a link that is fixed to another (a sensor's frame)
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of mass, m, link frame
   Eigen::Matrix3d inertia =
       Eigen::Matrix3d::Identity();  ///< kg m^2, about the centre of mass, axes of the link
   std::vector<Shape> visible;       ///< what lasers hit and cameras see
   std::vector<Shape> solid;         ///< what collides
+  double friction = 0.6;            ///< of what collides, against anything; runners have the drive's
 };
 
 enum class JointKind : std::uint8_t { fixed, revolute, continuous, prismatic };
@@ -41,6 +42,7 @@ struct RobotJoint {
   double effort = 10;                               ///< N m or N, most of its motor
   double friction = 0, damping = 0;                 ///< N m or N; N m s/rad or N s/m
   double break_effort = 0;                          ///< N m or N across the joint that tears it off; 0: never
+  double start = 0;                                 ///< rad or m at the spawn
 };
 
 enum class DriveKind : std::uint8_t { differential, skid, ackermann, tracked };
@@ -59,8 +61,8 @@ struct RobotRunner {
 struct RobotDrive {
   DriveKind kind = DriveKind::differential;
   std::vector<RobotRunner> runners;
-  double track = 0.4;       ///< m, between left and right
-  double wheelbase = 0.5;   ///< m, of Ackermann
+  double track = 0.4;       ///< m, between left and right, as the drive reckons with it
+  double wheelbase = 0.5;   ///< m, of Ackermann: from the axle that does not steer to the one that does
   double acceleration = 1;  ///< m/s^2, of the runners' surface
   double force = 100;       ///< N, most of one runner's motor at its surface
   double friction = 0.8;    ///< of its surface against the floor
@@ -81,6 +83,7 @@ struct RobotModel {
   RobotDrive drive;
   AttitudeLimits attitude;
   std::vector<std::string> bumpers;  ///< links whose contacts a sensor tells
+  std::vector<std::string> gripper;  ///< links between which things are held
   std::string urdf, yaml;            ///< what it was read from: MR_SESSION embeds it
 };
 

@@ -108,6 +108,10 @@ void Simulation::State::rebuild_scene() {
 /// A part's own velocity is the difference of its last two poses in the agent's frame, on top of the agent's
 /// motion.
 void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodies) {
+  if (agent.robot) {
+    agent.robot->append_states(agent.first_body, agent.epoch, bodies);
+    return;
+  }
   bodies.push_back(body_state(agent.first_body, agent.epoch, agent.rigid));
   if (agent.body_count == 1) return;
   poses.clear();
@@ -134,6 +138,20 @@ void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodi
   }
   agent.part_epoch = agent.epoch;
   agent.part_poses.swap(poses);
+}
+
+void Simulation::State::observe_robot(Agent& agent) {
+  agent.robot->observe(physics, stamp_of(step), dt, incidents);
+  for (const JointIncident& incident : incidents) {
+    say(incident.kind, agent, 0, {});
+    events.back().object = incident.joint;
+    events.back().value = incident.value;
+    events.back().position = incident.position;
+  }
+  incidents.clear();
+  agent.pose = planar_pose(agent.robot->motion().T_map_base);
+  agent.floor = agent.rigid.T_map_body.translation().z();
+  place_footprint(agent);
 }
 
 void Simulation::State::record() {
@@ -271,6 +289,10 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
     const RigidState rigid = state.physics.state(agent->handle);
     const bool moved = !rigid.T_map_body.isometry().isApprox(agent->rigid.T_map_body.isometry(), 0);
     agent->rigid = rigid;
+    if (agent->robot) {
+      state.observe_robot(*agent);
+      continue;
+    }
     if (!moved && !agent->form.upright) continue;
     agent->pose = planar_pose(Transform<Map, Base>(agent->rigid.T_map_body.isometry()));
     place_footprint(*agent);

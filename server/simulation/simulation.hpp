@@ -11,11 +11,14 @@
 
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/joints.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
+#include "server/simulation/robot_model.hpp"
+#include "server/simulation/robot_motion.hpp"
 
 namespace parhelion {
 
@@ -50,6 +53,8 @@ struct SimulationOptions {
   Duration history = seconds(2.0);
   std::uint64_t seed = 1;
   BodyId building_bodies = 0;  ///< numbers kept for the bodies of later buildings (set_building)
+  /// The library of articulated robots: AgentDefinition::model is the name of one of them.
+  std::vector<std::shared_ptr<const RobotModel>> robot_models;
 };
 
 /// An agent's laser wants a scan: the server casts it (fusion/scan) and hands it back with give_scan.
@@ -77,11 +82,27 @@ class Simulation {
   /// command_refused are the server's to say. Freeze and unfreeze without a name mean every agent.
   Status command(const AgentCommand& command, const std::optional<RealRobotState>& real);
   Status spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real);
+  /// The trainee's robot where it is simulated (levels 1 and 2): an articulated robot whose bodies are the
+  /// real robot's (BodyOwner::real_robot, never injected), driven by teleop(); the kinematic body of the real
+  /// one stays suspended (step() with none). It may have the robot description's name. Error: no model, a
+  /// second one, or as spawn(). Commands may move it, not remove it.
+  Status spawn_trainee(const AgentDefinition& trainee);
   /// The definition (with the behaviour of now) of an agent that exists, or nullptr; valid until the next
   /// command.
   const AgentDefinition* find_agent(const std::string& name) const;
   /// The command of an agent that is teleoperated; holds for 0.5 s.
   void teleop(const std::string& agent, const Twist2& twist);
+  /// Positions, or else velocities, or else efforts of an articulated robot's joints. A position holds until
+  /// the next command (velocities beside it bound how fast it is gone for); velocities and efforts hold for
+  /// 0.5 s, then the joint stays where it is. What is beyond a limit goes to the limit. Error: an unknown
+  /// robot; joints that it has not (the others are commanded); values that are not finite or not one for each
+  /// name (none is commanded).
+  Status joint_command(const std::string& agent, const Joints& joints);
+  /// Joints that broke hold again, where they started; event joints_restored. Error: an unknown robot.
+  Status restore_joints(const std::string& agent, std::uint64_t request = 0);
+  /// How an articulated robot moves at the newest step; valid until the next command. nullptr: there is no
+  /// such robot.
+  const RobotMotion* robot_motion(const std::string& agent) const;
   /// From the next step on; an unknown name is a drawn part of the building, which stays where it is.
   void show(const std::string& agent, AgentShown shown);
   /// False: at the newest step the agent was inside the real robot's stopping distance, and there was no free

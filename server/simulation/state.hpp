@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/simulation/articulated_robot.hpp"
 #include "server/simulation/bodies.hpp"
 #include "server/simulation/building.hpp"
 #include "server/simulation/contacts.hpp"
@@ -33,6 +34,8 @@ struct Agent {
   BodyId first_body = 0;
   std::size_t body_count = 0;
   PhysicsHandle handle = 0;
+  std::unique_ptr<ArticulatedRobot> robot;  ///< of one with a robot model: all that `handle` is not
+  bool trainee = false;                     ///< the trainee's own robot, simulated
   std::uint64_t key = 0;    ///< of its name: its stream of random numbers
   std::uint32_t epoch = 0;  ///< counts spawn and teleports
   double floor = 0;         ///< m, z that it stands on (upright agents)
@@ -102,6 +105,7 @@ struct Simulation::State {
   std::vector<Transform<Base, Body>> poses;
   SteeringScratch steering;
   std::vector<TouchingPair> touching;
+  std::vector<JointIncident> incidents;
   Footprint moved_real;
 
   SimulationTime stamp_of(std::uint64_t number) const {
@@ -111,6 +115,7 @@ struct Simulation::State {
   void rebuild_scene();
   void record();
   void append_states(Agent& agent, std::vector<BodyState>& bodies);
+  void observe_robot(Agent& agent);
 
   // real_robot.cpp
   void move_real(const std::optional<RealRobotState>& now);
@@ -120,18 +125,21 @@ struct Simulation::State {
   void stop_zone(const RealRobotState& now, std::vector<Footprint>& zone) const;
 
   // commands.cpp
-  Status check_definition(const AgentDefinition& agent) const;
+  Status check_definition(const AgentDefinition& agent, bool trainee) const;
   Status check_behaviour(const AgentDefinition& agent) const;
   /// Empty: the place is free for `form` at `pose`; else what is in the way.
   std::string occupied(const AgentForm& form, const Pose2& pose, const Agent* except,
                        const std::vector<Footprint>& zone);
   std::optional<Pose2> nearest_free(const AgentForm& form, const Pose2& pose, const Agent* except,
                                     const std::vector<Footprint>& zone);
+  Status check_model(const AgentDefinition& agent) const;
+  std::shared_ptr<const RobotModel> find_model(const std::string& name) const;
+  AgentForm form_of(const AgentDefinition& agent) const;
   Status check_place(const AgentDefinition& agent, const Agent* except,
                      const std::optional<RealRobotState>& now);
   void put(Agent& agent, const Pose2& pose);
   Status spawn(const AgentDefinition& definition, const std::optional<RealRobotState>& now,
-               std::uint64_t request);
+               std::uint64_t request, bool trainee = false);
   Status move(const AgentCommand& command, const std::optional<RealRobotState>& now);
   void remove(std::size_t index, std::uint64_t request);
   Status unknown(const std::string& name) const;

@@ -1,0 +1,12 @@
+// The robot description as a part of another document.
+#pragma once
+
+#include "protocols/robot.hpp"
+#include "protocols/yaml/document.hpp"
+
+namespace parhelion::yaml {
+
+/// A node that has passed check() against robot.schema.json.
+RobotDescription read_robot(const Node& node, Problems& problems);
+
+}  // namespace parhelion::yaml

@@ -1,0 +1,183 @@
+#include "server/simulation/physics_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+constexpr double kSide = 0.3;  // sine of the angle to its axle below which a contact is on a wheel's side
+constexpr double kWarmStart = 0.9;  // share of the last step's impulses that a joint starts with
+constexpr int kTwoDirections = SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
+
+struct Side {
+  PartSurfaces* part = nullptr;
+  PartSurfaces::Surface surface;
+  Runner* runner = nullptr;
+  btVector3 rolling{0, 0, 0};  // unit: where the surface's point moves to when it rolls forward
+};
+
+/// `outward`: the contact's normal, out of this side's body.
+Side side_of(const btCollisionObject* object, int index, const btVector3& outward) {
+  Side side;
+  side.part = part_of(object);
+  if (!side.part) return side;
+  const auto last = static_cast<int>(side.part->shapes.size()) - 1;
+  side.surface = side.part->shapes[static_cast<std::size_t>(std::clamp(index, 0, last))];
+  if (side.surface.runner < 0) return side;
+  Runner& runner = side.part->runners[static_cast<std::size_t>(side.surface.runner)];
+  // What rolls about `axis` moves at a point of its surface along axis x normal.
+  const btVector3 axis = object->getWorldTransform().getBasis() * runner.axis;
+  const btVector3 along = axis.cross(outward);
+  const double length = along.length();
+  if (length < kSide) return side;
+  side.runner = &runner;
+  side.rolling = along / length;
+  return side;
+}
+
+/// Friction of a point, and the motion that it goes for where a runner is in it.
+void prepare(btManifoldPoint& point, const btCollisionObject* a, const btCollisionObject* b) {
+  const Side first = side_of(a, point.m_index0, -point.m_normalWorldOnB);
+  const Side second = side_of(b, point.m_index1, point.m_normalWorldOnB);
+  const auto friction = [](const Side& side) {
+    return side.runner ? side.runner->friction : side.surface.friction;
+  };
+  point.m_combinedFriction = first.part && second.part ? std::min(friction(first), friction(second))
+                             : first.part              ? friction(first)
+                                                       : friction(second);
+  point.m_contactPointFlags &= ~BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+  if (!first.runner && !second.runner) return;
+  point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+  point.m_lateralFrictionDir1 = first.runner ? first.rolling : second.rolling;
+  point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(point.m_normalWorldOnB);
+  // No slip: v_a + s_a t_a = v_b + s_b t_b; the solver asks for (v_a - v_b) along each direction.
+  btVector3 motion(0, 0, 0);
+  if (first.runner) motion -= first.runner->speed * first.rolling;
+  if (second.runner) motion += second.runner->speed * second.rolling;
+  point.m_contactMotion1 = motion.dot(point.m_lateralFrictionDir1);
+  point.m_contactMotion2 = motion.dot(point.m_lateralFrictionDir2);
+}
+
+btScalar relative_velocity(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
+  const auto along = [](const btSolverBody& body, const btVector3& linear, const btVector3& angular) {
+    if (!body.m_originalBody) return btScalar(0);
+    return linear.dot(body.m_linearVelocity + body.m_externalForceImpulse + body.m_deltaLinearVelocity) +
+           angular.dot(body.m_angularVelocity + body.m_externalTorqueImpulse + body.m_deltaAngularVelocity);
+  };
+  return along(a, row.m_contactNormal1, row.m_relpos1CrossNormal) +
+         along(b, row.m_contactNormal2, row.m_relpos2CrossNormal);
+}
+
+PartJoint* joint_of(const btSolverConstraint& row) {
+  auto* constraint = static_cast<btTypedConstraint*>(row.m_originalContactPoint);
+  return constraint->getUserConstraintType() == PartJoint::kUserType ? static_cast<PartJoint*>(constraint)
+                                                                     : nullptr;
+}
+
+/// Of a contact row: its two sides' runners (where the point is on a rolling surface).
+struct RowRunners {
+  Runner* a = nullptr;
+  Runner* b = nullptr;
+};
+
+RowRunners runners_of(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
+  const auto& point = *static_cast<const btManifoldPoint*>(row.m_originalContactPoint);
+  if (!(point.m_contactPointFlags & BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED)) return {};
+  const auto find = [](const btSolverBody& body, int index) -> Runner* {
+    PartSurfaces* part = body.m_originalBody ? part_of(body.m_originalBody) : nullptr;
+    if (!part) return nullptr;
+    const auto last = static_cast<int>(part->shapes.size()) - 1;
+    const int runner = part->shapes[static_cast<std::size_t>(std::clamp(index, 0, last))].runner;
+    return runner < 0 ? nullptr : &part->runners[static_cast<std::size_t>(runner)];
+  };
+  return {find(a, point.m_index0), find(b, point.m_index1)};
+}
+
+}  // namespace
+
+void PartSolver::convertContacts(btPersistentManifold** manifolds, int count,
+                                 const btContactSolverInfo& info) {
+  // Robots' contacts have friction along and across the way that a surface rolls; what no robot touches is
+  // solved as in a world without robots.
+  btContactSolverInfo plain = info;
+  plain.m_solverMode &= ~kTwoDirections;
+  for (int i = 0; i < count; ++i) {
+    btPersistentManifold& manifold = *manifolds[i];
+    if (!part_of(manifold.getBody0()) && !part_of(manifold.getBody1())) {
+      convertContact(&manifold, plain);
+      continue;
+    }
+    for (int p = 0; p < manifold.getNumContacts(); ++p)
+      prepare(manifold.getContactPoint(p), manifold.getBody0(), manifold.getBody1());
+    const int first = m_tmpSolverContactConstraintPool.size();
+    convertContact(&manifold, info);
+    limit_motors(first, m_tmpSolverContactConstraintPool.size());
+  }
+  // Bullet reads a second direction's impulse of each contact, even of those that have one direction.
+  m_tmpSolverContactFrictionConstraintPool.reserve(m_tmpSolverContactFrictionConstraintPool.size() + 1);
+}
+
+/// A motor gives its surface no more force than it has: friction along the way it rolls is bounded by that
+/// over the load that it stood on in the step before.
+void PartSolver::limit_motors(int first_contact, int last_contact) {
+  for (int i = first_contact; i < last_contact; ++i) {
+    const btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
+    const RowRunners runners =
+        runners_of(row, m_tmpSolverBodyPool[row.m_solverBodyIdA], m_tmpSolverBodyPool[row.m_solverBodyIdB]);
+    btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[row.m_frictionIndex];
+    for (const Runner* runner : {runners.a, runners.b}) {
+      if (!runner || !(runner->normal_force > 0)) continue;
+      friction.m_friction = std::min(friction.m_friction, runner->most_force / runner->normal_force);
+    }
+  }
+}
+
+void PartSolver::convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) {
+  btSequentialImpulseConstraintSolver::convertJoints(constraints, count, info);
+  int number = 0;
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
+    const bool first = i == 0 || m_tmpSolverNonContactConstraintPool[i - 1].m_originalContactPoint !=
+                                     row.m_originalContactPoint;
+    number = first ? 0 : number + 1;
+    const PartJoint* joint = joint_of(row);
+    if (!joint) continue;
+    row.m_appliedImpulse = std::clamp(kWarmStart * joint->impulses[static_cast<std::size_t>(number)],
+                                      row.m_lowerLimit, row.m_upperLimit);
+    btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+    btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+    a.internalApplyImpulse(row.m_contactNormal1 * a.internalGetInvMass(), row.m_angularComponentA,
+                           row.m_appliedImpulse);
+    b.internalApplyImpulse(row.m_contactNormal2 * b.internalGetInvMass(), row.m_angularComponentB,
+                           row.m_appliedImpulse);
+  }
+}
+
+btScalar PartSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                                   const btContactSolverInfo& info) {
+  int number = 0;
+  for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
+    const btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
+    const bool first = i == 0 || m_tmpSolverNonContactConstraintPool[i - 1].m_originalContactPoint !=
+                                     row.m_originalContactPoint;
+    number = first ? 0 : number + 1;
+    if (PartJoint* joint = joint_of(row))
+      joint->impulses[static_cast<std::size_t>(number)] = row.m_appliedImpulse;
+  }
+  for (int i = 0; i < m_tmpSolverContactConstraintPool.size(); ++i) {
+    const btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
+    const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+    const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+    const RowRunners runners = runners_of(row, a, b);
+    if (!runners.a && !runners.b) continue;
+    const btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[row.m_frictionIndex];
+    const double moved = relative_velocity(friction, a, b);
+    const double motor = friction.m_friction;
+    if (runners.a) runners.a->meet(row.m_appliedImpulse, -friction.m_appliedImpulse, -moved, motor);
+    if (runners.b) runners.b->meet(row.m_appliedImpulse, friction.m_appliedImpulse, moved, motor);
+  }
+  return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,114 @@
+// Bullet's solver with two things more: surfaces that roll (wheels, tracks) and joints whose impulses are
+// kept from one step to the next. Included by physics*.cpp only.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "server/simulation/physics.hpp"
+
+namespace parhelion {
+
+/// A wheel or track while the solver works with it.
+struct Runner {
+  btVector3 axis{0, 1, 0};  ///< it rolls about, to the left, in the inertial frame of its body
+  double friction = 0.8;
+  double speed = 0;         ///< m/s that the surface is asked to roll with; forward is positive
+  double most_force = 0;    ///< N of its motor
+  double normal_force = 0;  ///< N, summed over its contacts, of the newest step
+
+  // Summed up while the solver finishes a step: N s, N s, N m.
+  double normal_impulse = 0;
+  double forward_impulse = 0;
+  double most_impulse = 0;  ///< of the motor
+  double ground_moved = 0;  ///< normal impulse times m/s of the ground that goes by below
+  RunnerMotion motion;
+
+  /// One of its contacts: impulses, how fast the ground goes by, what the motor gives as a share of the load.
+  void meet(double normal, double forward, double ground_speed, double motor_share) {
+    normal_impulse += normal;
+    forward_impulse += forward;
+    most_impulse += motor_share * normal;
+    ground_moved += normal * ground_speed;
+  }
+  /// Ends the step.
+  void sum_up(double step);
+};
+
+/// What touches of a body can meet: by the index of the compound's child.
+struct PartSurfaces {
+  struct Surface {
+    double friction = 0.6;
+    int runner = -1;  ///< index into runners
+  };
+  std::vector<Surface> shapes;
+  std::vector<Runner> runners;
+  int robot = 0;  ///< parts of one robot do not touch each other
+};
+
+/// A revolute or prismatic joint between two parts: rows for what it forbids, one for its motor, one for a
+/// limit. Rows are kept from step to step (warm starting), so that a chain of links holds still with few
+/// iterations.
+class PartJoint : public btTypedConstraint {
+ public:
+  static constexpr int kRows = 7;
+  static constexpr int kUserType = 7301;  ///< tells it from other constraints
+  PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidBody& b,
+            const Eigen::Isometry3d& T_inertial_a, const Eigen::Isometry3d& T_inertial_b, double step);
+
+  void getInfo1(btConstraintInfo1* info) override;
+  void getInfo2(btConstraintInfo2* info) override;
+  void setParam(int, btScalar, int) override {}
+  btScalar getParam(int, int) const override { return 0; }
+
+  /// Motor of 0: of a ball joint, what its friction can be asked for about each axis.
+  void set_motor(double velocity, double effort) {
+    motor_velocity_ = velocity;
+    motor_effort_ = effort;
+  }
+  /// Position, velocity as the bodies are now; turns of a revolute joint are counted.
+  void measure();
+  /// Forgets the impulses and the turns counted.
+  void restart(double position);
+  double position() const { return position_; }
+  double velocity() const { return velocity_; }
+  /// N m or N of the motor, and of what tears at the joint, in the newest step.
+  double effort() const;
+  double load() const;
+
+  std::array<btScalar, kRows> impulses{};  ///< N s or N m s of the newest step, by row
+  int rows = 0;                            ///< of the newest step
+  double step;                             ///< s
+
+ private:
+  void bound_rows(btConstraintInfo2* info, int row, const btVector3& axis) const;
+
+  bool prismatic_;
+  bool ball_;
+  bool limited_;
+  double lower_, upper_;
+  btTransform T_a_, T_b_;  ///< the joint in the inertial frames; x is its axis
+  double motor_velocity_ = 0, motor_effort_ = 0;
+  double position_ = 0, velocity_ = 0;
+};
+
+class PartSolver : public btSequentialImpulseConstraintSolver {
+ protected:
+  void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
+  void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;
+  btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
+                                         const btContactSolverInfo& info) override;
+
+ private:
+  void limit_motors(int first_contact, int last_contact);
+};
+
+/// The part that a collision object is, or nullptr.
+inline PartSurfaces* part_of(const btCollisionObject* object) {
+  return static_cast<PartSurfaces*>(object->getUserPointer());
+}
+
+}  // namespace parhelion

@@ -1,0 +1,82 @@
+// What Physics is made of, with Bullet's types: included by physics*.cpp only.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <cassert>
+#include <memory>
+#include <vector>
+
+#include "server/simulation/physics.hpp"
+#include "server/simulation/physics_solver.hpp"
+
+namespace parhelion {
+
+enum PhysicsGroup : int { kFixed = 1, kFloor = 2, kFree = 4, kUpright = 8, kKinematic = 16, kRobot = 32 };
+
+inline btVector3 to_bullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+inline Eigen::Vector3d from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+
+inline btTransform to_bullet(const Eigen::Isometry3d& isometry) {
+  const Eigen::Matrix3d R = isometry.linear();
+  return btTransform(
+      btMatrix3x3(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)),
+      to_bullet(Eigen::Vector3d(isometry.translation())));
+}
+
+inline Eigen::Isometry3d from_bullet(const btTransform& transform) {
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) isometry(row, column) = transform.getBasis()[row][column];
+  }
+  isometry.translation() = from_bullet(transform.getOrigin());
+  return isometry;
+}
+
+struct RigidBody {
+  std::unique_ptr<btTriangleMesh> triangles;  // of a mesh shape, which only refers to them
+  std::unique_ptr<btCollisionShape> shape;
+  std::vector<std::unique_ptr<btCollisionShape>> children;  // of a compound, which only refers to them
+  std::unique_ptr<btRigidBody> body;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of mass, in the body's frame
+  PhysicsGroup group = kFixed;
+  int mask = 0;
+  bool suspended = false;
+  std::unique_ptr<PartSurfaces> part;  // of a robot's part: what its shapes are like to touch...
+  Eigen::Isometry3d T_body_inertial = Eigen::Isometry3d::Identity();  // ...and its principal axes
+};
+
+struct Physics::World {
+  explicit World(double step_s);
+  ~World();
+
+  PhysicsHandle add(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Isometry3d& pose,
+                    const Eigen::Vector3d& center, PhysicsGroup group, int mask);
+  /// What leans on a body that goes away must not stay asleep in the air.
+  void wake_neighbours(const btRigidBody& body);
+  RigidBody& at(PhysicsHandle handle) {
+    assert(handle >= 0 && handle < static_cast<int>(bodies.size()) &&
+           bodies[static_cast<std::size_t>(handle)].body);
+    return bodies[static_cast<std::size_t>(handle)];
+  }
+  PartJoint& joint(JointHandle handle) {
+    assert(handle >= 0 && handle < static_cast<int>(joints.size()) &&
+           joints[static_cast<std::size_t>(handle)]);
+    return *joints[static_cast<std::size_t>(handle)];
+  }
+  void collect_contacts();
+  /// What the rolling surfaces met in the newest step.
+  void collect_runners();
+
+  double step;
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher;
+  btDbvtBroadphase broadphase;
+  PartSolver solver;
+  btDiscreteDynamicsWorld world;
+  std::vector<RigidBody> bodies;                   // by handle
+  std::vector<std::unique_ptr<PartJoint>> joints;  // by handle
+  std::vector<PhysicsContact> contacts;
+};
+
+}  // namespace parhelion
