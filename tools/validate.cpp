@@ -12,6 +12,7 @@
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "server/session_files.hpp"
+#include "server/simulation/robot_model.hpp"
 #include "tools/validate_log.hpp"
 
 namespace parhelion {
@@ -88,6 +89,15 @@ Verdict validate_robot(const std::string& path) {
   return verdict;
 }
 
+Verdict validate_robot_model(const std::string& path) {
+  const auto model = load_robot_model(path);
+  if (!model) return {"", {}, {model.error().message}};
+  return {"robot model '" + model->name + "', " + count(model->links.size(), "link", "links") + ", " +
+              count(model->drive.runners.size(), "wheel or track", "wheels and tracks"),
+          {},
+          {}};
+}
+
 Verdict validate_preset(const std::string& path) {
   const auto laser = load_laser_preset_file(path);
   if (!laser) return {"", {}, {laser.error().message}};
@@ -116,10 +126,12 @@ Verdict validate_file(const std::string& path) {
   if (kind == "model") return validate_model(path);
   if (kind == "robot") return validate_robot(path);
   if (kind == "laser") return validate_preset(path);
+  if (kind == "robot_model") return validate_robot_model(path);
   return {"",
           {},
-          {path +
-           ":1: none of its keys belongs to a scenario, model, robot description, laser preset or ROS map"}};
+          {path + ":1: none of its keys belongs to a scenario, model, robot description, robot model, laser "
+                  "preset or ROS "
+                  "map"}};
 }
 
 }  // namespace parhelion

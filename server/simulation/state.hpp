@@ -36,9 +36,9 @@ struct Agent {
   PhysicsHandle handle = 0;
   std::unique_ptr<ArticulatedRobot> robot;  ///< of one with a robot model: all that `handle` is not
   bool trainee = false;                     ///< the trainee's own robot, simulated
-  std::uint64_t key = 0;    ///< of its name: its stream of random numbers
-  std::uint32_t epoch = 0;  ///< counts spawn and teleports
-  double floor = 0;         ///< m, z that it stands on (upright agents)
+  std::uint64_t key = 0;                    ///< of its name: its stream of random numbers
+  std::uint32_t epoch = 0;                  ///< counts spawn and teleports
+  double floor = 0;                         ///< m, z that it stands on (upright agents)
   bool frozen = false;
   AgentShown shown = AgentShown::shown;
   bool clear_of_real = false;  ///< at the newest step, of one that is returning

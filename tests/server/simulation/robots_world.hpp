@@ -1,0 +1,59 @@
+// Articulated robots on level floors, ramps and stairs.
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "server/simulation/robot_model.hpp"
+#include "worlds.hpp"
+
+namespace parhelion::test {
+
+inline std::shared_ptr<const RobotModel> shipped(const std::string& name) {
+  static std::map<std::string, std::shared_ptr<const RobotModel>> loaded;
+  auto& model = loaded[name];
+  if (model) return model;
+  auto read = load_robot_model(name);
+  EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
+  model = std::make_shared<const RobotModel>(std::move(read).value());
+  return model;
+}
+
+inline SimulationOptions with_robots(const std::vector<std::string>& names) {
+  SimulationOptions options;
+  for (const std::string& name : names) options.robot_models.push_back(shipped(name));
+  return options;
+}
+
+inline AgentDefinition articulated(const std::string& name, const std::string& model, double x, double y,
+                                   double yaw = 0) {
+  AgentDefinition definition = moving(name, AgentKind::robot, x, y, BehaviourKind::teleop);
+  definition.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
+  definition.model = model;
+  return definition;
+}
+
+inline SemanticModel floor_of(double side) {
+  SemanticModel model;
+  model.entities.push_back(model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {side, side, 0.1}));
+  return model;
+}
+
+/// Drives for a time, the twist said again at each step.
+inline void drive(Simulation& simulation, const std::string& name, const Twist2& twist, double duration) {
+  std::vector<LaserRequest> requests;
+  const auto end = simulation.now() + seconds(duration);
+  while (simulation.now() < end) {
+    simulation.teleop(name, twist);
+    requests.clear();
+    simulation.step(std::nullopt, requests);
+  }
+}
+
+inline const RobotMotion& motion(const Simulation& simulation, const std::string& name) {
+  const RobotMotion* found = simulation.robot_motion(name);
+  EXPECT_NE(found, nullptr) << name;
+  return *found;
+}
+
+}  // namespace parhelion::test
