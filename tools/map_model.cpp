@@ -92,15 +92,12 @@ Result<BuiltModel> build(const Arguments& a, std::string& map_source) {
   PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
                           std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
   ModelOptions options = a.model;
+  options.up_advice = ", --flip, or --no-flip where it is right as it is";
   if (a.flip || a.no_flip) options.up = Eigen::Vector3d(0, 0, a.flip ? -1 : 1);
   auto built =
       build_model(std::move(cloud), options, [&](const char*, int done) { progress.update(done + 1, 6); });
   progress.finish();
-  if (!built) {
-    const bool down = !a.no_flip && built.error().message.find("upside down") != std::string::npos;
-    return Error{a.cloud + ": " + built.error().message +
-                 (down ? ", --flip, or --no-flip where it is right as it is" : "")};
-  }
+  if (!built) return Error{a.cloud + ": " + built.error().message};
   for (const std::string& note : built->notes) say(note);
   return built;
 }

@@ -125,9 +125,10 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   if (Status status = check_size(extent, options.max_extent, built.notes); !status) return status.error();
   leave_out_strays(extent, cloud, built.notes);
   begin("level", 0);
+  bool upside_down = false;
   const auto T_map_cloud =
-      level(cloud, options.up.value_or(Eigen::Vector3d::UnitZ()), options.up.has_value());
-  if (!T_map_cloud) return T_map_cloud.error();
+      level(cloud, options.up.value_or(Eigen::Vector3d::UnitZ()), options.up.has_value(), &upside_down);
+  if (!T_map_cloud) return Error{T_map_cloud.error().message + (upside_down ? options.up_advice : "")};
   built.model.T_map_cloud = *T_map_cloud;
   built.cloud = placed(std::move(cloud), *T_map_cloud);
   begin("segment", 1);

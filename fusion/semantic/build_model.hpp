@@ -26,6 +26,7 @@ struct ModelOptions {
   /// A person's word which way is up (unit, cloud frame), to within 40 degrees; without it z is, and a cloud
   /// that seems to be upside down is refused.
   std::optional<Eigen::Vector3d> up;
+  std::string up_advice;  ///< ends that refusal: how the caller lets a person say so
 };
 
 struct BuiltModel {

@@ -2,6 +2,8 @@
 #include <map>
 #include <utility>
 
+#include "fusion/semantic/carrier_points.hpp"
+#include "fusion/semantic/floor_points.hpp"
 #include "fusion/semantic/net_entities.hpp"
 
 namespace parhelion {
@@ -96,6 +98,8 @@ void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates,
   }
   const BoxesByPlace boxes(boxes_of(net));
   for (std::size_t i = 0; i < cloud.size(); ++i) boxes.label(cloud.points[i], net.labels[i]);
+  grow_floors(cloud, net.labels);
+  drop_carriers(cloud, net.labels);
 }
 
 }  // namespace parhelion

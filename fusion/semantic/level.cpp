@@ -204,8 +204,8 @@ double needed_share(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen:
 
 /// Things stand on floors and few hang from ceilings: what speaks for the cloud being upside down, or
 /// nothing.
-std::string upside_down(const std::vector<Patch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
-                        const Eigen::Vector3d& up) {
+std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
+                       const Eigen::Vector3d& up) {
   constexpr double room_height = 1.8, beside = 0.2, tall = 1.2;  // m
   const std::vector<Layer> layers = layers_of(patches, up);
   if (layers.size() < 2) return "";
@@ -236,7 +236,7 @@ std::string upside_down(const std::vector<Patch>& patches, const std::vector<Eig
 }  // namespace
 
 Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen::Vector3d& up_hint,
-                                    bool trust_hint) {
+                                    bool trust_hint, bool* upside_down) {
   if (cloud.empty()) return Error{"levelling: the cloud is empty; expected the points of a scan"};
   if (!(std::abs(up_hint.norm() - 1) < 1e-3))
     return Error{"levelling: the up direction has length " + std::to_string(up_hint.norm()) + "; expected 1"};
@@ -251,8 +251,9 @@ Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen:
   }
   const Eigen::Vector3d up = fit_layers(patches, faced);
   if (!trust_hint) {
-    if (const std::string why = upside_down(patches, cloud.viewpoints, up); !why.empty())
-      return Error{"levelling: " + why};
+    const std::string why = what_hangs(patches, cloud.viewpoints, up);
+    if (upside_down != nullptr) *upside_down = !why.empty();
+    if (!why.empty()) return Error{"levelling: " + why};
   }
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
   const Eigen::Vector3d pivot = pivot_of(patches, up);

@@ -76,9 +76,9 @@ Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud,
 /// frame: an accelerometer's reading). Turns by the shortest arc about the middle of what is level, so
 /// that heights stay those of the cloud there. Errors: nothing horizontal within 40 degrees of the hint (or
 /// of z): says what was seen; a cloud that seems to be upside down (more hangs from its ceiling than stands
-/// on its floor), unless the hint is to be trusted.
+/// on its floor), unless the hint is to be trusted; `upside_down` (may be null) tells that error from others.
 Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud,
                                     const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ(),
-                                    bool trust_hint = false);
+                                    bool trust_hint = false, bool* upside_down = nullptr);
 
 }  // namespace parhelion

@@ -1,0 +1,198 @@
+#include "fusion/semantic/carrier_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "protocols/model.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kCube = 0.1;           // m
+constexpr double kCarrier = 1.0;        // m, in the plan, from the viewpoint
+constexpr double kAround = 1.2;         // m: what reaches beyond is no carrier
+constexpr double kHigher = 0.2;         // m, over the viewpoint
+constexpr double kScanner = 0.3;        // m, from the viewpoint
+constexpr double kBehind = 0.2;         // m, from a thing to where a line of sight through it ends
+constexpr double kSight = 15;           // m, of a line of sight
+constexpr double kLookedThrough = 0.5;  // share of a thing's cubes
+
+using Index = std::tuple<int, int, int>;
+
+Index cube_of(const Eigen::Vector3f& p) {
+  const auto at = [](float v) { return static_cast<int>(std::floor(v / kCube)); };
+  return {at(p.x()), at(p.y()), at(p.z())};
+}
+
+/// Viewpoints by plan cells of kAround.
+class NearViewpoints {
+ public:
+  explicit NearViewpoints(const std::vector<Eigen::Vector3d>& viewpoints) : viewpoints_(viewpoints) {
+    for (std::uint32_t v = 0; v < viewpoints.size(); ++v)
+      cells_[{cell(viewpoints[v].x()), cell(viewpoints[v].y())}].push_back(v);
+  }
+  bool any(const Eigen::Vector3f& p) const {
+    const int x = cell(p.x()), y = cell(p.y());
+    for (int k = 0; k < 9; ++k) {
+      const auto found = cells_.find({x + k % 3 - 1, y + k / 3 - 1});
+      if (found == cells_.end()) continue;
+      for (const std::uint32_t v : found->second) {
+        if ((viewpoints_[v].head<2>() - p.head<2>().cast<double>()).norm() <= kAround) return true;
+      }
+    }
+    return false;
+  }
+
+ private:
+  static int cell(double v) { return static_cast<int>(std::floor(v / kAround)); }
+  const std::vector<Eigen::Vector3d>& viewpoints_;
+  std::map<std::pair<int, int>, std::vector<std::uint32_t>> cells_;
+};
+
+struct Cube {
+  std::vector<std::uint32_t> points;
+  std::uint16_t view = 0;
+  bool alone = true;  ///< of one view only
+  bool visited = false, looked_through = false;
+};
+
+/// Cubes that touch.
+struct Thing {
+  std::vector<Cube*> cubes;
+  std::vector<Eigen::Vector3d> centres;
+  std::uint16_t view = 0;
+  Eigen::AlignedBox3d bounds;
+};
+
+class Carriers {
+ public:
+  Carriers(const PointCloud<Map>& cloud, const std::vector<std::uint8_t>& labels) : cloud_(cloud) {
+    const NearViewpoints near(cloud.viewpoints);
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+      if (labels[i] != static_cast<std::uint8_t>(EntityLabel::unknown) || !near.any(cloud.points[i]))
+        continue;
+      Cube& cube = cubes_[cube_of(cloud.points[i])];
+      const std::uint16_t view = view_of(i);
+      cube.alone = cube.alone && (cube.points.empty() || cube.view == view);
+      cube.view = view;
+      cube.points.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+
+  void drop(std::vector<std::uint8_t>& labels) {
+    std::vector<Thing> things;
+    for (auto& [index, cube] : cubes_) {
+      if (cube.visited) continue;
+      Thing thing = grown(index);
+      if (may_carry(thing)) things.push_back(std::move(thing));
+    }
+    look_through(things);
+    for (const Thing& thing : things) {
+      const auto through = static_cast<double>(std::count_if(
+          thing.cubes.begin(), thing.cubes.end(), [](const Cube* c) { return c->looked_through; }));
+      if (through < kLookedThrough * static_cast<double>(thing.cubes.size()) && !within(thing, kScanner))
+        continue;
+      for (const Cube* cube : thing.cubes) {
+        for (const std::uint32_t i : cube->points)
+          labels[i] = static_cast<std::uint8_t>(EntityLabel::free_space);
+      }
+    }
+  }
+
+ private:
+  std::uint16_t view_of(std::size_t i) const {
+    return cloud_.scans.empty() ? std::uint16_t{0} : cloud_.scans[i];
+  }
+
+  Thing grown(const Index& first) {
+    Thing thing;
+    thing.view = cubes_.at(first).view;
+    std::vector<Index> open{first};
+    cubes_.at(first).visited = true;
+    while (!open.empty()) {
+      const auto [x, y, z] = open.back();
+      open.pop_back();
+      Cube& cube = cubes_.at({x, y, z});
+      thing.cubes.push_back(&cube);
+      thing.centres.push_back(kCube * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+      for (const std::uint32_t i : cube.points) thing.bounds.extend(cloud_.points[i].cast<double>());
+      for (int n = 0; n < 27; ++n) {
+        const auto found = cubes_.find({x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1});
+        if (found == cubes_.end() || found->second.visited) continue;
+        found->second.visited = true;
+        open.push_back(found->first);
+      }
+    }
+    return thing;
+  }
+
+  /// Whether all of it is near the one viewpoint that saw it.
+  bool may_carry(const Thing& thing) const {
+    const bool alone = std::all_of(thing.cubes.begin(), thing.cubes.end(),
+                                   [&](const Cube* c) { return c->alone && c->view == thing.view; });
+    if (!alone || thing.view >= cloud_.viewpoints.size()) return false;
+    const Eigen::Vector3d& eye = cloud_.viewpoints[thing.view];
+    if (thing.bounds.max().z() > eye.z() + kHigher) return false;
+    for (const Cube* cube : thing.cubes) {
+      for (const std::uint32_t i : cube->points) {
+        if ((cloud_.points[i].head<2>().cast<double>() - eye.head<2>()).norm() > kCarrier) return false;
+      }
+    }
+    return true;
+  }
+
+  bool within(const Thing& thing, double reach) const {
+    const Eigen::Vector3d& eye = cloud_.viewpoints[thing.view];
+    for (const Cube* cube : thing.cubes) {
+      for (const std::uint32_t i : cube->points) {
+        if ((cloud_.points[i].cast<double>() - eye).norm() > reach) return false;
+      }
+    }
+    return true;
+  }
+
+  /// Marks the cubes that a line of sight of another view passes.
+  void look_through(const std::vector<Thing>& things) const {
+    std::vector<std::vector<const Thing*>> ahead(cloud_.viewpoints.size());
+    for (std::size_t v = 0; v < ahead.size(); ++v) {
+      for (const Thing& thing : things) {
+        if (thing.view != v && thing.bounds.exteriorDistance(cloud_.viewpoints[v]) < kSight)
+          ahead[v].push_back(&thing);
+      }
+    }
+    for (std::size_t i = 0; i < cloud_.size(); ++i) {
+      const std::size_t view = view_of(i);
+      if (view >= ahead.size() || ahead[view].empty()) continue;
+      const Eigen::Vector3d eye = cloud_.viewpoints[view], way = cloud_.points[i].cast<double>() - eye;
+      for (const Thing* thing : ahead[view]) pass(eye, way, *thing);
+    }
+  }
+
+  static void pass(const Eigen::Vector3d& eye, const Eigen::Vector3d& way, const Thing& thing) {
+    const double length = way.norm(), radius = 0.5 * thing.bounds.diagonal().norm() + kCube;
+    if (!(length > 0)) return;
+    const Eigen::Vector3d ray = way / length, to_middle = thing.bounds.center() - eye;
+    const double along = to_middle.dot(ray);
+    if (along < 0 || along - radius > length || (to_middle - along * ray).squaredNorm() > radius * radius)
+      return;
+    for (std::size_t c = 0; c < thing.cubes.size(); ++c) {
+      const Eigen::Vector3d to_cube = thing.centres[c] - eye;
+      const double at = to_cube.dot(ray);
+      if (at < 0 || at + kBehind > length) continue;
+      if ((to_cube - at * ray).squaredNorm() <= 0.25 * kCube * kCube) thing.cubes[c]->looked_through = true;
+    }
+  }
+
+  const PointCloud<Map>& cloud_;
+  std::map<Index, Cube> cubes_;
+};
+
+}  // namespace
+
+void drop_carriers(const PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels) {
+  if (!cloud.viewpoints.empty()) Carriers(cloud, labels).drop(labels);
+}
+
+}  // namespace parhelion
