@@ -52,6 +52,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
     {"Bullet", {"server/simulation/"}},
     {"LinearMath/", {"server/simulation/"}},
     {"urdf", {"server/simulation/"}},
+    {"console_bridge/", {"server/simulation/"}},  // how urdfdom says its errors
     {"sqlite3.h", {"server/training/"}},
     {"boost/", {"server/hmi/"}},
     {"SDL2/", {"server/hmi/"}},
