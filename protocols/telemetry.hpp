@@ -37,11 +37,13 @@ struct LoopDecision {
     guard_fired = 0,
     steps_skipped = 1,
     frame_dropped = 2,
-    scans_left_out = 3  ///< they went out as they came, and the session log lacks them
+    scans_left_out = 3,  ///< they went out as they came, and the session log lacks them
+    ended = 4            ///< no input comes any more; the physics has got as far as this
   };
   SensorTime stamp;  ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
-  /// Steps skipped, scans left out; else the sequence number of the scan or frame, from 1.
+  /// Steps skipped (those before the newest that is due at the arrival), scans left out, 0 at the end; else
+  /// the sequence number of the scan or frame, from 1.
   std::int64_t count = 0;
 };
 

@@ -68,7 +68,8 @@ class Session {
   void take_answers();
   void offer_view(const Message& message);
   void take_models();
-  void decide(LoopDecision::Kind kind, std::uint64_t count);
+  void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
+  void note(LoopDecision::Kind kind, std::uint64_t sequence);
   void housekeeping();
   void sync_each_second(const std::stop_token& stop);
   void publish_status(ArrivalTime now);
@@ -145,6 +146,8 @@ void Session::end() {
     take_answers();
   }
   note_given_up();
+  const ArrivalTime ended = inbox_.stamp();
+  decide(LoopDecision::Kind::ended, 0, skip_late_steps(ended) ? inbox_.stamp() : ended);
   outputs_.clear();
   flush_images(configuration_, *state_, outputs_);
   outbox_.send(nullptr, outputs_.entries(), last_);
@@ -205,7 +208,7 @@ void Session::handle_scan(const Arrived& arrived) {
   if (!answered) guard_.give_up(arrived.ticket);  // a fault of the tick: the robot does not go blind for it
   if (guarded) substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_);
-  if (guarded) decide(LoopDecision::Kind::guard_fired, state_->scan.sequence);
+  if (guarded) note(LoopDecision::Kind::guard_fired, state_->scan.sequence);
   send_frames();
 }
 
@@ -225,33 +228,30 @@ void Session::step_on_time() {
 bool Session::skip_late_steps(ArrivalTime now) {
   const Duration late{now.ns - state_->simulation.next_step().ns};
   if (late < behind) return false;
-  const double period = 1.0 / configuration_.scenario.physics_rate;
-  const auto steps = static_cast<std::uint64_t>(late.seconds() / period);
-  Message decision{channel::loop, now, loop_message(LoopDecision::Kind::steps_skipped, now, steps)};
-  outputs_.clear();
-  tick(configuration_, decision, *state_, outputs_, stages_);
-  last_ = now;
-  outbox_.send(&decision, outputs_.entries(), now);
-  send_frames();  // an image that waited for its depth may have waited long enough
+  decide(LoopDecision::Kind::steps_skipped, state_->simulation.steps_due(simulation_time(now)) - 1, now);
   return true;
 }
 
 /// The log says what it lacks.
 void Session::note_given_up() {
   const std::uint64_t count = inbox_.take_given_up();
-  if (count == 0) return;
-  last_ = inbox_.stamp();
-  const Message decision{channel::loop, last_,
-                         loop_message(LoopDecision::Kind::scans_left_out, last_, count)};
-  outputs_.clear();
-  tick(configuration_, decision, *state_, outputs_, stages_);
-  outbox_.send(&decision, outputs_.entries(), last_);
-  send_frames();
+  if (count > 0) decide(LoopDecision::Kind::scans_left_out, count, inbox_.stamp());
 }
 
-void Session::decide(LoopDecision::Kind kind, std::uint64_t count) {
+/// Obeyed here as in replay.
+void Session::decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp) {
+  last_ = stamp;
+  const Message decision{channel::loop, stamp, loop_message(kind, stamp, count)};
+  outputs_.clear();
+  tick(configuration_, decision, *state_, outputs_, stages_);
+  outbox_.send(&decision, outputs_.entries(), stamp);
+  send_frames();  // an image that waited for its depth may have waited long enough
+}
+
+/// How a scan or an image was answered: nothing more comes of it.
+void Session::note(LoopDecision::Kind kind, std::uint64_t sequence) {
   last_ = inbox_.stamp();
-  const Message decision{channel::loop, last_, loop_message(kind, last_, count)};
+  const Message decision{channel::loop, last_, loop_message(kind, last_, sequence)};
   outbox_.send(&decision, {}, last_);
 }
 
@@ -260,7 +260,7 @@ void Session::send_frames() {
     const auto dropped = renderer_.submit_newest(std::move(frame));
     if (!dropped) continue;
     ++frames_dropped_;
-    decide(LoopDecision::Kind::frame_dropped, *dropped);
+    note(LoopDecision::Kind::frame_dropped, *dropped);
   }
   outputs_.frames().clear();
 }

@@ -78,8 +78,8 @@ void Run::skip_to(ArrivalTime arrival) {
   LoopDecision decision;
   decision.stamp = {arrival.ns};
   decision.kind = LoopDecision::Kind::steps_skipped;
-  const Duration skipped{arrival.ns - state_->simulation.now().ns};
-  decision.count = static_cast<std::int64_t>(skipped.seconds() * configuration_.scenario.physics_rate);
+  const std::uint64_t due = state_->simulation.steps_due(simulation_time(arrival));
+  decision.count = static_cast<std::int64_t>(due) - (due > 0 ? 1 : 0);
   Message message{channel::loop, arrival, {}};
   encode(decision, message.payload);
   outputs_.clear();

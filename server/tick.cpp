@@ -1,5 +1,6 @@
 #include "server/tick.hpp"
 
+#include <algorithm>
 #include <exception>
 
 namespace parhelion {
@@ -78,21 +79,45 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
   take_estimate(configuration, input, estimate, state, outputs);
 }
 
-/// Steps that a live server could not do in time are not done in replay either; scans that its log lacks are
-/// counted.
-void obey(const Message& input, State& state) {
+/// Of the steps due by then the newest is done, the `count` before it are skipped, and all earlier ones are
+/// done first: a live server did those on its timer, which no log shows.
+void skip_steps(const Configuration& configuration, const Message& input, std::uint64_t count, State& state,
+                Outputs& outputs, StageObserver& observer) {
+  const SimulationTime until = simulation_time(input.arrival);
+  const std::uint64_t due = state.simulation.steps_due(until);
+  if (due > 1 && due - 1 > count) {
+    const ArrivalTime fell_behind{state.simulation.after(due - 1 - count).ns};
+    advance(configuration, fell_behind, state, outputs, observer);
+  }
+  state.simulation.skip(std::min(count, state.simulation.steps_due(until)));
+}
+
+/// What only wall time could decide in a live server is decided in the same way again.
+void obey(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
+          StageObserver& observer) {
   LoopDecision decision;
   if (const Status read = decode(input.channel, input.payload, decision); !read)
     return refuse(read.error(), state);
-  if (decision.kind == LoopDecision::Kind::steps_skipped) {
-    state.simulation.skip(static_cast<std::uint64_t>(decision.count));
-  } else if (decision.kind == LoopDecision::Kind::scans_left_out) {
-    const auto count = static_cast<std::uint64_t>(decision.count);
-    state.tally.scans_left_out += count;
-    state.tally.scans_in += count;
-    state.tally.scans_out += count;
-    state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
+  const auto count = static_cast<std::uint64_t>(decision.count);
+  switch (decision.kind) {
+    case LoopDecision::Kind::guard_fired:
+    case LoopDecision::Kind::frame_dropped:
+      // Notes on an answer, read ahead by who replays. The live server did no step for them, and might skip
+      // the steps that were due by then.
+      return;
+    case LoopDecision::Kind::steps_skipped:
+      skip_steps(configuration, input, count, state, outputs, observer);
+      break;
+    case LoopDecision::Kind::scans_left_out:
+      state.tally.scans_left_out += count;
+      state.tally.scans_in += count;
+      state.tally.scans_out += count;
+      state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
+      break;
+    case LoopDecision::Kind::ended:
+      break;
   }
+  advance(configuration, input.arrival, state, outputs, observer);
 }
 
 void dispatch(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
@@ -126,7 +151,7 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
     case InputKind::model:
       return change_model(configuration, input, state, outputs);
     case InputKind::robot:  // read before the session started; a change needs a new session
-    case InputKind::loop:   // obeyed before the physics
+    case InputKind::loop:   // obeyed by tick
     case InputKind::none:
       return;
   }
@@ -136,7 +161,8 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
 
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& observer) {
-  if (configuration.channels.kind(input.channel) == InputKind::loop) obey(input, state);
+  if (configuration.channels.kind(input.channel) == InputKind::loop)
+    return obey(configuration, input, state, outputs, observer);
   advance(configuration, input.arrival, state, outputs, observer);
   observer.ended(Stage::physics_wait);
   try {

@@ -206,7 +206,17 @@ Simulation::~Simulation() = default;
 
 SimulationTime Simulation::now() const { return state_->stamp_of(state_->step); }
 SimulationTime Simulation::next_step() const { return state_->stamp_of(state_->step + 1); }
+SimulationTime Simulation::after(std::uint64_t steps) const { return state_->stamp_of(state_->step + steps); }
 std::shared_ptr<const Scene> Simulation::scene() const { return state_->scene; }
+
+std::uint64_t Simulation::steps_due(SimulationTime until) const {
+  if (until < next_step()) return 0;
+  auto steps = static_cast<std::uint64_t>((until - now()).seconds() * state_->options.rate);
+  // The product is rounded; the instants of the steps decide.
+  while (after(steps + 1) <= until) ++steps;
+  while (after(steps) > until) --steps;
+  return steps;
+}
 
 const AgentDefinition* Simulation::find_agent(const std::string& name) const {
   const Agent* agent = state_->find(name);

@@ -121,8 +121,11 @@ class Simulation {
   /// `building`: of the same model, prepared and not used before.
   Status set_building(const SemanticModel& model, std::shared_ptr<Building> building);
 
-  SimulationTime now() const;        ///< instant of the newest state
-  SimulationTime next_step() const;  ///< instant of the state that step() would make
+  SimulationTime now() const;                       ///< instant of the newest state
+  SimulationTime next_step() const;                 ///< instant of the state that step() would make
+  SimulationTime after(std::uint64_t steps) const;  ///< instant of the state so many steps on
+  std::uint64_t steps_due(
+      SimulationTime until) const;  ///< not done yet, with an instant at or before `until`
   /// One fixed step; `real` is the robot at next_step(). Laser requests that fall due are appended to
   /// `requests`.
   void step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests);
