@@ -25,14 +25,14 @@ constexpr Duration status_period = seconds(1.0);
 constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
 constexpr Duration idle = milliseconds(100);
 
-std::vector<std::uint8_t> loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
+Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
   LoopDecision decision;
   decision.stamp = {stamp.ns};
   decision.kind = kind;
   decision.count = static_cast<std::int64_t>(count);
-  std::vector<std::uint8_t> payload;
-  encode(decision, payload);
-  return payload;
+  Message message{channel::loop, stamp, {}};
+  encode(decision, message.payload);
+  return message;
 }
 
 /// One live session.
@@ -69,7 +69,7 @@ class Session {
   void offer_view(const Message& message);
   void take_models();
   void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
-  void note(LoopDecision::Kind kind, std::uint64_t sequence);
+  Message note(LoopDecision::Kind kind, std::uint64_t sequence);
   void housekeeping();
   void sync_each_second(const std::stop_token& stop);
   void publish_status(ArrivalTime now);
@@ -206,9 +206,13 @@ void Session::handle_scan(const Arrived& arrived) {
     in_to_out_us_.add((steady_now() - arrived.received).microseconds());
   }
   if (!answered) guard_.give_up(arrived.ticket);  // a fault of the tick: the robot does not go blind for it
-  if (guarded) substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
-  outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_);
-  if (guarded) note(LoopDecision::Kind::guard_fired, state_->scan.sequence);
+  std::optional<Message> fired;
+  if (guarded) {
+    substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
+    fired = note(LoopDecision::Kind::guard_fired, state_->scan.sequence);
+  }
+  outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_,
+               fired ? &*fired : nullptr);
   send_frames();
 }
 
@@ -241,18 +245,17 @@ void Session::note_given_up() {
 /// Obeyed here as in replay.
 void Session::decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp) {
   last_ = stamp;
-  const Message decision{channel::loop, stamp, loop_message(kind, stamp, count)};
+  const Message decision = loop_message(kind, stamp, count);
   outputs_.clear();
   tick(configuration_, decision, *state_, outputs_, stages_);
   outbox_.send(&decision, outputs_.entries(), stamp);
   send_frames();  // an image that waited for its depth may have waited long enough
 }
 
-/// How a scan or an image was answered: nothing more comes of it.
-void Session::note(LoopDecision::Kind kind, std::uint64_t sequence) {
+/// For the log: how a scan or an image was answered. Nothing more comes of it.
+Message Session::note(LoopDecision::Kind kind, std::uint64_t sequence) {
   last_ = inbox_.stamp();
-  const Message decision{channel::loop, last_, loop_message(kind, last_, sequence)};
-  outbox_.send(&decision, {}, last_);
+  return loop_message(kind, last_, sequence);
 }
 
 void Session::send_frames() {
@@ -260,7 +263,8 @@ void Session::send_frames() {
     const auto dropped = renderer_.submit_newest(std::move(frame));
     if (!dropped) continue;
     ++frames_dropped_;
-    note(LoopDecision::Kind::frame_dropped, *dropped);
+    const Message decision = note(LoopDecision::Kind::frame_dropped, *dropped);
+    outbox_.send(&decision, {}, last_);
   }
   outputs_.frames().clear();
 }

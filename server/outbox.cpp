@@ -10,8 +10,8 @@ void Outbox::write(std::span<const Message> messages) {
 }
 
 void Outbox::send(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp,
-                  std::string_view published) {
-  record(input, outputs, stamp);
+                  std::string_view published, const Message* note) {
+  record(input, outputs, stamp, note);
   if (bus_ == nullptr) return;
   for (const Outputs::Entry& output : outputs) {
     // A receiver that is not there is no reason to stop; the bus counts what it could not send.
@@ -19,9 +19,10 @@ void Outbox::send(const Message* input, std::span<const Outputs::Entry> outputs,
   }
 }
 
-void Outbox::record(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp) {
+void Outbox::record(const Message* input, std::span<const Outputs::Entry> outputs, ArrivalTime stamp,
+                    const Message* note) {
   const std::lock_guard lock(mutex_);
-  batch_.resize(outputs.size() + (input != nullptr ? 1 : 0));
+  batch_.resize(outputs.size() + (input != nullptr ? 1 : 0) + (note != nullptr ? 1 : 0));
   std::size_t used = 0;
   if (input != nullptr) batch_[used++] = *input;
   for (const Outputs::Entry& output : outputs) {
@@ -31,6 +32,7 @@ void Outbox::record(const Message* input, std::span<const Outputs::Entry> output
     message.payload.assign(output.payload.begin(), output.payload.end());
     hashes_[output.channel].add(output.payload);
   }
+  if (note != nullptr) batch_[used] = *note;
   write(batch_);
 }
 

@@ -147,12 +147,17 @@ void publish_simulation_events(const Configuration& configuration, State& state,
 }
 
 void advance(const Configuration& configuration, ArrivalTime until, State& state, Outputs& outputs,
-             StageObserver& observer) try {
-  while (state.simulation.next_step() <= simulation_time(until))
-    step_once(configuration, state, outputs, observer);
-} catch (const std::exception& fault) {
-  // The world stands still and scans go out as they came, with the reason; the server goes on.
-  refuse({std::string("physics: ") + fault.what()}, state);
+             StageObserver& observer) {
+  while (state.simulation.next_step() <= simulation_time(until)) {
+    const SimulationTime due = state.simulation.next_step();
+    try {
+      step_once(configuration, state, outputs, observer);
+    } catch (const std::exception& fault) {
+      // The server goes on, and with the next step at once: how often it is called must make no difference.
+      refuse({std::string("physics: ") + fault.what()}, state);
+      if (state.simulation.next_step() == due) state.simulation.skip(1);
+    }
+  }
 }
 
 }  // namespace parhelion

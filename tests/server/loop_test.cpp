@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <span>
 #include <thread>
 
 #include "server/replay.hpp"
@@ -29,7 +31,11 @@ class LoopTest : public testing::Test {
     options_.session = folder_ / "session.lcm";
     options_.guard = guard;
     options_.stop = [this] {
-      if (hold_up_.exchange(false)) std::this_thread::sleep_for(hold_up_for_);
+      while (gate_shut_) {
+        at_gate_ = true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      at_gate_ = false;
       return stop_.load();
     };
     options_.say = [this](const std::string&) { started_ = true; };
@@ -40,6 +46,7 @@ class LoopTest : public testing::Test {
   }
   void stop() {
     stop_ = true;
+    open_gate();
     if (thread_.joinable()) thread_.join();
   }
   /// Plays a recording at `rate` times real time.
@@ -63,15 +70,24 @@ class LoopTest : public testing::Test {
     return all;
   }
 
-  /// Receives until a scan has gone out with this stamp.
-  bool await_scan(SensorTime stamp) {
+  /// Receives until the last scan of a recording has gone out; keeps the scans.
+  bool await_scan(std::span<const Message> log) {
+    const std::int64_t last = stamps({log.begin(), log.end()}, channel::scan).back();
     Message message;
     while (true) {
       const auto received = robot_->receive(message, seconds(20));
       if (!received.ok() || !*received) return false;
-      if (message.channel == channel::mr_scan && leading_stamp(message.payload) == stamp) return true;
+      if (message.channel != channel::mr_scan) continue;
+      heard_.push_back(message);
+      if (leading_stamp(message.payload)->utime() == last) return true;
     }
   }
+  /// Holds the loop up until open_gate(). The guard and the inbox go on.
+  void shut_gate() {
+    gate_shut_ = true;
+    while (!at_gate_) std::this_thread::yield();
+  }
+  void open_gate() { gate_shut_ = false; }
   /// Receives until the physics has got so far beyond the input that came last.
   bool await_timer(Duration beyond) {
     const WallTime from = wall_now();
@@ -123,8 +139,9 @@ class LoopTest : public testing::Test {
   std::unique_ptr<Bus> server_bus_, robot_;
   Configuration configuration_;
   ServeOptions options_;
-  std::chrono::milliseconds hold_up_for_{600};
-  std::atomic<bool> stop_ = false, started_ = false, hold_up_ = false;
+  std::atomic<bool> stop_ = false, started_ = false;
+  std::atomic<bool> gate_shut_ = false, at_gate_ = false;
+  std::vector<Message> heard_;  ///< MR_SCAN, by await_scan()
   std::optional<Result<Report>> report_;
   std::thread thread_;
 };
@@ -147,12 +164,16 @@ TEST_F(LoopTest, LoopAnswersEveryScanAndReplaysToTheSameBytes) {
 TEST_F(LoopTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
   const auto log = test::drive(3);
-  const auto middle = log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2);
-  play({log.begin(), middle}, 1.0);
-  hold_up_ = true;
-  play({middle, log.end()}, 1.0);
-  EXPECT_EQ(await(channel::mr_scan, 30).size(), 30U);
+  const auto third = static_cast<std::ptrdiff_t>(log.size() / 3);
+  play({log.begin(), log.begin() + third}, 1.0);
+  shut_gate();
+  play({log.begin() + third, log.begin() + 2 * third}, 1.0);
+  EXPECT_TRUE(await_scan({log.begin(), log.begin() + 2 * third})) << "the guard's";
+  open_gate();
+  play({log.begin() + 2 * third, log.end()}, 1.0);
+  EXPECT_TRUE(await_scan(log));
   stop();
+  EXPECT_EQ(heard_.size(), 30U);
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
   EXPECT_GT(live.guard_fired, 0U);
@@ -165,9 +186,10 @@ TEST_F(LoopTest, LoopThatFellBehindAfterStepsOfItsTimerReplaysToTheSameBytes) {
   const auto middle = log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2);
   play({log.begin(), middle}, 1.0);
   ASSERT_TRUE(await_timer(milliseconds(300))) << "steps that no input was there for";
-  hold_up_ = true;
-  while (hold_up_) std::this_thread::yield();  // the loop is now held up
+  shut_gate();
   play({middle, log.end()}, 1.0);
+  open_gate();
+  EXPECT_TRUE(await_scan(log));
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   expect_same_bytes_again(**report_);
@@ -179,14 +201,12 @@ TEST_F(LoopTest, LoopWhoseDiskStallsAtAGuardedScanReplaysToTheSameBytes) {
   const auto last_scan = std::find_if(log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2), log.end(),
                                       [](const Message& each) { return each.channel == channel::scan; });
   play({log.begin(), last_scan}, 1.0);
-  // Long enough for the guard, and too short for steps to be skipped before the scan.
-  hold_up_for_ = std::chrono::milliseconds(150);
-  hold_up_ = true;
-  while (hold_up_) std::this_thread::yield();
+  shut_gate();
+  play({last_scan, last_scan + 1}, 1.0);
+  EXPECT_TRUE(await_scan({last_scan, last_scan + 1})) << "the guard's";
   {
     test::StalledDisk disk;
-    play({last_scan, last_scan + 1}, 1.0);
-    EXPECT_TRUE(await_scan(*leading_stamp(last_scan->payload)));
+    open_gate();
     EXPECT_TRUE(disk.await_a_write());
     std::this_thread::sleep_for(std::chrono::milliseconds(600));  // that the loop is to lag behind
   }
@@ -234,24 +254,25 @@ TEST_F(LoopTest, LoopWhoseDiskStallsAnswersEveryScanInOrderAndItsLogIsWholeAfter
     test::StalledDisk disk;
     play({log.begin() + third, log.begin() + 2 * third}, 1.0);
     EXPECT_TRUE(disk.await_a_write());
+    EXPECT_TRUE(await_scan({log.begin(), log.begin() + 2 * third})) << "the guard's";
   }
   play({log.begin() + 2 * third, log.end()}, 1.0);
-  const auto heard = await(channel::mr_scan, 40);
+  EXPECT_TRUE(await_scan(log));
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
   EXPECT_GT(live.guard_fired, 0U);
   EXPECT_TRUE(live.complete) << live.incomplete_because;
   const auto sent = stamps(log, channel::scan);
-  EXPECT_EQ(stamps(heard, channel::mr_scan), sent) << "each once, and in order";
+  EXPECT_EQ(stamps(heard_, channel::mr_scan), sent) << "each once, and in order";
   const auto written = session_log();
   EXPECT_EQ(stamps(written, channel::scan), sent);
   std::vector<Message> answers;
   for (const Message& each : written) {
     if (each.channel == channel::mr_scan) answers.push_back(each);
   }
-  ASSERT_EQ(answers.size(), heard.size());
-  for (std::size_t i = 0; i < heard.size(); ++i) ASSERT_EQ(answers[i].payload, heard[i].payload) << i;
+  ASSERT_EQ(answers.size(), heard_.size());
+  for (std::size_t i = 0; i < heard_.size(); ++i) ASSERT_EQ(answers[i].payload, heard_[i].payload) << i;
   expect_same_bytes_again(live);
 }
 
@@ -264,13 +285,14 @@ TEST_F(LoopTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLacks) {
     test::StalledDisk disk;
     play({log.begin(), log.begin() + half}, 10.0);
     EXPECT_TRUE(disk.await_a_write());
+    EXPECT_TRUE(await_scan({log.begin(), log.begin() + half})) << "the guard's";
   }
   play({log.begin() + half, log.end()}, 1.0);
-  const auto heard = await(channel::mr_scan, 80);
+  EXPECT_TRUE(await_scan(log));
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;
-  EXPECT_EQ(stamps(heard, channel::mr_scan), stamps(log, channel::scan)) << "each once, and in order";
+  EXPECT_EQ(stamps(heard_, channel::mr_scan), stamps(log, channel::scan)) << "each once, and in order";
   EXPECT_EQ(live.tally.scans_in, 80U);
   EXPECT_EQ(live.tally.scans_out, 80U);
   EXPECT_GT(live.tally.scans_left_out, 0U);
@@ -285,8 +307,7 @@ TEST_F(LoopTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLacks) {
 TEST_F(LoopTest, LoopThatIsStoppedAnswersWhatWaits) {
   serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}), seconds(100));
   const auto log = test::drive(2);
-  hold_up_ = true;
-  while (hold_up_) std::this_thread::yield();  // the loop is now held up
+  shut_gate();
   for (const Message& each : log) ASSERT_TRUE(robot_->publish(each.channel, each.payload).ok());
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
@@ -306,16 +327,14 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
     Message scan = test::message(channel::scan, 0, test::scan_at(0.1 * i));
     if (i % 2 == 0) scan.payload.resize(scan.payload.size() / 2);
     sent.push_back(scan);
-    if (i == 10) {
-      hold_up_ = true;  // from here on it is the guard that answers
-      while (hold_up_) std::this_thread::yield();
-    }
+    if (i == 10) shut_gate();  // from here on it is the guard that answers
     ASSERT_TRUE(robot_->publish(scan.channel, scan.payload).ok());
     const Message foreign =
         test::message(channel::scan, 0, Odometry{SensorTime::from_utime(test::start_us), {}});
     ASSERT_TRUE(robot_->publish(foreign.channel, foreign.payload).ok());
   }
   const auto heard = await(channel::mr_scan, 20);
+  open_gate();
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
   const Report& live = **report_;

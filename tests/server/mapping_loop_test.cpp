@@ -52,7 +52,7 @@ TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSam
   const test::Folder folder;
   MemoryBusHub hub;
   const auto server_bus = hub.connect(), robot = hub.connect();
-  ASSERT_TRUE(robot->subscribe("MR_SCAN", 10'000).ok());
+  ASSERT_TRUE(robot->subscribe("MR_(SCAN|EVENTS)", 10'000).ok());
   const Configuration configuration = mapping_configuration();
   std::atomic<bool> stop = false, started = false;
   std::atomic<int> updates = 0;
@@ -78,11 +78,16 @@ TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSam
     EXPECT_TRUE(robot->publish(each.channel, each.payload).ok());
   }
   std::size_t answered = 0;
+  bool changed = false;
   Message message;
-  while (answered < 30) {
+  while (answered < 30 || !changed) {
     const auto received = robot->receive(message, seconds(20));
     if (!received.ok() || !*received) break;
-    ++answered;
+    Event event;
+    if (message.channel == channel::mr_scan)
+      ++answered;
+    else if (decode(message.channel, message.payload, event))
+      changed |= event.kind == EventKind::model_changed;
   }
   EXPECT_EQ(answered, 30U);
   stop = true;

@@ -45,6 +45,24 @@ TEST(Outbox, OutboxHasWrittenBeforeItPublishes) {
   EXPECT_EQ(log[2].channel, "MR_EVENTS");
 }
 
+TEST(Outbox, OutboxWritesTheNoteOnAnAnswerTogetherWithIt) {
+  test::Folder folder;
+  Outbox outbox(nullptr, *LogWriter::create(folder / "s.lcm", false));
+  const Message input{"SCAN", ArrivalTime::from_utime(5), {1}};
+  const Message note{"LOOP", ArrivalTime::from_utime(6), {9}};
+  const Outputs::Entry outputs[] = {entry("MR_SCAN", 2)};
+  outbox.send(&input, outputs, input.arrival, "MR_SCAN", &note);
+  outbox.send(&input, outputs, input.arrival, "MR_SCAN");
+  const auto log = read_all(folder / "s.lcm");
+  ASSERT_EQ(log.size(), 5U);
+  EXPECT_EQ(log[1].channel, "MR_SCAN");
+  EXPECT_EQ(log[2].channel, "LOOP");
+  EXPECT_EQ(log[2].arrival, note.arrival);
+  EXPECT_EQ(log[2].payload, note.payload);
+  EXPECT_FALSE(outbox.hashes().contains("LOOP")) << "an input";
+  EXPECT_EQ(log[4].channel, "MR_SCAN");
+}
+
 /// A bus on which `slow` takes until it is released.
 class SlowBus : public Bus {
  public:

@@ -423,6 +423,41 @@ TEST_F(TickTest, TickSkipsTheStepsThatALateLoopSkippedAndDoesThoseThatItsTimerDi
   EXPECT_TRUE(live.contains(channel::mr_world));
 }
 
+/// Fails in each seventh physics step.
+class FaultyPhysics : public StageObserver {
+ public:
+  void ended(Stage stage) override {
+    if (stage == Stage::physics_step && ++steps_ % 7 == 0) throw std::runtime_error("broken");
+  }
+
+ private:
+  int steps_ = 0;
+};
+
+TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicksWherePhysicsIsFaulty) {
+  const auto run = [](bool with_timer) {
+    const Configuration configuration =
+        test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)});
+    auto state = *make_state(configuration, ArrivalTime::from_utime(test::start_us - 2000));
+    Outputs outputs;
+    FaultyPhysics observer;
+    std::map<std::string, std::vector<std::vector<std::uint8_t>>> all;
+    ArrivalTime last = ArrivalTime::from_utime(test::start_us - 2000);
+    for (const Message& each : test::drive(1)) {
+      outputs.clear();
+      for (; with_timer && last < each.arrival; last = last + microseconds(777))
+        advance(configuration, last, *state, outputs, observer);
+      last = each.arrival;
+      tick(configuration, each, *state, outputs, observer);
+      for (const Outputs::Entry& entry : outputs.entries()) all[entry.channel].push_back(entry.payload);
+    }
+    EXPECT_GT(state->tally.refused_inputs, 30U);
+    EXPECT_LT(state->simulation.next_step().ns - last.ns, 5'000'000) << "it keeps up";
+    return all;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
 TEST_F(TickTest, TickNeverSkipsBeyondTheDecision) {
   start(test::configuration({}));
   const std::int64_t us = test::start_us + 1'000'000;

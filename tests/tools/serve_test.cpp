@@ -195,7 +195,7 @@ TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
   ASSERT_TRUE(await_server(server, 1));
   const auto inject = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "inject");
-    arguments.insert(arguments.end(), {"--url", url()});
+    arguments.insert(arguments.end(), {"--url", url(), "--timeout", "20"});
     return test::run(arguments, folder_ / "inject.txt");
   };
   EXPECT_EQ(inject({"spawn", "--name", "robot_9", "--kind", "robot", "--at", "2,1,90deg"}).exit, 0);
