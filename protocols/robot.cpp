@@ -151,6 +151,37 @@ void read_limits(const Node& node, RobotLimits& limits) {
   yaml::read(node, "reaction_time", limits.reaction_time);
 }
 
+AttitudeLimits read_attitude(const Node& node, yaml::Problems& problems) {
+  AttitudeLimits limits;
+  yaml::read(node, "pitch_warning", limits.pitch_warning);
+  yaml::read(node, "pitch_limit", limits.pitch_limit);
+  yaml::read(node, "roll_warning", limits.roll_warning);
+  yaml::read(node, "roll_limit", limits.roll_limit);
+  yaml::read(node, "yaw_rate_warning", limits.yaw_rate_warning);
+  yaml::read(node, "yaw_rate_limit", limits.yaw_rate_limit);
+  const auto check = [&](const char* what, double warning, double limit, Quantity quantity) {
+    if (warning <= limit) return;
+    problems.add(node.line, std::string("'attitude': expected ") + what + "_warning <= " + what +
+                                "_limit, found " + yaml::format_quantity(warning, quantity) + " and " +
+                                yaml::format_quantity(limit, quantity));
+  };
+  check("pitch", limits.pitch_warning, limits.pitch_limit, Quantity::angle);
+  check("roll", limits.roll_warning, limits.roll_limit, Quantity::angle);
+  check("yaw_rate", limits.yaw_rate_warning, limits.yaw_rate_limit, Quantity::angular_speed);
+  return limits;
+}
+
+void write_attitude(yaml::Writer& writer, const AttitudeLimits& limits) {
+  writer.open("attitude");
+  writer.quantity("pitch_warning", limits.pitch_warning, Quantity::angle);
+  writer.quantity("pitch_limit", limits.pitch_limit, Quantity::angle);
+  writer.quantity("roll_warning", limits.roll_warning, Quantity::angle);
+  writer.quantity("roll_limit", limits.roll_limit, Quantity::angle);
+  writer.quantity("yaw_rate_warning", limits.yaw_rate_warning, Quantity::angular_speed);
+  writer.quantity("yaw_rate_limit", limits.yaw_rate_limit, Quantity::angular_speed);
+  writer.close();
+}
+
 }  // namespace
 
 RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
@@ -167,6 +198,7 @@ RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   yaml::read(node, "height", robot.height);
   yaml::read(node, "mass", robot.mass);
   if (const Node* limits = node.find("limits")) read_limits(*limits, robot.limits);
+  if (const Node* attitude = node.find("attitude")) robot.attitude = read_attitude(*attitude, problems);
   yaml::read(node, "velocity_frame", velocity_frame_names, robot.velocity_frame);
   yaml::read(node, "odometry_error_translation", robot.odometry_error_translation);
   yaml::read(node, "odometry_error_rotation", robot.odometry_error_rotation);
@@ -250,6 +282,7 @@ std::string to_yaml(const RobotDescription& robot) {
   writer.quantity("deceleration", robot.limits.deceleration, Quantity::acceleration);
   writer.quantity("reaction_time", robot.limits.reaction_time, Quantity::time);
   writer.close();
+  if (robot.attitude) write_attitude(writer, *robot.attitude);
   writer.word("velocity_frame", velocity_frame_names.at(static_cast<std::size_t>(robot.velocity_frame)));
   writer.quantity("odometry_error_translation", robot.odometry_error_translation, Quantity::length_ratio);
   writer.quantity("odometry_error_rotation", robot.odometry_error_rotation, Quantity::angle_ratio);

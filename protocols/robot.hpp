@@ -19,6 +19,13 @@ struct RobotLimits {
   double reaction_time = 0.2;  ///< s, from command to motion
 };
 
+/// Beyond these the operator is warned, or has failed (paper 4.1).
+struct AttitudeLimits {
+  double pitch_warning = 0.35, pitch_limit = 0.6;       ///< rad
+  double roll_warning = 0.3, roll_limit = 0.5;          ///< rad
+  double yaw_rate_warning = 1.5, yaw_rate_limit = 2.5;  ///< rad/s
+};
+
 struct ImuDescription {
   Transform<Base, Imu> T_base_imu;
 };
@@ -35,6 +42,7 @@ struct RobotDescription {
   double height = 0.5;                     ///< m, top of the body over the floor
   double mass = 50;                        ///< kg
   RobotLimits limits;
+  std::optional<AttitudeLimits> attitude;  ///< none: nobody is warned of its attitude
   VelocityFrame velocity_frame = VelocityFrame::body;
   /// 1 sigma of odometry per metre driven and per radian turned: m/m and rad/rad.
   double odometry_error_translation = 0.05;

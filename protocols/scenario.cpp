@@ -5,6 +5,7 @@
 #include <map>
 
 #include "protocols/channel_map.hpp"
+#include "protocols/scenario_site.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
@@ -153,6 +154,7 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
     for (const Node& agent : agents->items) scenario.agents.push_back(read_agent(agent, problems));
     check_agent_names(scenario.agents, *agents, problems);
   }
+  if (const Node* zones = node.find("zones")) scenario.zones = read_zones(*zones, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
 }
@@ -237,6 +239,7 @@ std::string to_yaml(const Scenario& scenario) {
     for (const AgentDefinition& agent : scenario.agents) write_agent(writer, agent);
     writer.close();
   }
+  write_zones(scenario.zones, writer);
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

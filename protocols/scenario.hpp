@@ -9,6 +9,7 @@
 
 #include "protocols/command.hpp"
 #include "protocols/status.hpp"
+#include "protocols/zone.hpp"
 
 namespace parhelion {
 
@@ -45,6 +46,7 @@ struct Scenario {
   ContactLimits contact;
   std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is
   std::vector<AgentDefinition> agents;
+  std::vector<Zone> zones;
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 

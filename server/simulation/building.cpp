@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <string_view>
 
 #include "protocols/model_mesh.hpp"
 #include "server/simulation/mesh_parts.hpp"
@@ -37,6 +39,21 @@ Footprint projection(const ModelEntity& entity, double& bottom, double& top) {
   return make_polygon(convex_hull(std::move(corners)));
 }
 
+/// What the semantic net says of where each entity belongs, by its name.
+std::map<std::string_view, std::string> belongings(const SemanticModel& model) {
+  std::map<std::string_view, std::string> words;
+  for (const ModelEntity& entity : model.entities) {
+    if (!entity.part_of.empty()) words[entity.name] = "of " + entity.part_of;
+  }
+  for (const Relation& relation : model.relations) {
+    if (relation.kind == RelationKind::available_inside)
+      words.try_emplace(relation.from, "in " + relation.to);
+    if (relation.kind == RelationKind::connected_via_joint)
+      words.try_emplace(relation.from, "on " + relation.to);
+  }
+  return words;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
@@ -55,6 +72,10 @@ Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
   }
   for (const ModelMesh& mesh : model.meshes) {
     if (!mesh.empty()) building->add(mesh);
+  }
+  const auto words = belongings(model);
+  for (FixedObstacle& obstacle : building->obstacles_) {
+    if (const auto found = words.find(obstacle.name); found != words.end()) obstacle.relation = found->second;
   }
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
     const double height = building->floors_[i].lowest;
@@ -129,13 +150,12 @@ double Building::Floor::height(const Eigen::Vector2d& p) const {
   return point.z() - normal.head<2>().dot(along) / normal.z();
 }
 
-double Building::floor_height(const Eigen::Vector2d& p) const {
-  const Footprint here = make_disc(p, 0);
+double Building::floor_height(const Footprint& point) const {
   double height = lowest_floor_;
   bool found = false;
   for (const Floor& floor : floors_) {
-    if (signed_distance(here, floor.footprint) > 0) continue;
-    height = found ? std::max(height, floor.height(p)) : floor.height(p);
+    if (signed_distance(point, floor.footprint) > 0) continue;
+    height = found ? std::max(height, floor.height(point.center)) : floor.height(point.center);
     found = true;
   }
   return height;

@@ -26,6 +26,8 @@ struct FixedObstacle {
   EntityLabel label = EntityLabel::unknown;
   bool is_virtual = false;
   PhysicsHandle handle = 0;
+  std::string relation =
+      {};  ///< where it belongs, for people: "in wall 7", "of stairs 1"; empty: none is known
 };
 
 /// Constant after enter().
@@ -45,7 +47,8 @@ class Building {
   const std::vector<FixedObstacle>& obstacles() const { return obstacles_; }
   /// z of the floor under (x, y): the highest top of the floors there; where the model has none there, the
   /// lowest floor's; 0 without any.
-  double floor_height(const Eigen::Vector2d& p) const;
+  double floor_height(const Eigen::Vector2d& p) const { return floor_height(make_disc(p, 0)); }
+  double floor_height(const Footprint& point) const;
   /// Appends the obstacles whose bounding circle is within `range` of `p` and that are between the heights,
   /// ascending index.
   void near(const Eigen::Vector2d& p, double range, double bottom, double top,

@@ -246,6 +246,8 @@ Status Simulation::State::spawn(const AgentDefinition& definition, const std::op
     agent->handle = form.upright ? physics.add_upright(form.shape, form.size, form.mass, {})
                                  : physics.add_free(form.shape, form.size, form.mass, {});
   }
+  agent->watch = BodyWatch(agent->robot ? supervised(definition.name, agent->robot->model())
+                                        : supervised(definition, form));
   put(*agent, planar_pose(definition.T_map_base));
   say(EventKind::agent_spawned, *agent, request, to_string(definition.kind));
   agents.push_back(std::move(agent));
@@ -268,6 +270,7 @@ void Simulation::State::remove(std::size_t index, std::uint64_t request) {
   const std::unique_ptr<Agent> agent = std::move(agents[index]);
   agents.erase(agents.begin() + static_cast<std::ptrdiff_t>(index));
   contacts.forget(agent->definition.name, stamp_of(step), events);
+  agent->watch.close(stamp_of(step), options.zones, events);
   if (agent->robot) {
     agent->robot->leave(physics);
   } else {

@@ -15,17 +15,31 @@ constexpr double kClosingSpeed = 0.02;  // m/s: slower, a robot stands beside a 
 
 }  // namespace
 
-void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
+Event ContactTracker::event_of(EventKind kind, const Contact& contact, SimulationTime now, double impulse) {
   Event event;
   event.stamp = now;
-  event.kind = EventKind::collision_stopped;
+  event.kind = kind;
   event.subject = contact.newest.subject;
   event.object = contact.newest.object;
   event.pair = contact.newest.pair;
   event.position = contact.newest.position;
-  event.impulse = contact.peak;
+  event.impulse = impulse;
   event.unsensed = contact.newest.unsensed;
-  events.push_back(std::move(event));
+  event.text = contact.newest.relation;
+  return event;
+}
+
+void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
+  events.push_back(event_of(EventKind::collision_stopped, contact, now, contact.peak));
+}
+
+void ContactTracker::go_on(Contact& contact, SimulationTime now, std::vector<Event>& events) {
+  contact.peak_said = std::max(contact.peak_said, contact.newest.impulse);
+  if ((now - contact.said).seconds() < kPeriod) return;
+  events.push_back(event_of(EventKind::collision_continued, contact, now, contact.peak_said));
+  events.back().value = (now - contact.started).seconds();
+  contact.said = now;
+  contact.peak_said = 0;
 }
 
 void ContactTracker::update(const std::vector<TouchingPair>& touching, SimulationTime now,
@@ -36,17 +50,12 @@ void ContactTracker::update(const std::vector<TouchingPair>& touching, Simulatio
     contact.newest = pair;
     contact.peak = std::max(contact.peak, pair.impulse);
     contact.last = now;
-    if (!is_new) continue;
-    Event event;
-    event.stamp = now;
-    event.kind = EventKind::collision_started;
-    event.subject = pair.subject;
-    event.object = pair.object;
-    event.pair = pair.pair;
-    event.position = pair.position;
-    event.impulse = pair.impulse;
-    event.unsensed = pair.unsensed;
-    events.push_back(std::move(event));
+    if (!is_new) {
+      go_on(contact, now, events);
+      continue;
+    }
+    contact.started = contact.said = now;
+    events.push_back(event_of(EventKind::collision_started, contact, now, pair.impulse));
   }
   for (auto entry = open_.begin(); entry != open_.end();) {
     const bool ended = (now - entry->second.last).seconds() > kPause;
@@ -75,20 +84,21 @@ struct Party {
   bool is_virtual = false;
   bool is_real_robot = false;
   bool shown = true;
-  Agent* robot = nullptr;  ///< an articulated one
+  Agent* robot = nullptr;                 ///< an articulated one
+  const std::string* relation = nullptr;  ///< of a part of the building
 };
 
 Party party(const auto& state, PhysicsHandle handle) {
   if (handle == state.real.handle) return {&state.real.name, false, true};
   for (const auto& agent : state.agents) {
     if (agent->robot && agent->robot->owns(handle))
-      return {&agent->definition.name, !agent->trainee, agent->trainee, agent->shown == AgentShown::shown,
-              agent.get()};
+      return {&agent->definition.name,           !agent->trainee, agent->trainee,
+              agent->shown == AgentShown::shown, agent.get(),     nullptr};
     if (agent->handle == handle)
       return {&agent->definition.name, true, false, agent->shown == AgentShown::shown};
   }
   if (const FixedObstacle* obstacle = state.building->by_handle(handle)) {
-    return {&obstacle->name, obstacle->is_virtual, false};
+    return {&obstacle->name, obstacle->is_virtual, false, true, nullptr, &obstacle->relation};
   }
   return {};
 }
@@ -114,7 +124,8 @@ void Simulation::State::collect_body_contacts() {
         {*a.name, *b.name,
          a.is_virtual == b.is_virtual ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
                                       : PairKind::real_virtual,
-         contact.position, contact.impulse, with_robot && !simulated && !(real.sensed && b.shown)});
+         contact.position, contact.impulse, with_robot && !simulated && !(real.sensed && b.shown),
+         b.relation != nullptr ? *b.relation : std::string()});
   }
 }
 
@@ -143,7 +154,8 @@ void Simulation::State::collect_building_contacts() {
                         obstacle->is_virtual ? PairKind::real_virtual : PairKind::real_real,
                         {touch.x(), touch.y(), z},
                         real.mass * std::max(0.0, closing),
-                        !real.sensed});
+                        !real.sensed,
+                        obstacle->relation});
   }
 }
 

@@ -1,4 +1,4 @@
-// Contacts become events: when they start and when they stop.
+// Contacts become events: when they start, that they go on, and when they stop.
 #pragma once
 
 #include <map>
@@ -18,15 +18,19 @@ struct TouchingPair {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map
   double impulse = 0;                                  ///< N s in this step
   bool unsensed = false;
+  std::string relation = {};  ///< of the object in the model: "in wall 7"
 };
 
 /// Bodies that bump lose touch for some steps: a contact has stopped when nothing was felt for `kPause`.
 class ContactTracker {
  public:
-  static constexpr double kPause = 0.25;  // s
+  static constexpr double kPause = 0.25;   // s
+  static constexpr double kPeriod = 1.00;  // s: how often it is said that a contact goes on
 
-  /// Takes what touches in the step at `now`; appends collision_started (impulse: of the first step) and
-  /// collision_stopped (impulse: the largest of one step) to `events`, in the order of names.
+  /// Takes what touches in the step at `now`; appends collision_started (impulse: of the first step),
+  /// collision_continued (impulse: the largest of one step since it was said last; value: s since it started)
+  /// while it is felt, and collision_stopped (impulse: the largest of one step) to `events`, in the order of
+  /// names.
   void update(const std::vector<TouchingPair>& touching, SimulationTime now, std::vector<Event>& events);
   /// Ends the contacts of an entity that goes away or is moved.
   void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events);
@@ -37,9 +41,12 @@ class ContactTracker {
  private:
   struct Contact {
     TouchingPair newest;
-    double peak = 0;
-    SimulationTime last;
+    double peak = 0;       // N s, since it started...
+    double peak_said = 0;  // ...and since it was said last
+    SimulationTime last, started, said;
   };
+  static Event event_of(EventKind kind, const Contact& contact, SimulationTime now, double impulse);
+  static void go_on(Contact& contact, SimulationTime now, std::vector<Event>& events);
   static void stop(const Contact& contact, SimulationTime now, std::vector<Event>& events);
   std::map<std::pair<std::string, std::string>, Contact> open_;
 };

@@ -53,7 +53,10 @@ void Simulation::State::move_real(const std::optional<RealRobotState>& now) {
   const bool valid = now && now->T_map_base.finite() && std::isfinite(now->twist.vx) &&
                      std::isfinite(now->twist.vy) && std::isfinite(now->twist.wz);
   if (!valid) {
-    if (real.present) contacts.forget(real.name, stamp_of(step), events);
+    if (real.present) {
+      contacts.forget(real.name, stamp_of(step), events);
+      real.watch.close(stamp_of(step), options.zones, events);
+    }
     real.present = real.touchable = real.sensed = false;
     physics.suspend(real.handle, true);
     return;

@@ -68,13 +68,6 @@ struct RobotDrive {
   double friction = 0.8;    ///< of its surface against the floor
 };
 
-/// Beyond these the operator is warned, or has failed (paper 4.1).
-struct AttitudeLimits {
-  double pitch_warning = 0.35, pitch_limit = 0.6;       ///< rad
-  double roll_warning = 0.3, roll_limit = 0.5;          ///< rad
-  double yaw_rate_warning = 1.5, yaw_rate_limit = 2.5;  ///< rad/s
-};
-
 struct RobotModel {
   std::string name;                ///< of the model: "rover"; what scenarios and commands call it
   RobotDescription description;    ///< sensors, footprint, limits: as a real robot's

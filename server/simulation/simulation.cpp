@@ -19,6 +19,9 @@ Status check(const SimulationOptions& options, const RobotDescription& robot) {
     return Error{"history of " + std::to_string(options.history.seconds()) +
                  " s; expected more than 0 and at most 60 s"};
   }
+  for (const Zone& zone : options.zones) {
+    if (Status status = check_zone(zone); !status) return status;
+  }
   const bool finite = std::all_of(robot.footprint.begin(), robot.footprint.end(),
                                   [](const auto& v) { return v.allFinite(); });
   if (!finite || convex_hull(robot.footprint).size() < 3) {
@@ -190,6 +193,7 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   real.height = robot.height;
   real.limits = robot.limits;
   real.footprint = make_polygon(convex_hull(robot.footprint));
+  real.watch = BodyWatch(supervised(robot));
   real.handle = state->physics.add_kinematic(real.footprint.vertices, robot.height);
   state->real_definition = std::make_shared<const BodyDefinition>(
       BodyDefinition{real.id, robot.name, "base", BodyOwner::real_robot, false,
@@ -309,6 +313,7 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
     state.move_parts(*agent);
   }
   state.track_contacts();
+  state.supervise();
   state.record();
   state.ask_lasers(requests);
 }

@@ -17,6 +17,7 @@
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
+#include "protocols/zone.hpp"
 #include "server/simulation/robot_model.hpp"
 #include "server/simulation/robot_motion.hpp"
 
@@ -55,6 +56,7 @@ struct SimulationOptions {
   BodyId building_bodies = 0;  ///< numbers kept for the bodies of later buildings (set_building)
   /// The library of articulated robots: AgentDefinition::model is the name of one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;
+  std::vector<Zone> zones;  ///< whose entering and leaving are events
 };
 
 /// An agent's laser wants a scan: the server casts it (fusion/scan) and hands it back with give_scan.

@@ -1,5 +1,5 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
-// contacts.cpp, behaviour.cpp and clearance.cpp.
+// contacts.cpp, supervision.cpp, behaviour.cpp and clearance.cpp.
 #pragma once
 
 #include <memory>
@@ -15,6 +15,7 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/steering.hpp"
+#include "server/simulation/supervision.hpp"
 
 namespace parhelion {
 
@@ -55,6 +56,7 @@ struct Agent {
   std::optional<SimulationTime> teleop_until;
   SteeringState steering;
   std::optional<AgentLaser> laser;
+  BodyWatch watch;
 };
 
 struct RealBody {
@@ -73,6 +75,7 @@ struct RealBody {
   bool ever_present = false;
   RealRobotState last;  ///< where it was last
   std::uint32_t last_epoch = 0;
+  BodyWatch watch;
 };
 
 struct Simulation::State {
@@ -160,6 +163,9 @@ struct Simulation::State {
   void track_contacts();
   void collect_body_contacts();
   void collect_building_contacts();
+
+  // supervision.cpp
+  void supervise();
 };
 
 /// Seeds an agent's random stream from its name (FNV-1a).

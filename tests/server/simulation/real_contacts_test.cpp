@@ -13,7 +13,9 @@ std::vector<Event> drive(Simulation& simulation, double from, double to, double 
     real.sigma = sigma;
     simulation.step(real, requests);
   }
-  return simulation.take_events();
+  std::vector<Event> events = simulation.take_events();
+  std::erase_if(events, [](const Event& event) { return event.kind == EventKind::movement_started; });
+  return events;
 }
 
 TEST(RealContacts, HittingAModelledWallIsSaidWithMassTimesClosingSpeed) {

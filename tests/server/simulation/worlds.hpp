@@ -108,6 +108,15 @@ inline bool has_body(const Simulation& simulation, SimulationTime t, const std::
   return false;
 }
 
+/// The events of a kind.
+inline std::vector<Event> only(const std::vector<Event>& events, EventKind kind) {
+  std::vector<Event> found;
+  for (const Event& event : events) {
+    if (event.kind == kind) found.push_back(event);
+  }
+  return found;
+}
+
 inline std::size_t count(const std::vector<Event>& events, EventKind kind) {
   std::size_t n = 0;
   for (const Event& event : events) n += event.kind == kind;

@@ -1,0 +1,16 @@
+// What a scenario says of the site beyond its model, in its YAML.
+#pragma once
+
+#include <vector>
+
+#include "protocols/yaml/document.hpp"
+#include "protocols/yaml/writer.hpp"
+#include "protocols/zone.hpp"
+
+namespace parhelion {
+
+/// `list` has passed yaml::check(); what is wrong goes to `problems`.
+std::vector<Zone> read_zones(const yaml::Node& list, yaml::Problems& problems);
+void write_zones(const std::vector<Zone>& zones, yaml::Writer& writer);
+
+}  // namespace parhelion

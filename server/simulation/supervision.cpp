@@ -1,0 +1,76 @@
+#include "server/simulation/supervision.hpp"
+
+#include "server/simulation/state.hpp"
+
+namespace parhelion {
+
+void BodyWatch::update(const ObservedMotion& motion, const std::vector<Zone>& zones, const Building& building,
+                       double dt, std::vector<Event>& events) {
+  movement_.update(body_, motion, events);
+  if (body_.tilts) attitude_.update(body_, motion, events);
+  if (body_.falls) fall_.update(body_, motion, dt, events);
+  if (body_.climbs) steps_.update(body_, motion, building, events);
+  if (!zones.empty()) zones_.update(body_, motion, zones, events);
+  last_ = motion;
+}
+
+void BodyWatch::close(SimulationTime now, const std::vector<Zone>& zones, std::vector<Event>& events) {
+  last_.stamp = now;
+  movement_.close(body_, last_, events);
+  zones_.close(body_, last_, zones, events);
+}
+
+Supervised supervised(const RobotDescription& robot) {
+  Supervised body;
+  body.name = robot.name;
+  for (const Eigen::Vector2d& corner : robot.footprint) {
+    body.low.head<2>() = body.low.head<2>().cwiseMin(corner);
+    body.high.head<2>() = body.high.head<2>().cwiseMax(corner);
+  }
+  body.high.z() = robot.height;
+  body.limits = robot.attitude;
+  body.tilts = body.climbs = true;
+  return body;
+}
+
+Supervised supervised(const AgentDefinition& agent, const AgentForm& form) {
+  Supervised body;
+  body.name = agent.name;
+  body.low = {-form.size.x() / 2, -form.size.y() / 2, 0};
+  body.high = {form.size.x() / 2, form.size.y() / 2, form.size.z()};
+  body.tilts = body.falls = !form.upright;
+  return body;
+}
+
+Supervised supervised(const std::string& name, const RobotModel& model) {
+  Supervised body = supervised(model.description);
+  body.name = name;
+  body.limits = model.attitude;
+  body.falls = true;
+  return body;
+}
+
+void Simulation::State::supervise() {
+  const SimulationTime now = stamp_of(step);
+  if (real.present) {
+    const Eigen::Matrix3d R = real.last.T_map_base.rotation();
+    const Twist2& twist = real.last.twist;
+    real.watch.update({now, real.last.T_map_base, R * Eigen::Vector3d(twist.vx, twist.vy, 0),
+                       R.col(2) * twist.wz, real.last.attitude_known, real.epoch},
+                      options.zones, *building, dt, events);
+  }
+  for (const auto& agent : agents) {
+    if (agent->robot) {
+      const RobotMotion& motion = agent->robot->motion();
+      agent->watch.update({now, motion.T_map_base, motion.velocity, motion.rotation_rate, true, motion.epoch},
+                          options.zones, *building, dt, events);
+      continue;
+    }
+    const RigidState& rigid = agent->rigid;
+    agent->watch.update({now, Transform<Map, Base>(rigid.T_map_body.isometry()), rigid.velocity,
+                         rigid.rotation_rate, true, agent->epoch},
+                        options.zones, *building, dt, events);
+  }
+}
+
+}  // namespace parhelion

@@ -1,0 +1,136 @@
+// Watches: each looks at one thing that a supervised body does and says its events, with hysteresis, so that
+// what is said once is said again only after it has ended. Supervision of the paper (section 4: "yaw pitch
+// supervision", falls, climbing of stairs). All are deterministic functions of the motions they are given.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/event.hpp"
+#include "protocols/frames.hpp"
+#include "protocols/robot.hpp"
+#include "protocols/zone.hpp"
+#include "server/simulation/planar.hpp"
+
+namespace parhelion {
+
+class Building;
+struct FixedObstacle;
+
+/// What stays the same of a supervised body.
+struct Supervised {
+  std::string name;
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();   ///< m, base frame, corners of the box that holds it
+  Eigen::Vector3d high = Eigen::Vector3d::Zero();  ///< m
+  std::optional<AttitudeLimits> limits;            ///< none: nobody is warned of its attitude
+  bool tilts = false;                              ///< it may tip over: its attitude is watched
+  bool falls = false;   ///< its height is its own, not a pose's correction: falls are watched
+  bool climbs = false;  ///< a robot: the steps that it climbs are told
+};
+
+/// What it does at a step.
+struct ObservedMotion {
+  SimulationTime stamp;
+  Transform<Map, Base> T_map_base;
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of base_link
+  Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
+  bool attitude_known = true;  ///< false: nothing is said of pitch, roll and tipping
+  std::uint32_t epoch = 0;     ///< another one than before: it was put there
+};
+
+/// Event about a supervised body, at its place.
+Event event_of(EventKind kind, const Supervised& body, const ObservedMotion& motion, double value = 0);
+
+/// movement_started (value: m/s) when it is faster than kStartSpeed or turns faster than kStartRate;
+/// movement_stopped when it has been slower than kStopSpeed and kStopRate for kPause.
+class MovementWatch {
+ public:
+  static constexpr double kStartSpeed = 0.05, kStopSpeed = 0.02;  // m/s
+  static constexpr double kStartRate = 0.10, kStopRate = 0.04;    // rad/s
+  static constexpr double kPause = 0.25;                          // s
+  void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
+  /// It goes away: a movement that was started is stopped.
+  void close(const Supervised& body, const ObservedMotion& last, std::vector<Event>& events);
+
+ private:
+  bool moving_ = false;
+  std::optional<SimulationTime> slow_since_;
+};
+
+/// Pitch, roll and yaw rate beyond the robot's warning and limit: each said once, and again after it was
+/// below kRearm of the threshold. Pitch and roll as in R = Rz Ry Rx. Tipped over: its z axis is farther than
+/// kTipped from up, until it is nearer than kUpright; while tipped, pitch and roll are not said.
+class AttitudeWatch {
+ public:
+  static constexpr double kRearm = 0.8;
+  static constexpr double kTipped = 1.0471975511965976;   // rad, 60 degrees: no robot comes back from there
+  static constexpr double kUpright = 0.5235987755982988;  // rad, 30 degrees
+  void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
+
+ private:
+  /// A threshold that was passed and not left again.
+  struct Latch {
+    bool passed = false;
+    bool update(double size, double threshold);
+  };
+  void watch_tilt(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
+  void watch_yaw_rate(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
+  Latch pitch_warning_, pitch_limit_, roll_warning_, roll_limit_, yaw_warning_, yaw_limit_;
+  bool tipped_ = false;
+};
+
+/// fell: both its lowest point and its middle sank faster than kFall, and now they do not: said where it
+/// landed, value: m that its lowest point is under where it began to sink faster than kSink. A robot that
+/// drives down a slope or nods over an edge does not fall. Of a fall deeper than kAbyss this is said at once.
+class FallWatch {
+ public:
+  static constexpr double kFall = 1.2;    // m/s: 7 cm of free fall
+  static constexpr double kSink = 0.3;    // m/s: from rest 5 mm
+  static constexpr double kAbyss = 20.0;  // m
+  void update(const Supervised& body, const ObservedMotion& motion, double dt, std::vector<Event>& events);
+
+ private:
+  bool known_ = false, falling_ = false, said_ = false;
+  std::uint32_t epoch_ = 0;
+  double lowest_ = 0, middle_ = 0;  ///< m, at the step before
+  double top_ = 0;                  ///< m, its lowest point when it last sank slowly
+};
+
+/// step_climbed: base_link has come over a step of the model (label stairs) that is higher than what was
+/// under it, and stands on it (within kReach of its top). Value: m from where the climb began to the step's
+/// top. A step counts as left only kEdge beyond its outline: no events from swaying on an edge.
+class StepWatch {
+ public:
+  static constexpr double kReach = 0.15;  // m: tracks bridge the treads
+  static constexpr double kEdge = 0.05;   // m
+  void update(const Supervised& body, const ObservedMotion& motion, const Building& building,
+              std::vector<Event>& events);
+
+ private:
+  bool known_ = false;
+  std::uint32_t epoch_ = 0;
+  double level_ = 0;     ///< m, top of what is under it
+  double began_ = 0;     ///< m, level where the climb began
+  std::string current_;  ///< step under it; empty: a floor
+  Footprint point_;      ///< base_link; memory that is used again
+  std::vector<const FixedObstacle*> near_;
+  const FixedObstacle* step_under(const Building& building, const Eigen::Vector3d& p);
+};
+
+/// zone_entered and zone_left by base_link; left only when it is kEdge outside.
+class ZoneWatch {
+ public:
+  static constexpr double kEdge = 0.05;  // m
+  void update(const Supervised& body, const ObservedMotion& motion, const std::vector<Zone>& zones,
+              std::vector<Event>& events);
+  void close(const Supervised& body, const ObservedMotion& last, const std::vector<Zone>& zones,
+             std::vector<Event>& events);
+
+ private:
+  std::vector<bool> in_;  ///< by zone
+};
+
+}  // namespace parhelion
