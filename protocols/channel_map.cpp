@@ -24,19 +24,26 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
 
 std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
   std::vector<std::string> names{
-      channel::robot,          channel::scan,      channel::odometry,    channel::pose_cov, channel::pose,
-      channel::reference_pose, channel::camera,    channel::depth,       channel::imu,      channel::teleop,
-      channel::joint_state,    channel::joint_cmd, channel::mr_agent_cmd};
+      channel::robot,          channel::scan,      channel::odometry,     channel::pose_cov, channel::pose,
+      channel::reference_pose, channel::camera,    channel::depth,        channel::imu,      channel::teleop,
+      channel::joint_state,    channel::joint_cmd, channel::mr_agent_cmd, channel::operators};
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
   return names;
 }
 
 std::vector<std::string> output_channels(const std::vector<std::string>& agents) {
-  std::vector<std::string> names{channel::loop,      channel::mr_scan,      channel::mr_scan_info,
-                                 channel::mr_camera, channel::mr_depth,     channel::mr_session,
-                                 channel::mr_world,  channel::mr_events,    channel::mr_status,
-                                 channel::mr_cmd,    channel::mr_joint_cmd, channel::mr_model};
+  std::vector<std::string> names{
+      channel::loop,         channel::mr_scan,  channel::mr_scan_info, channel::mr_camera, channel::mr_depth,
+      channel::mr_session,   channel::mr_world, channel::mr_events,    channel::mr_status, channel::mr_cmd,
+      channel::mr_joint_cmd, channel::mr_model, channel::bumper};
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_SCAN");
+  return names;
+}
+
+const std::vector<std::string>& sensor_channels() {
+  static const std::vector<std::string> names{channel::robot,       channel::scan,   channel::odometry,
+                                              channel::imu,         channel::camera, channel::depth,
+                                              channel::joint_state, channel::bumper, channel::pose_cov};
   return names;
 }
 

@@ -14,6 +14,10 @@ std::vector<std::string> input_channels(const std::vector<std::string>& agents);
 /// Canonical names of the server's outputs; agents' own scans included.
 std::vector<std::string> output_channels(const std::vector<std::string>& agents);
 
+/// Canonical names of what a robot says of itself, its pose the last of them: at levels 1 and 2 outputs of
+/// the simulated robot (its pose only where the scenario wants no SLAM).
+const std::vector<std::string>& sensor_channels();
+
 /// The name on the bus of a canonical name.
 std::string bus_name(const std::map<std::string, std::string>& channels, const std::string& canonical);
 

@@ -46,6 +46,7 @@ Status decode(std::string_view channel, Bytes bytes, ImuSample& sample);
 /// 1..256 joints, each named once; positions, velocities and efforts for all of them or for none.
 Status decode(std::string_view channel, Bytes bytes, Joints& joints);
 Status decode(std::string_view channel, Bytes bytes, AgentCommand& command);
+Status decode(std::string_view channel, Bytes bytes, OperatorWord& word);
 Status decode(std::string_view channel, Bytes bytes, Event& event);
 Status decode(std::string_view channel, Bytes bytes, SessionHeader& header);
 Status decode(std::string_view channel, Bytes bytes, ScanInfo& info);
@@ -88,6 +89,7 @@ void encode(const TwistCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const ImuSample& sample, std::vector<std::uint8_t>& bytes);
 void encode(const Joints& joints, std::vector<std::uint8_t>& bytes);
 void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const OperatorWord& word, std::vector<std::uint8_t>& bytes);
 void encode(const Event& event, std::vector<std::uint8_t>& bytes);
 void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes);
 void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes);

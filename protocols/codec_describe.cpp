@@ -12,6 +12,7 @@
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
 #include "parhelion/model_t.hpp"
+#include "parhelion/operator_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
@@ -131,6 +132,12 @@ std::string say(const AgentCommand& command) {
                 to_string(agent.behaviour.kind), agent.behaviour.speed, agent.behaviour.waypoints.size());
 }
 
+std::string say(const OperatorWord& word) {
+  constexpr std::array<const char*, 3> states = {"drives", "has ended with", "was lost with"};
+  return quoted(word.name) + " " + states.at(static_cast<std::size_t>(word.state)) + " " +
+         quoted(word.robot) + " " + quoted(word.text);
+}
+
 std::string say(const Event& event) {
   return format("%s ", to_string(event.kind)) + quoted(event.subject) + " " + quoted(event.object) +
          format(" at %.3f %.3f %.3f m impulse %.3f N s value %.4g%s request %llu ", event.position.x(),
@@ -145,6 +152,7 @@ std::string say(const SessionHeader& header) {
                      format(" scenario %zu model %zu robot %zu characters inputs",
                             header.scenario_yaml.size(), header.model_yaml.size(), header.robot_yaml.size());
   for (const std::string& name : header.input_channels) text += " " + quoted(name);
+  for (const RobotModelTexts& model : header.robot_models) text += " robot model " + quoted(model.name);
   return text;
 }
 
@@ -214,6 +222,7 @@ const auto& types() {
       Type{mbot_imu_t::getHash(), "mbot_imu_t", describe_as<ImuSample>},
       Type{joints_t::getHash(), "joints_t", describe_as<Joints>},
       Type{agent_cmd_t::getHash(), "agent_cmd_t", describe_as<AgentCommand>},
+      Type{operator_t::getHash(), "operator_t", describe_as<OperatorWord>},
       Type{event_t::getHash(), "event_t", describe_as<Event>},
       Type{session_t::getHash(), "session_t", describe_as<SessionHeader>},
       Type{scan_info_t::getHash(), "scan_info_t", describe_as<ScanInfo>},

@@ -37,6 +37,10 @@ Status decode(std::string_view channel, Bytes bytes, SessionHeader& header) {
   reader.text("version", header.version);
   header.input_channels.resize(reader.count("ninputs", string_size, max_entries));
   for (std::string& name : header.input_channels) reader.text("input_channels", name);
+  header.robot_models.resize(reader.count("nrobot_models", 3 * string_size, max_entries));
+  for (RobotModelTexts& model : header.robot_models) reader.text("robot_model_names", model.name);
+  for (RobotModelTexts& model : header.robot_models) reader.text("robot_model_urdfs", model.urdf);
+  for (RobotModelTexts& model : header.robot_models) reader.text("robot_model_yamls", model.yaml);
   return reader.status();
 }
 
@@ -50,12 +54,16 @@ void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes) {
   writer.text(header.version);
   writer.count(header.input_channels.size());
   for (const std::string& name : header.input_channels) writer.text(name);
+  writer.count(header.robot_models.size());
+  for (const RobotModelTexts& model : header.robot_models) writer.text(model.name);
+  for (const RobotModelTexts& model : header.robot_models) writer.text(model.urdf);
+  for (const RobotModelTexts& model : header.robot_models) writer.text(model.yaml);
 }
 
 Status decode(std::string_view channel, Bytes bytes, LoopDecision& decision) {
   wire::Reader reader(channel, "loop_t", loop_t::getHash(), bytes);
   decision.stamp = reader.utime();
-  decision.kind = reader.enumeration("kind", LoopDecision::Kind::ended);
+  decision.kind = reader.enumeration("kind", LoopDecision::Kind::foreign_message);
   decision.count = reader.number<std::int64_t>("count");
   reader.check_range("count", decision.count, 0, INT64_MAX);
   return reader.status();

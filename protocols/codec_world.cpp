@@ -1,8 +1,9 @@
-// agent_cmd_t, event_t, world_t.
+// agent_cmd_t, operator_t, event_t, world_t.
 #include <algorithm>
 
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/operator_t.hpp"
 #include "parhelion/world_t.hpp"
 #include "protocols/codec_wire.hpp"
 
@@ -82,6 +83,29 @@ void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes) {
   }
   writer.text(agent.laser);
   writer.text(agent.model);
+}
+
+Status decode(std::string_view channel, Bytes bytes, OperatorWord& word) {
+  wire::Reader reader(channel, "operator_t", operator_t::getHash(), bytes);
+  word.stamp = reader.utime();
+  reader.text("name", word.name);
+  reader.check(is_name(word.name) && !word.name.empty(), "name", "no name of an operator",
+               "1 to 40 letters, digits, '_' and '-'");
+  reader.text("robot", word.robot);
+  reader.check(is_name(word.robot), "robot", "a name that no robot has",
+               "at most 40 letters, digits, '_' and '-'");
+  word.state = reader.enumeration("state", OperatorWord::State::lost);
+  reader.text("text", word.text);
+  return reader.status();
+}
+
+void encode(const OperatorWord& word, std::vector<std::uint8_t>& bytes) {
+  wire::Writer writer(operator_t::getHash(), bytes);
+  writer.number(word.stamp.utime());
+  writer.text(word.name);
+  writer.text(word.robot);
+  writer.enumeration(word.state);
+  writer.text(word.text);
 }
 
 Status decode(std::string_view channel, Bytes bytes, Event& event) {

@@ -45,6 +45,16 @@ struct AgentCommand {
   AgentDefinition agent;  ///< name always; the rest as the action needs
 };
 
+/// What a console says of itself (channel OPERATOR): at each change, and again within half a second.
+struct OperatorWord {
+  enum class State : std::uint8_t { drives, ended, lost };
+  SensorTime stamp;   ///< when it was said, the console's clock
+  std::string name;   ///< of the operator
+  std::string robot;  ///< that the operator drives: the trainee's, or an agent
+  State state = State::drives;
+  std::string text;  ///< which console, or why it was lost
+};
+
 const char* to_string(AgentKind kind);
 const char* to_string(BehaviourKind kind);
 const char* to_string(AgentCommand::Action action);

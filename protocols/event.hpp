@@ -60,8 +60,9 @@ enum class EventKind : std::uint8_t {
   battery_empty,
   operator_switched,  ///< object: the robot that the operator drives from now on
   console_lost,       ///< the operator's console went silent or was unplugged
+  foreign_publisher,  ///< somebody else publishes on a channel of the simulated robot; object: the channel
 };
-inline constexpr EventKind kLastEventKind = EventKind::console_lost;
+inline constexpr EventKind kLastEventKind = EventKind::foreign_publisher;
 
 enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virtual };
 

@@ -52,6 +52,20 @@ AgentDefinition read_agent(const Node& node, yaml::Problems& problems) {
   return agent;
 }
 
+Trainee read_trainee(const Node& node, yaml::Problems& problems) {
+  Trainee trainee;
+  yaml::read(node, "name", trainee.name);
+  yaml::read(node, "model", trainee.model);
+  yaml::read(node, "pose", trainee.T_map_base, problems);
+  yaml::read(node, "slam", trainee.slam);
+  const Node* name = node.find("name");
+  if (const std::string fault = agent_name_fault(trainee.name); !fault.empty())
+    problems.add(name ? name->line : node.line, "'name' of the trainee's robot: " + fault);
+  if (!(trainee.T_map_base.rotation()(2, 2) > 1 - 1e-9))
+    problems.add(node.find("pose")->line, "'pose': a robot starts upright: expected roll = pitch = 0 rad");
+  return trainee;
+}
+
 void check_agent_names(const std::vector<AgentDefinition>& agents, const Node& list,
                        yaml::Problems& problems) {
   std::map<std::string_view, int> first;
@@ -155,6 +169,13 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
     check_agent_names(scenario.agents, *agents, problems);
   }
   if (const Node* zones = node.find("zones")) scenario.zones = read_zones(*zones, problems);
+  if (const Node* trainee = node.find("trainee")) {
+    scenario.trainee = read_trainee(*trainee, problems);
+    for (const AgentDefinition& agent : scenario.agents) {
+      if (agent.name == scenario.trainee->name)
+        problems.add(trainee->line, "'trainee': an agent has the name '" + agent.name + "' as well");
+    }
+  }
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
 }
@@ -205,6 +226,12 @@ Result<Scenario> load_scenario(const std::string& path) {
   const auto folder = std::filesystem::path(path).parent_path();
   resolve(scenario->model, folder);
   resolve(scenario->robot, folder);
+  // Models without an ending are shipped ones, by their names.
+  for (AgentDefinition& agent : scenario->agents) {
+    if (agent.model.ends_with(".yaml")) resolve(agent.model, folder);
+  }
+  if (scenario->trainee && scenario->trainee->model.ends_with(".yaml"))
+    resolve(scenario->trainee->model, folder);
   return scenario;
 }
 
@@ -232,6 +259,14 @@ std::string to_yaml(const Scenario& scenario) {
     writer.quantity("position_sigma", scenario.pose->position_sigma, Quantity::length);
     writer.quantity("yaw_sigma", scenario.pose->yaw_sigma, Quantity::angle);
     if (!scenario.pose->map_id.empty()) writer.text("map_id", scenario.pose->map_id);
+    writer.close();
+  }
+  if (scenario.trainee) {
+    writer.open("trainee");
+    writer.text("name", scenario.trainee->name);
+    writer.text("model", scenario.trainee->model);
+    writer.line("pose", yaml::format_isometry(scenario.trainee->T_map_base.isometry()));
+    writer.flag("slam", scenario.trainee->slam);
     writer.close();
   }
   if (!scenario.agents.empty()) {

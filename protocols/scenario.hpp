@@ -34,6 +34,14 @@ struct PoseInput {
   std::string map_id;         ///< map that the poses are in; empty: the model's
 };
 
+/// Levels 1 and 2: the trainee's robot, simulated.
+struct Trainee {
+  std::string name = "trainee";     ///< letters, digits, '_' and '-'
+  std::string model;                ///< a shipped robot model by name, or the path of its YAML file
+  Transform<Map, Base> T_map_base;  ///< where it starts, on the floor
+  bool slam = false;                ///< POSE_COV comes from outside, as at level 3; else from the simulation
+};
+
 struct Scenario {
   std::string name;
   int level = 3;  ///< 1, 2 or 3
@@ -44,6 +52,7 @@ struct Scenario {
   bool mapping = false;       ///< DEPTH images build the model further while the server runs
   InjectionLimits injection;
   ContactLimits contact;
+  std::optional<Trainee> trainee;
   std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
@@ -53,7 +62,7 @@ struct Scenario {
 /// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean
 /// 'agents'?". Paths are left as they are written.
 Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin);
-/// The same from a file; paths of model and robot are resolved against the file's folder.
+/// The same from a file; paths of model, robot and robot models are resolved against the file's folder.
 Result<Scenario> load_scenario(const std::string& path);
 /// YAML that parse_scenario reads back to the same values.
 std::string to_yaml(const Scenario& scenario);

@@ -10,6 +10,11 @@
 
 namespace parhelion {
 
+/// A robot model as it was read, so that replay needs no files.
+struct RobotModelTexts {
+  std::string name, urdf, yaml;
+};
+
 /// MR_SESSION, the first event of a session log: everything that replay needs besides the inputs.
 struct SessionHeader {
   SensorTime stamp;  ///< server's start
@@ -19,6 +24,7 @@ struct SessionHeader {
   std::uint64_t seed = 0;
   std::string version;                      ///< of parhelion and the libraries that decide bytes
   std::vector<std::string> input_channels;  ///< names on the bus that were inputs
+  std::vector<RobotModelTexts> robot_models;
 };
 
 /// MR_SCAN_INFO: which agent each beam of the MR_SCAN with the same utime hit.
@@ -38,12 +44,13 @@ struct LoopDecision {
     steps_skipped = 1,
     frame_dropped = 2,
     scans_left_out = 3,  ///< they went out as they came, and the session log lacks them
-    ended = 4            ///< no input comes any more; the physics has got as far as this
+    ended = 4,           ///< no input comes any more; the physics has got as far as this
+    foreign_message = 5  ///< somebody else published on a channel of the simulated robot
   };
   SensorTime stamp;  ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
-  /// Steps skipped (those before the newest that is due at the arrival), scans left out, 0 at the end; else
-  /// the sequence number of the scan or frame, from 1.
+  /// Steps skipped (those before the newest that is due at the arrival), scans left out, 0 at the end; of
+  /// foreign_message the index in sensor_channels(); else the sequence number of the scan or frame, from 1.
   std::int64_t count = 0;
 };
 

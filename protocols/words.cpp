@@ -154,6 +154,8 @@ const char* to_string(EventKind kind) {
       return "operator_switched";
     case EventKind::console_lost:
       return "console_lost";
+    case EventKind::foreign_publisher:
+      return "foreign_publisher";
   }
   return "unknown";
 }

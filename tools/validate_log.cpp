@@ -53,16 +53,24 @@ Status session_message(std::string_view channel, Bytes bytes) {
 }
 
 using Check = Status (*)(std::string_view channel, Bytes bytes);
-const std::map<std::string, Check, std::less<>> checks{
-    {"planar_lidar_t", decodes<Scan>},   {"image_t", decodes<Image>},
-    {"pose2D_t", decodes<Odometry>},     {"pose_cov_t", decodes<PoseEstimate>},
-    {"pose_t", decodes<PoseStamped>},    {"twist2D_t", decodes<TwistCommand>},
-    {"imu_t", decodes<ImuSample>},       {"mbot_imu_t", decodes<ImuSample>},
-    {"joints_t", decodes<Joints>},       {"agent_cmd_t", decodes<AgentCommand>},
-    {"event_t", decodes<Event>},         {"session_t", session_message},
-    {"scan_info_t", decodes<ScanInfo>},  {"loop_t", decodes<LoopDecision>},
-    {"status_t", decodes<ServerStatus>}, {"robot_t", robot_message},
-    {"world_t", decodes<WorldMessage>}};
+const std::map<std::string, Check, std::less<>> checks{{"planar_lidar_t", decodes<Scan>},
+                                                       {"image_t", decodes<Image>},
+                                                       {"pose2D_t", decodes<Odometry>},
+                                                       {"pose_cov_t", decodes<PoseEstimate>},
+                                                       {"pose_t", decodes<PoseStamped>},
+                                                       {"twist2D_t", decodes<TwistCommand>},
+                                                       {"imu_t", decodes<ImuSample>},
+                                                       {"mbot_imu_t", decodes<ImuSample>},
+                                                       {"joints_t", decodes<Joints>},
+                                                       {"agent_cmd_t", decodes<AgentCommand>},
+                                                       {"operator_t", decodes<OperatorWord>},
+                                                       {"event_t", decodes<Event>},
+                                                       {"session_t", session_message},
+                                                       {"scan_info_t", decodes<ScanInfo>},
+                                                       {"loop_t", decodes<LoopDecision>},
+                                                       {"status_t", decodes<ServerStatus>},
+                                                       {"robot_t", robot_message},
+                                                       {"world_t", decodes<WorldMessage>}};
 
 /// What a channel carries by its canonical name; others may carry anything.
 const std::map<std::string, std::string, std::less<>> types_by_channel{{channel::robot, "robot_t"},
@@ -76,6 +84,8 @@ const std::map<std::string, std::string, std::less<>> types_by_channel{{channel:
                                                                        {channel::teleop, "twist2D_t"},
                                                                        {channel::joint_state, "joints_t"},
                                                                        {channel::joint_cmd, "joints_t"},
+                                                                       {channel::bumper, "joints_t"},
+                                                                       {channel::operators, "operator_t"},
                                                                        {channel::loop, "loop_t"},
                                                                        {channel::mr_agent_cmd, "agent_cmd_t"},
                                                                        {channel::mr_scan, "planar_lidar_t"},

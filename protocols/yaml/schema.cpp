@@ -71,7 +71,7 @@ struct Schema {
 const Schema& schema_named(std::string_view name) {
   static const auto schemas = [] {
     std::map<std::string, Schema, std::less<>> all;
-    for (const char* known : {"scenario", "model", "robot", "laser", "robot_model"}) {
+    for (const char* known : {"scenario", "model", "robot", "laser", "robot_model", "joystick"}) {
       Schema& schema = all[known];
       schema.text = expand(schema_files().at(std::string(known) + ".schema.json"));
       const Json number_schema = converted(schema.text);
@@ -323,7 +323,7 @@ void check(Node& root, std::string_view name, Problems& problems) {
 std::string guess_schema(const Node& root) {
   std::string best;
   std::size_t most = 0;
-  for (const char* name : {"scenario", "model", "robot", "laser", "robot_model"}) {
+  for (const char* name : {"scenario", "model", "robot", "laser", "robot_model", "joystick"}) {
     const Json& properties = schema_named(name).text.at("properties");
     const auto names = keys_of(properties);
     std::size_t known = 0;

@@ -13,6 +13,7 @@
 #include "parhelion/joints_t.hpp"
 #include "parhelion/loop_t.hpp"
 #include "parhelion/model_t.hpp"
+#include "parhelion/operator_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
@@ -267,8 +268,10 @@ RC_GTEST_PROP(CodecTwin, Event, ()) {
 
 RC_GTEST_PROP(CodecTwin, SessionHeader, ()) {
   SessionHeader header{any_stamp(), any_text(), any_text(), any_text(), *rc::gen::arbitrary<std::uint64_t>(),
-                       any_text(),  {}};
+                       any_text(),  {},         {}};
   for (int i = *rc::gen::inRange(0, 5); i > 0; --i) header.input_channels.push_back(any_text());
+  for (int i = *rc::gen::inRange(0, 3); i > 0; --i)
+    header.robot_models.push_back({any_text(), any_text(), any_text()});
   SessionHeader back;
   const auto twin = through_liblcm<session_t>(header, back);
   RC_ASSERT(back.stamp == header.stamp && back.scenario_yaml == header.scenario_yaml);
@@ -276,6 +279,24 @@ RC_GTEST_PROP(CodecTwin, SessionHeader, ()) {
   RC_ASSERT(back.seed == header.seed && back.version == header.version);
   RC_ASSERT(back.input_channels == header.input_channels && twin.input_channels == header.input_channels);
   RC_ASSERT(twin.model_yaml == header.model_yaml && twin.version == header.version);
+  RC_ASSERT(back.robot_models.size() == header.robot_models.size());
+  for (std::size_t i = 0; i < back.robot_models.size(); ++i) {
+    const RobotModelTexts &read = back.robot_models[i], &written = header.robot_models[i];
+    RC_ASSERT(read.name == written.name && read.urdf == written.urdf && read.yaml == written.yaml);
+    RC_ASSERT(twin.robot_model_names[i] == written.name && twin.robot_model_urdfs[i] == written.urdf &&
+              twin.robot_model_yamls[i] == written.yaml);
+  }
+}
+
+RC_GTEST_PROP(CodecTwin, OperatorWord, ()) {
+  const OperatorWord word{any_stamp(), "o" + any_name().substr(0, 30), any_name(),
+                          any_enumerator(OperatorWord::State::lost), any_text()};
+  OperatorWord back;
+  const auto twin = through_liblcm<operator_t>(word, back);
+  RC_ASSERT(back.stamp == word.stamp && back.name == word.name && back.robot == word.robot);
+  RC_ASSERT(back.state == word.state && back.text == word.text);
+  RC_ASSERT(twin.name == word.name && twin.robot == word.robot && twin.text == word.text &&
+            twin.state == static_cast<int>(word.state));
 }
 
 RC_GTEST_PROP(CodecTwin, ScanInfo, ()) {

@@ -88,6 +88,8 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.contact.slow_distance = between(1.5, 3);
   a.contact.crawl_speed = positive();
   a.contact.silence = positive();
+  if (*rc::gen::arbitrary<bool>())
+    a.trainee = Trainee{"me", "m" + text(), upright<Map, Base>(), *rc::gen::arbitrary<bool>()};
   if (*rc::gen::arbitrary<bool>()) a.pose = PoseInput{positive(), positive(), text()};
   for (int i = *rc::gen::inRange(0, 5); i > 0; --i) {
     AgentDefinition agent;
@@ -100,6 +102,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
     for (int k = *rc::gen::inRange(1, 4); k > 0; --k)
       agent.behaviour.waypoints.push_back({finite(), finite()});
     agent.laser = text();
+    if (agent.kind == AgentKind::robot) agent.model = text();
     a.agents.push_back(agent);
   }
   if (*rc::gen::arbitrary<bool>()) a.channels = {{"SCAN", "a/b"}, {"MR_SCAN", "null"}, {"CAMERA", "7"}};
@@ -120,6 +123,11 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->contact.crawl_speed == a.contact.crawl_speed);
   RC_ASSERT(b->contact.silence == a.contact.silence);
   RC_ASSERT(b->channels == a.channels);
+  RC_ASSERT(b->trainee.has_value() == a.trainee.has_value());
+  if (a.trainee) {
+    RC_ASSERT(b->trainee->name == a.trainee->name && b->trainee->model == a.trainee->model);
+    RC_ASSERT(b->trainee->slam == a.trainee->slam && same(b->trainee->T_map_base, a.trainee->T_map_base));
+  }
   RC_ASSERT(b->pose.has_value() == a.pose.has_value());
   if (a.pose) {
     RC_ASSERT(b->pose->position_sigma == a.pose->position_sigma && b->pose->yaw_sigma == a.pose->yaw_sigma);
@@ -128,7 +136,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->agents.size() == a.agents.size());
   for (std::size_t i = 0; i < a.agents.size(); ++i) {
     const AgentDefinition &x = a.agents[i], &y = b->agents[i];
-    RC_ASSERT(x.name == y.name && x.kind == y.kind && x.laser == y.laser);
+    RC_ASSERT(x.name == y.name && x.kind == y.kind && x.laser == y.laser && x.model == y.model);
     RC_ASSERT(same(x.T_map_base, y.T_map_base));
     RC_ASSERT(x.size == y.size);
     RC_ASSERT(x.behaviour.kind == y.behaviour.kind && x.behaviour.speed == y.behaviour.speed);

@@ -11,6 +11,7 @@
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
 #include "parhelion/model_t.hpp"
+#include "parhelion/operator_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
 #include "parhelion/pose_cov_t.hpp"
@@ -49,11 +50,12 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<joints_t>(), 0x5446b6c04d532a98U);
   EXPECT_EQ(fingerprint<robot_t>(), 0x01848a2e835a8412U);
   EXPECT_EQ(fingerprint<model_t>(), 0x62c27ab1a2f2a9b3U);
-  EXPECT_EQ(fingerprint<session_t>(), 0xc498141c344a4425U);
+  EXPECT_EQ(fingerprint<session_t>(), 0x8e6ea8dfbb13ae7fU);
   EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
   EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);
   EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
   EXPECT_EQ(fingerprint<agent_cmd_t>(), 0x20a0170d3ea460aaU);
+  EXPECT_EQ(fingerprint<operator_t>(), 0x41bf0903e8b400d4U);
   EXPECT_EQ(fingerprint<event_t>(), 0x87709f49ae72cbdaU);
   EXPECT_EQ(fingerprint<world_t>(), 0x403d23274c4a0e14U);
 }
