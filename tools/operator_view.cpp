@@ -1,0 +1,60 @@
+#include "tools/operator_view.hpp"
+
+#include <utility>
+
+#include "protocols/channels.hpp"
+
+namespace parhelion {
+namespace {
+
+std::string line(const Event& event) {
+  std::string text = to_string(event.kind);
+  for (const std::string& part : {event.subject, event.object}) {
+    if (!part.empty()) text += " " + part;
+  }
+  return event.text.empty() ? text : text + ": " + event.text;
+}
+
+}  // namespace
+
+Status OperatorView::listen() {
+  for (const auto& [name, capacity] : {std::pair{channel::mr_world, 1},
+                                       {channel::mr_cmd, 1},
+                                       {channel::joint_state, 1},
+                                       {channel::mr_events, 64}}) {
+    if (Status subscribed = bus_.subscribe(name, capacity); !subscribed) return subscribed;
+  }
+  return {};
+}
+
+Status OperatorView::update() {
+  Message message;
+  constexpr int most = 256;  // at a time, so that keys are read in between
+  for (int i = 0; i < most; ++i) {
+    const auto received = bus_.receive(message, Duration{0});
+    if (!received) return received.error();
+    if (!*received) break;
+    take(message);
+  }
+  return {};
+}
+
+void OperatorView::take(const Message& message) {
+  if (message.channel == channel::mr_world) {
+    WorldMessage world;
+    if (decode(message.channel, message.payload, world)) robots_ = robots_in(world);
+  } else if (message.channel == channel::mr_cmd) {
+    TwistCommand command;
+    if (decode(message.channel, message.payload, command)) command_ = command.twist;
+  } else if (message.channel == channel::joint_state) {
+    Joints joints;
+    if (decode(message.channel, message.payload, joints)) joints_ = std::move(joints.names);
+  } else if (message.channel == channel::mr_events) {
+    Event event;
+    if (decode(message.channel, message.payload, event)) news_.push_back(line(event));
+  }
+}
+
+std::vector<std::string> OperatorView::take_news() { return std::exchange(news_, {}); }
+
+}  // namespace parhelion
