@@ -129,7 +129,10 @@ std::string say(const AgentCommand& command) {
          quoted(agent.name) +
          format(" %s %s size %.2f %.2f %.2f m %s %.2f m/s %zu waypoints", to_string(agent.kind),
                 place(agent.T_map_base).c_str(), agent.size.x(), agent.size.y(), agent.size.z(),
-                to_string(agent.behaviour.kind), agent.behaviour.speed, agent.behaviour.waypoints.size());
+                to_string(agent.behaviour.kind), agent.behaviour.speed, agent.behaviour.waypoints.size()) +
+         (agent.behaviour.kind < BehaviourKind::follow || agent.behaviour.kind == BehaviourKind::go
+              ? ""
+              : " of " + quoted(agent.behaviour.target) + format(" at %.2f m", agent.behaviour.distance));
 }
 
 std::string say(const OperatorWord& word) {

@@ -52,7 +52,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentCommand& command) {
   if (command.action == AgentCommand::Action::spawn && agent.size.minCoeff() <= 0) {
     reader.fail_value("size", agent.size.minCoeff(), "metres, greater than 0");
   }
-  agent.behaviour.kind = reader.enumeration("behaviour", BehaviourKind::teleop);
+  agent.behaviour.kind = reader.enumeration("behaviour", kLastBehaviourKind);
   agent.behaviour.speed = reader.bounded("speed", wire::max_rate);
   if (agent.behaviour.speed < 0) reader.fail_value("speed", agent.behaviour.speed, "m/s, not negative");
   agent.behaviour.waypoints.resize(reader.count("nwaypoints", 2 * sizeof(double), max_waypoints));
@@ -61,6 +61,12 @@ Status decode(std::string_view channel, Bytes bytes, AgentCommand& command) {
   }
   reader.text("laser", agent.laser);
   reader.text("model", agent.model);
+  reader.text("target", agent.behaviour.target);
+  agent.behaviour.distance = reader.bounded("distance", wire::max_position);
+  if (agent.behaviour.distance < 0)
+    reader.fail_value("distance", agent.behaviour.distance, "metres, not negative");
+  agent.behaviour.yields = reader.boolean("yields");
+  agent.behaviour.opens_doors = reader.boolean("opens_doors");
   return reader.status();
 }
 
@@ -83,6 +89,10 @@ void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes) {
   }
   writer.text(agent.laser);
   writer.text(agent.model);
+  writer.text(agent.behaviour.target);
+  writer.number(agent.behaviour.distance);
+  writer.boolean(agent.behaviour.yields);
+  writer.boolean(agent.behaviour.opens_doors);
 }
 
 Status decode(std::string_view channel, Bytes bytes, OperatorWord& word) {

@@ -18,12 +18,21 @@ enum class BehaviourKind : std::uint8_t {
   patrol,  ///< along `waypoints`, back to the first after the last
   wander,  ///< about without hitting things
   teleop,  ///< driven by MR_AGENT_<name>_TELEOP
+  follow,  ///< goes after `target`, round what is in the way, and stays `distance` from it
+  flee,    ///< keeps away from `target` when that is nearer than `distance`
+  block,   ///< stands in `target`'s way, `distance` ahead of where that can stop; never nearer
+  go,      ///< to each of `waypoints` in turn, round what is in the way; stays at the last
 };
+inline constexpr BehaviourKind kLastBehaviourKind = BehaviourKind::go;
 
 struct Behaviour {
   BehaviourKind kind = BehaviourKind::stay;
   double speed = 0.5;                      ///< m/s
   std::vector<Eigen::Vector2d> waypoints;  ///< m, map frame
+  std::string target;                      ///< an agent or the trainee's robot by name; empty: the latter
+  double distance = 1.5;                   ///< m, between outlines; of follow, flee and block
+  bool yields = false;      ///< steps aside for a robot that comes at it, standing or walking
+  bool opens_doors = true;  ///< pushes doors that can be pushed; false: a closed one is a wall to it
 };
 
 /// A virtual thing at its start.

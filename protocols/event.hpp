@@ -61,8 +61,11 @@ enum class EventKind : std::uint8_t {
   operator_switched,  ///< object: the robot that the operator drives from now on
   console_lost,       ///< the operator's console went silent or was unplugged
   foreign_publisher,  ///< somebody else publishes on a channel of the simulated robot; object: the channel
+  goal_reached,       ///< of an agent that goes; value: how many waypoints it has reached
+  goal_unreachable,   ///< no way leads there; text: what is in the way, where that is known
+  script_started,     ///< subject: the script; object: whose event set it off
 };
-inline constexpr EventKind kLastEventKind = EventKind::foreign_publisher;
+inline constexpr EventKind kLastEventKind = EventKind::script_started;
 
 enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virtual };
 

@@ -6,8 +6,10 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/scenario_site.hpp"
+#include "protocols/yaml/agent.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
+#include "protocols/yaml/script.hpp"
 #include "protocols/yaml/utf8.hpp"
 #include "protocols/yaml/writer.hpp"
 
@@ -16,41 +18,6 @@ namespace {
 
 using yaml::Node;
 using yaml::Quantity;
-
-const std::array<const char*, 4> kind_names{to_string(AgentKind::box), to_string(AgentKind::barrel),
-                                            to_string(AgentKind::person), to_string(AgentKind::robot)};
-const std::array<const char*, 4> behaviour_names{
-    to_string(BehaviourKind::stay), to_string(BehaviourKind::patrol), to_string(BehaviourKind::wander),
-    to_string(BehaviourKind::teleop)};
-
-void read_behaviour(const Node& node, Behaviour& behaviour, yaml::Problems& problems) {
-  yaml::read(node, "kind", behaviour_names, behaviour.kind);
-  yaml::read(node, "speed", behaviour.speed);
-  if (const Node* waypoints = node.find("waypoints")) {
-    for (const Node& point : waypoints->items) behaviour.waypoints.push_back(yaml::vector2(point));
-  }
-  if (behaviour.kind == BehaviourKind::patrol && behaviour.waypoints.empty()) {
-    problems.add(node.line,
-                 "'behaviour': patrol needs waypoints, such as 'waypoints: [[1 m, 2 m], [3 m, 2 m]]'");
-  }
-}
-
-AgentDefinition read_agent(const Node& node, yaml::Problems& problems) {
-  AgentDefinition agent;
-  yaml::read(node, "name", agent.name);
-  yaml::read(node, "kind", kind_names, agent.kind);
-  yaml::read(node, "pose", agent.T_map_base, problems);
-  if (!(agent.T_map_base.rotation()(2, 2) > 1 - 1e-9)) {
-    problems.add(node.find("pose")->line, "'pose': an agent stands upright: expected roll = pitch = 0 rad");
-  }
-  if (const Node* size = node.find("size")) agent.size = yaml::vector3(*size);
-  if (const Node* behaviour = node.find("behaviour")) read_behaviour(*behaviour, agent.behaviour, problems);
-  yaml::read(node, "laser", agent.laser);
-  yaml::read(node, "model", agent.model);
-  if (!agent.model.empty() && agent.kind != AgentKind::robot)
-    problems.add(node.find("model")->line, "'model': only an agent of kind robot has a robot model");
-  return agent;
-}
 
 Trainee read_trainee(const Node& node, yaml::Problems& problems) {
   Trainee trainee;
@@ -153,6 +120,7 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "model", scenario.model);
   yaml::read(node, "robot", scenario.robot);
   yaml::read(node, "mapping", scenario.mapping);
+  yaml::read(node, "most_agents", scenario.most_agents);
   if (const Node* injection = node.find("injection")) {
     yaml::read(*injection, "max_error", scenario.injection.max_error);
     yaml::read(*injection, "restore", scenario.injection.restore);
@@ -165,7 +133,7 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
     yaml::read(*pose, "map_id", input.map_id);
   }
   if (const Node* agents = node.find("agents")) {
-    for (const Node& agent : agents->items) scenario.agents.push_back(read_agent(agent, problems));
+    for (const Node& agent : agents->items) scenario.agents.push_back(yaml::read_agent(agent, problems));
     check_agent_names(scenario.agents, *agents, problems);
   }
   if (const Node* zones = node.find("zones")) scenario.zones = read_zones(*zones, problems);
@@ -176,29 +144,10 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
         problems.add(trainee->line, "'trainee': an agent has the name '" + agent.name + "' as well");
     }
   }
+  if (const Node* scripts = node.find("scripts"))
+    scenario.scripts = yaml::read_scripts(*scripts, scenario.agents, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
-}
-
-void write_agent(yaml::Writer& writer, const AgentDefinition& agent) {
-  writer.begin_item();
-  writer.text("name", agent.name);
-  writer.word("kind", to_string(agent.kind));
-  writer.line("pose", yaml::format_isometry(agent.T_map_base.isometry()));
-  writer.line("size", yaml::format_lengths(agent.size.data(), 3));
-  writer.open("behaviour");
-  writer.word("kind", to_string(agent.behaviour.kind));
-  writer.quantity("speed", agent.behaviour.speed, Quantity::speed);
-  if (!agent.behaviour.waypoints.empty()) {
-    writer.open("waypoints");
-    for (const Eigen::Vector2d& point : agent.behaviour.waypoints)
-      writer.item(yaml::format_lengths(point.data(), 2));
-    writer.close();
-  }
-  writer.close();
-  if (!agent.laser.empty()) writer.text("laser", agent.laser);
-  if (!agent.model.empty()) writer.text("model", agent.model);
-  writer.end_item();
 }
 
 void resolve(std::string& path, const std::filesystem::path& folder) {
@@ -244,6 +193,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (!scenario.model.empty()) writer.text("model", scenario.model);
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
   if (scenario.mapping) writer.word("mapping", "true");
+  writer.integer("most_agents", scenario.most_agents);
   writer.open("injection");
   writer.quantity("max_error", scenario.injection.max_error, Quantity::length);
   writer.number("restore", scenario.injection.restore);
@@ -271,10 +221,15 @@ std::string to_yaml(const Scenario& scenario) {
   }
   if (!scenario.agents.empty()) {
     writer.open("agents");
-    for (const AgentDefinition& agent : scenario.agents) write_agent(writer, agent);
+    for (const AgentDefinition& agent : scenario.agents) {
+      writer.begin_item();
+      yaml::write_agent(writer, agent);
+      writer.end_item();
+    }
     writer.close();
   }
   write_zones(scenario.zones, writer);
+  yaml::write_scripts(writer, scenario.scripts);
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/command.hpp"
+#include "protocols/script.hpp"
 #include "protocols/status.hpp"
 #include "protocols/zone.hpp"
 
@@ -54,8 +55,10 @@ struct Scenario {
   ContactLimits contact;
   std::optional<Trainee> trainee;
   std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is
+  std::uint64_t most_agents = 1000;  ///< more are refused: what this machine can step and send in time
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
+  std::vector<Script> scripts;
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 

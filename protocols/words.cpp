@@ -28,6 +28,14 @@ const char* to_string(BehaviourKind kind) {
       return "wander";
     case BehaviourKind::teleop:
       return "teleop";
+    case BehaviourKind::follow:
+      return "follow";
+    case BehaviourKind::flee:
+      return "flee";
+    case BehaviourKind::block:
+      return "block";
+    case BehaviourKind::go:
+      return "go";
   }
   return "unknown";
 }
@@ -156,6 +164,12 @@ const char* to_string(EventKind kind) {
       return "console_lost";
     case EventKind::foreign_publisher:
       return "foreign_publisher";
+    case EventKind::goal_reached:
+      return "goal_reached";
+    case EventKind::goal_unreachable:
+      return "goal_unreachable";
+    case EventKind::script_started:
+      return "script_started";
   }
   return "unknown";
 }

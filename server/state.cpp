@@ -43,6 +43,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
   options.zones = configuration.scenario.zones;
+  options.most_agents = static_cast<std::size_t>(configuration.scenario.most_agents);
   if (configuration.scenario.mapping) options.building_bodies = bodies_of_later_buildings;
   auto simulation =
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));

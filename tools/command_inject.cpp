@@ -17,10 +17,11 @@ namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, url,
+  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, target, url,
                             channel = channel::mr_agent_cmd;
   std::vector<std::string> waypoints;
-  double speed = 0.5, timeout = 2.0;
+  double speed = 0.5, distance = 1.5, timeout = 2.0;
+  bool yields = false, leaves_doors = false;
 };
 
 const std::map<std::string, AgentCommand::Action> actions{
@@ -32,10 +33,10 @@ const std::map<std::string, AgentKind> kinds{{"box", AgentKind::box},
                                              {"barrel", AgentKind::barrel},
                                              {"person", AgentKind::person},
                                              {"robot", AgentKind::robot}};
-const std::map<std::string, BehaviourKind> behaviours{{"stay", BehaviourKind::stay},
-                                                      {"patrol", BehaviourKind::patrol},
-                                                      {"wander", BehaviourKind::wander},
-                                                      {"teleop", BehaviourKind::teleop}};
+const std::map<std::string, BehaviourKind> behaviours{
+    {"stay", BehaviourKind::stay},     {"patrol", BehaviourKind::patrol}, {"wander", BehaviourKind::wander},
+    {"teleop", BehaviourKind::teleop}, {"follow", BehaviourKind::follow}, {"flee", BehaviourKind::flee},
+    {"block", BehaviourKind::block},   {"go", BehaviourKind::go}};
 
 Exit fail(const std::string& what, Exit exit = Exit::failed) {
   std::fprintf(stderr, "parhelion inject: %s\n", what.c_str());
@@ -53,6 +54,10 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   agent.laser = arguments.laser;
   agent.behaviour.kind = behaviours.at(arguments.behaviour);
   agent.behaviour.speed = arguments.speed;
+  agent.behaviour.target = arguments.target;
+  agent.behaviour.distance = arguments.distance;
+  agent.behaviour.yields = arguments.yields;
+  agent.behaviour.opens_doors = !arguments.leaves_doors;
   const bool whole_scene = command.action >= AgentCommand::Action::remove_all;
   if (!whole_scene && agent.name.empty()) return Error{"which agent? give --name NAME"};
   const bool needs_place =
@@ -134,8 +139,14 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember(keys(behaviours)));
   command
       ->add_option("--waypoint", arguments->waypoints,
-                   "X,Y of a patrol: metres, or with units; several times")
+                   "X,Y of a patrol or a way to go: metres, or with units; several times")
       ->take_all();
+  command->add_option("--target", arguments->target,
+                      "Whom it follows, flees or blocks: an agent; the trainee's robot where none is named");
+  command->add_option("--distance", arguments->distance, "Metres that it keeps to the target")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--yields", arguments->yields, "It steps aside for a robot that comes at it");
+  command->add_flag("--leaves-doors", arguments->leaves_doors, "It pushes no doors open");
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));
   command->add_option("--laser", arguments->laser, "Preset of its own laser, such as lms-200");
   command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
@@ -145,7 +156,8 @@ void add_inject(CLI::App& app, Exit& exit) {
   command->footer(
       "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90deg --behaviour wander "
       "--laser "
-      "lms-200");
+      "lms-200\n"
+      "         parhelion inject behave --name guide --behaviour follow --distance 2");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

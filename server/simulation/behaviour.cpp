@@ -7,11 +7,10 @@
 namespace parhelion {
 namespace {
 
-constexpr double kDecisionPeriod = 0.05;  // s between two decisions of an agent
-constexpr double kSight = 3.0;            // m: what is farther does not matter to a decision
-constexpr double kForesight = 0.7;        // s that another's motion is expected to go on
-constexpr double kReached = 0.3;          // m from a waypoint
-constexpr double kPatience = 3.0;         // s that a patrol waits before it looks for a way round
+constexpr double kSight = 3.0;      // m: what is farther does not matter to a decision
+constexpr double kForesight = 0.7;  // s that another's motion is expected to go on
+constexpr double kReached = 0.3;    // m from a waypoint
+constexpr double kPatience = 3.0;   // s that a patrol waits before it looks for a way round
 constexpr double kHoldRange = 2.0;  // m from the real robot within which agents hold still while it is blind
 constexpr double kRespect = 0.15;   // m kept to the real robot beyond what is kept to everything
 constexpr double kScanAge = 0.5;    // s: an older scan of its own is not trusted
@@ -25,6 +24,10 @@ double random_unit(std::uint64_t seed, std::uint64_t key, std::uint64_t step, st
   return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
 }
 
+double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
+
+}  // namespace
+
 SteeringLimits limits_of(const Agent& agent) {
   SteeringLimits limits;
   limits.speed = agent.definition.behaviour.speed;
@@ -36,10 +39,6 @@ SteeringLimits limits_of(const Agent& agent) {
   }
   return limits;
 }
-
-double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
-
-}  // namespace
 
 bool Simulation::State::held_still(const Agent& agent) const {
   if (agent.frozen) return true;
@@ -135,9 +134,33 @@ Twist2 Simulation::State::patrol(Agent& agent) {
   return twist;
 }
 
+Twist2 Simulation::State::decide(Agent& agent) {
+  if (agent.definition.behaviour.yields) {
+    if (const auto aside = step_aside(agent)) return *aside;
+  }
+  switch (agent.definition.behaviour.kind) {
+    case BehaviourKind::patrol:
+      return patrol(agent);
+    case BehaviourKind::wander:
+      return wander(agent);
+    case BehaviourKind::follow:
+      return follow(agent);
+    case BehaviourKind::flee:
+      return flee(agent);
+    case BehaviourKind::block:
+      return block(agent);
+    case BehaviourKind::go:
+      return go(agent);
+    case BehaviourKind::stay:
+    case BehaviourKind::teleop:
+      break;
+  }
+  return {};
+}
+
 Twist2 Simulation::State::wanted(Agent& agent) {
   const Behaviour& behaviour = agent.definition.behaviour;
-  if (behaviour.kind == BehaviourKind::stay || held_still(agent)) return {};
+  if (held_still(agent) || (behaviour.kind == BehaviourKind::stay && !behaviour.yields)) return {};
   if (behaviour.kind == BehaviourKind::teleop) {
     return agent.teleop_until && stamp_of(step) <= *agent.teleop_until ? agent.teleop : Twist2{};
   }
@@ -145,12 +168,13 @@ Twist2 Simulation::State::wanted(Agent& agent) {
   // Decisions of many agents are spread over the steps.
   if ((step + agent.first_body) % period == 0) {
     gather_obstacles(agent, kSight);
-    agent.steering.wanted = behaviour.kind == BehaviourKind::patrol ? patrol(agent) : wander(agent);
+    agent.steering.wanted = decide(agent);
   }
   return agent.steering.wanted;
 }
 
 void Simulation::State::drive_agents() {
+  take_routes();
   for (const auto& agent : agents) {
     if (!agent->form.upright) continue;
     const SteeringLimits limits = limits_of(*agent);

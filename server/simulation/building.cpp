@@ -171,6 +171,7 @@ void Building::build_grid() {
     }
   }
   grid_origin_ = low;
+  extent_ = {low, high};
   const Eigen::Vector2d extent = high - low;
   cell_ = std::max(kCell, std::sqrt(extent.x() * extent.y() / kMostCells));
   cell_ = std::max(cell_, extent.maxCoeff() / kMostCells);

@@ -2,6 +2,7 @@
 // plane.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 #include <string>
@@ -53,6 +54,8 @@ class Building {
   /// ascending index.
   void near(const Eigen::Vector2d& p, double range, double bottom, double top,
             std::vector<const FixedObstacle*>& found) const;
+  /// Of all obstacles in the plane; empty where there are none.
+  const Eigen::AlignedBox2d& extent() const { return extent_; }
   /// Of a mesh, which is many obstacles with one handle, the first.
   const FixedObstacle* by_handle(PhysicsHandle handle) const;
 
@@ -90,6 +93,7 @@ class Building {
   std::vector<FixedObstacle> obstacles_;  // ascending handle
   std::vector<Floor> floors_;
   double lowest_floor_ = 0;
+  Eigen::AlignedBox2d extent_;
 
   void add_to_grid(std::uint32_t index);
   /// First and last cell, of `count` in a row, within `reach` of `at` (m from the grid's origin).

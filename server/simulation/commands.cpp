@@ -10,7 +10,8 @@ namespace {
 constexpr double kGap = 0.02;         // m kept free between an agent that appears and what is there
 constexpr double kSearchRange = 6.0;  // m
 constexpr double kMostSpeed = 3.0;    // m/s that a behaviour may ask for
-constexpr std::size_t kMostAgents = 1000;
+constexpr double kMostDistance = 50;  // m that a behaviour may keep
+constexpr double kMostPlace = 1e5;    // m from the map's origin
 
 bool fits_a_channel(const std::string& name) {
   return !name.empty() && name.size() <= 40 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -86,11 +87,39 @@ Status Simulation::State::check_behaviour(const AgentDefinition& agent) const {
     return Error{who + "speed " + std::to_string(behaviour.speed) + " m/s; expected 0 to " +
                  metres(kMostSpeed)};
   }
-  if (behaviour.kind == BehaviourKind::patrol && behaviour.waypoints.empty()) {
-    return Error{who + "a patrol needs at least one waypoint"};
+  const bool on_its_way = behaviour.kind == BehaviourKind::patrol || behaviour.kind == BehaviourKind::go;
+  if (on_its_way && behaviour.waypoints.empty()) {
+    return Error{who + "to " + to_string(behaviour.kind) + " it needs at least one waypoint"};
+  }
+  if (!std::isfinite(behaviour.distance) || behaviour.distance < 0 || behaviour.distance > kMostDistance) {
+    return Error{who + "distance " + std::to_string(behaviour.distance) + " m; expected 0 to " +
+                 metres(kMostDistance)};
   }
   for (const Eigen::Vector2d& waypoint : behaviour.waypoints) {
-    if (!waypoint.allFinite()) return Error{who + "a waypoint is not finite; expected x, y in metres"};
+    if (!waypoint.allFinite() || waypoint.lpNorm<Eigen::Infinity>() > kMostPlace)
+      return Error{who + "a waypoint is not finite or farther than 100 km; expected x, y in metres"};
+  }
+  if (behaviour.kind == BehaviourKind::go) return check_goals(agent);
+  const bool has_target = behaviour.kind == BehaviourKind::follow || behaviour.kind == BehaviourKind::flee ||
+                          behaviour.kind == BehaviourKind::block;
+  if (has_target && behaviour.target == agent.name)
+    return Error{who + "it cannot " + to_string(behaviour.kind) + " itself; name another target"};
+  return {};
+}
+
+/// Goals where nobody can stand; whether a way leads to the others is found out as it goes.
+Status Simulation::State::check_goals(const AgentDefinition& agent) const {
+  const AgentForm form = form_of(agent);
+  for (const Eigen::Vector2d& goal : agent.behaviour.waypoints) {
+    const double floor = building->floor_height(goal);
+    std::vector<const FixedObstacle*> beside;
+    building->near(goal, form.footprint.bound, floor + 0.02, floor + form.size.z(), beside);
+    const Footprint there = make_disc(goal, form.footprint.bound);
+    for (const FixedObstacle* obstacle : beside) {
+      if (obstacle->label == EntityLabel::door || signed_distance(there, obstacle->footprint) >= 0) continue;
+      return Error{"agent '" + agent.name + "': it cannot go to " + place_text({goal.x(), goal.y(), 0}) +
+                   ": it has no room there beside '" + obstacle->name + "' of the building"};
+    }
   }
   return {};
 }
@@ -129,8 +158,12 @@ Status Simulation::State::check_definition(const AgentDefinition& agent, bool tr
   if (std::any_of(fixed.begin(), fixed.end(), [&](const FixedObstacle& o) { return o.name == agent.name; })) {
     return Error{"agent '" + agent.name + "' has the name of a part of the building; choose another"};
   }
-  if (agents.size() >= kMostAgents)
-    return Error{"there are " + std::to_string(kMostAgents) + " agents; remove some first"};
+  if (agents.size() >= options.most_agents) {
+    return Error{
+        "there are " + std::to_string(agents.size()) +
+        " agents, and the scenario's most_agents allows no more: what is stepped and sent in time on "
+        "one machine; remove some first, or raise it"};
+  }
   if (Status status = check_size(agent); !status) return status;
   if (Status status = check_model(agent); !status) return status;
   return check_behaviour(agent);
@@ -182,7 +215,7 @@ Status Simulation::State::check_place(const AgentDefinition& agent, const Agent*
                                       const std::optional<RealRobotState>& now) {
   const std::string who = "agent '" + agent.name + "': ";
   const Pose2 pose = planar_pose(agent.T_map_base);
-  if (!agent.T_map_base.finite() || std::abs(pose.x) > 1e5 || std::abs(pose.y) > 1e5) {
+  if (!agent.T_map_base.finite() || std::abs(pose.x) > kMostPlace || std::abs(pose.y) > kMostPlace) {
     return Error{who + "its place is not finite or farther than 100 km; expected metres in the map"};
   }
   std::vector<Footprint> zone;
@@ -214,6 +247,7 @@ void Simulation::State::put(Agent& agent, const Pose2& pose) {
   agent.driven = {};
   agent.steering = {};
   agent.steering.heading = pose.yaw;
+  forget_route(agent);
   if (agent.laser) agent.laser->measured.reset();
   contacts.forget(agent.definition.name, stamp_of(step), events);
 }
@@ -271,6 +305,7 @@ void Simulation::State::remove(std::size_t index, std::uint64_t request) {
   agents.erase(agents.begin() + static_cast<std::ptrdiff_t>(index));
   contacts.forget(agent->definition.name, stamp_of(step), events);
   agent->watch.close(stamp_of(step), options.zones, events);
+  forget_route(*agent);
   if (agent->robot) {
     agent->robot->leave(physics);
   } else {
@@ -316,9 +351,12 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
       AgentDefinition changed = agent->definition;
       changed.behaviour = command.agent.behaviour;
       if (Status status = state.check_behaviour(changed); !status) return status;
+      const std::string& target = changed.behaviour.target;
+      if (!target.empty() && target != state.real.name && !state.find(target)) return state.unknown(target);
       agent->definition = changed;
       agent->steering = {};
       agent->steering.heading = agent->pose.yaw;
+      state.forget_route(*agent);
       return {};
     }
     case Action::freeze:

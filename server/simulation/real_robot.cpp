@@ -6,15 +6,16 @@
 namespace parhelion {
 namespace {
 
-constexpr double kStopMargin = 0.15;   // m around where the robot can stop
 constexpr double kZoneSpacing = 0.10;  // m between two footprints of the zone
 
 }  // namespace
 
-void Simulation::State::stop_zone(const RealRobotState& now, std::vector<Footprint>& zone) const {
+void Simulation::State::stop_zone(const RealRobotState& now, std::vector<Footprint>& zone,
+                                  double later) const {
   const Pose2 pose = planar_pose(now.T_map_base);
   const double speed = fastest_point_speed(real.footprint, now.twist);
-  const double way = speed * real.limits.reaction_time + speed * speed / (2 * real.limits.deceleration);
+  const double way =
+      speed * (real.limits.reaction_time + later) + speed * speed / (2 * real.limits.deceleration);
   const int steps = static_cast<int>(std::min(1000.0, std::ceil(way / kZoneSpacing)));
   for (int i = 0; i <= steps; ++i) {
     const double t = steps > 0 ? way / speed * i / steps : 0;

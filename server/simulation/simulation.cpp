@@ -275,6 +275,7 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
   }
   for (const auto& agent : state.agents) {
     agent->floor = state.building->floor_height(agent->pose.position());
+    state.forget_route(*agent);
   }
   state.rebuild_scene();
   return {};

@@ -53,6 +53,7 @@ struct SimulationOptions {
   double rate = 240;  ///< Hz
   Duration history = seconds(2.0);
   std::uint64_t seed = 1;
+  std::size_t most_agents = 1000;
   BodyId building_bodies = 0;  ///< numbers kept for the bodies of later buildings (set_building)
   /// The library of articulated robots: AgentDefinition::model is the name of one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;

@@ -1,5 +1,5 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
-// contacts.cpp, supervision.cpp, behaviour.cpp and clearance.cpp.
+// contacts.cpp, supervision.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
 #pragma once
 
 #include <memory>
@@ -13,6 +13,7 @@
 #include "server/simulation/contacts.hpp"
 #include "server/simulation/history.hpp"
 #include "server/simulation/physics.hpp"
+#include "server/simulation/router.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/steering.hpp"
 #include "server/simulation/supervision.hpp"
@@ -27,6 +28,17 @@ struct AgentLaser {
   Transform<Map, Laser> T_map_laser;       ///< ...where the laser was
   std::optional<SimulationTime> measured;  ///< instant of the points
   std::vector<Footprint> points;           ///< in the map; the nearest of each sector
+};
+
+/// The way that an agent is on.
+struct AgentRoute {
+  std::vector<Eigen::Vector2d> points;
+  std::size_t next = 0;  ///< of `points`, to be gone to
+  Eigen::Vector2d goal = Eigen::Vector2d::Zero();
+  bool asked = false;           ///< a search is under way
+  int failures = 0;             ///< since the goal is this one
+  bool said = false;            ///< that it is unreachable
+  std::uint64_t ask_again = 0;  ///< step; before it none is looked for
 };
 
 struct Agent {
@@ -55,9 +67,14 @@ struct Agent {
   Twist2 teleop;
   std::optional<SimulationTime> teleop_until;
   SteeringState steering;
+  AgentRoute route;
+  bool arrived = false;  ///< of who follows, flees or blocks: it is where it wants to be
   std::optional<AgentLaser> laser;
   BodyWatch watch;
 };
+
+constexpr double kDecisionPeriod = 0.05;  // s between two decisions of an agent
+constexpr double kStopMargin = 0.15;      // m around where the real robot can stop
 
 struct RealBody {
   std::string name;
@@ -100,6 +117,7 @@ struct Simulation::State {
   History history;
   std::vector<Event> events;
   ContactTracker contacts;
+  Router router;
   std::vector<RealObstacle> real_obstacles;
   std::vector<Footprint> real_discs;
 
@@ -107,6 +125,8 @@ struct Simulation::State {
   std::vector<const FixedObstacle*> near;
   std::vector<Transform<Base, Body>> poses;
   SteeringScratch steering;
+  std::vector<Footprint> fair_zone;
+  std::vector<Router::Answer> route_answers;
   std::vector<TouchingPair> touching;
   std::vector<JointIncident> incidents;
   Footprint moved_real;
@@ -125,11 +145,13 @@ struct Simulation::State {
   /// Sets where it is for what must not be near it, without moving its body.
   void clear_return_of_real(const RealRobotState& now, bool all);
   /// Where the robot cannot help being within its stopping distance: footprints along its arc, with a margin.
-  void stop_zone(const RealRobotState& now, std::vector<Footprint>& zone) const;
+  /// `later`: s that it goes on before it brakes, beyond its reaction time.
+  void stop_zone(const RealRobotState& now, std::vector<Footprint>& zone, double later = 0) const;
 
   // commands.cpp
   Status check_definition(const AgentDefinition& agent, bool trainee) const;
   Status check_behaviour(const AgentDefinition& agent) const;
+  Status check_goals(const AgentDefinition& agent) const;
   /// Empty: the place is free for `form` at `pose`; else what is in the way.
   std::string occupied(const AgentForm& form, const Pose2& pose, const Agent* except,
                        const std::vector<Footprint>& zone);
@@ -151,6 +173,7 @@ struct Simulation::State {
   // behaviour.cpp
   void drive_agents();
   Twist2 wanted(Agent& agent);
+  Twist2 decide(Agent& agent);
   Twist2 wander(Agent& agent);
   Twist2 patrol(Agent& agent);
   Status fit_laser(Agent& agent);
@@ -158,6 +181,33 @@ struct Simulation::State {
   void gather_obstacles(const Agent& agent, double range);
   void move_parts(Agent& agent);
   void ask_lasers(std::vector<LaserRequest>& requests);
+
+  // goals.cpp
+  struct Target {
+    Pose2 pose;
+    Twist2 twist;  ///< body frame
+    const Footprint* placed;
+    bool is_trainee;  ///< whom nobody may surprise, real or simulated
+  };
+  std::optional<Target> target_of(const Behaviour& behaviour);
+  /// Into fair_zone, where an agent that acts on the trainee's robot must not go.
+  void gather_fair_zone(const Target& target);
+  RouteGrid& grid_of(const Agent& agent);
+  RouteQuery query_to(const Agent& agent, const Eigen::Vector2d& goal, bool round_agents);
+  /// Whether it can go there straight, past building and closed doors.
+  bool sees(const Agent& agent, const Eigen::Vector2d& p);
+  void ask_route(Agent& agent, const Eigen::Vector2d& goal, bool round_agents);
+  void take_routes();
+  void forget_route(Agent& agent);
+  std::optional<Eigen::Vector2d> lead(Agent& agent, const Eigen::Vector2d& goal);
+  std::optional<Twist2> straight_to(const Agent& agent, const Eigen::Vector2d& point);
+  Twist2 drive_to(Agent& agent, const Eigen::Vector2d& point, const Eigen::Vector2d& goal);
+  Twist2 approach(Agent& agent, const Eigen::Vector2d& goal);
+  Twist2 go(Agent& agent);
+  Twist2 follow(Agent& agent);
+  Twist2 flee(Agent& agent);
+  Twist2 block(Agent& agent);
+  std::optional<Twist2> step_aside(Agent& agent);
 
   // contacts.cpp
   void track_contacts();
@@ -167,6 +217,8 @@ struct Simulation::State {
   // supervision.cpp
   void supervise();
 };
+
+SteeringLimits limits_of(const Agent& agent);
 
 /// Seeds an agent's random stream from its name (FNV-1a).
 std::uint64_t name_key(const std::string& name);

@@ -66,7 +66,7 @@ inline AgentCommand sample_command() {
   command.agent.name = "guide-1";
   command.agent.kind = AgentKind::person;
   command.agent.T_map_base = Transform<Map, Base>::planar(1, -2, 0.5, 3);
-  command.agent.behaviour = {BehaviourKind::patrol, 0.7, {{1, 2}, {3, 4}}};
+  command.agent.behaviour = {BehaviourKind::patrol, 0.7, {{1, 2}, {3, 4}}, "guide-2", 2.5, true, false};
   command.agent.laser = "lms-200";
   return command;
 }

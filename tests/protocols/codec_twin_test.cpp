@@ -223,13 +223,17 @@ RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
   command.agent.T_map_base =
       Transform<Map, Base>::planar(any_within(1000), any_within(1000), any_within(3.14), any_within(10));
   command.agent.size = any_vector(49).array() + 50;
-  command.agent.behaviour.kind = any_enumerator(BehaviourKind::teleop);
+  command.agent.behaviour.kind = any_enumerator(kLastBehaviourKind);
   command.agent.behaviour.speed = std::abs(any_within(5));
   for (int i = *rc::gen::inRange(0, 6); i > 0; --i) {
     command.agent.behaviour.waypoints.emplace_back(any_within(1000), any_within(1000));
   }
   command.agent.laser = any_text();
   command.agent.model = any_text();
+  command.agent.behaviour.target = any_text();
+  command.agent.behaviour.distance = std::abs(any_within(100));
+  command.agent.behaviour.yields = *rc::gen::arbitrary<bool>();
+  command.agent.behaviour.opens_doors = *rc::gen::arbitrary<bool>();
   const auto twin = through_liblcm<agent_cmd_t>(command, back);
   RC_ASSERT(back.stamp == command.stamp && back.request == command.request && back.action == command.action);
   RC_ASSERT(back.agent.name == command.agent.name && back.agent.kind == command.agent.kind);
@@ -239,6 +243,11 @@ RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
   RC_ASSERT(back.agent.behaviour.speed == command.agent.behaviour.speed &&
             twin.speed == back.agent.behaviour.speed);
   RC_ASSERT(back.agent.behaviour.waypoints == command.agent.behaviour.waypoints);
+  RC_ASSERT(back.agent.behaviour.target == command.agent.behaviour.target &&
+            back.agent.behaviour.distance == command.agent.behaviour.distance &&
+            back.agent.behaviour.yields == command.agent.behaviour.yields &&
+            back.agent.behaviour.opens_doors == command.agent.behaviour.opens_doors);
+  RC_ASSERT(twin.target == command.agent.behaviour.target && twin.yields == command.agent.behaviour.yields);
   RC_ASSERT(twin.name == command.agent.name && twin.laser == command.agent.laser);
   RC_ASSERT(twin.z == command.agent.T_map_base.translation().z());
 }

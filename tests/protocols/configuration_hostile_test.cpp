@@ -74,7 +74,7 @@ TEST(HostileYaml, FlippedBytesAndCutsOfAGoodFileReturn) {
   scenario.agents.resize(2);
   scenario.agents[0].name = "a";
   scenario.agents[1].name = "b";
-  scenario.agents[1].behaviour = {BehaviourKind::patrol, 0.5, {{1, 2}, {3, 4}}};
+  scenario.agents[1].behaviour = {BehaviourKind::patrol, 0.5, {{1, 2}, {3, 4}}, "", 2, true, true};
   const std::string good = to_yaml(scenario);
   std::mt19937 random(7);
   int refused = 0;

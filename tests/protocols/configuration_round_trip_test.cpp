@@ -73,6 +73,82 @@ ModelMesh any_mesh() {
   return mesh;
 }
 
+Behaviour any_behaviour() {
+  Behaviour behaviour;
+  behaviour.kind = any_of<BehaviourKind>(static_cast<int>(kLastBehaviourKind) + 1);
+  behaviour.speed = positive();
+  for (int k = *rc::gen::inRange(1, 4); k > 0; --k) behaviour.waypoints.push_back({finite(), finite()});
+  behaviour.target = text();
+  behaviour.distance = positive();
+  behaviour.yields = *rc::gen::arbitrary<bool>();
+  behaviour.opens_doors = *rc::gen::arbitrary<bool>();
+  return behaviour;
+}
+
+AgentDefinition any_agent(int number) {
+  AgentDefinition agent;
+  agent.name = "Agent_" + std::to_string(number) + "-x";
+  agent.kind = any_of<AgentKind>(4);
+  agent.T_map_base = upright<Map, Base>();
+  agent.size = {between(1e-3, 9e3), between(1e-3, 9e3), between(1e-3, 9e3)};
+  agent.behaviour = any_behaviour();
+  agent.laser = text();
+  if (agent.kind == AgentKind::robot) agent.model = text();
+  return agent;
+}
+
+void expect_same(const Behaviour& x, const Behaviour& y) {
+  RC_ASSERT(x.kind == y.kind && x.speed == y.speed && x.waypoints == y.waypoints);
+  RC_ASSERT(x.target == y.target && x.distance == y.distance);
+  RC_ASSERT(x.yields == y.yields && x.opens_doors == y.opens_doors);
+}
+
+ScriptTrigger any_trigger() {
+  using Kind = ScriptTrigger::Kind;
+  ScriptTrigger when;
+  when.kind = any_of<Kind>(3);
+  if (when.kind == Kind::time) {
+    when.time = positive();
+    return when;
+  }
+  when.subject = kTrainee;
+  when.object = when.kind == Kind::near ? "Agent_1-x" : "door " + text();
+  if (when.kind == Kind::near) when.distance = positive();
+  if (when.kind == Kind::event) when.event = any_of<EventKind>(static_cast<int>(kLastEventKind) + 1);
+  return when;
+}
+
+Script any_script(int number) {
+  using Action = AgentCommand::Action;
+  Script script;
+  script.name = "script " + std::to_string(number) + text();
+  script.when = any_trigger();
+  script.after = positive();
+  script.repeat = *rc::gen::arbitrary<bool>();
+  for (int k = *rc::gen::inRange(1, 4); k > 0; --k) {
+    AgentCommand& command = script.actions.emplace_back();
+    command.action = any_of<Action>(7);
+    if (command.action == Action::spawn) command.agent = any_agent(9);
+    if (command.action != Action::remove_all) command.agent.name = "Agent_1-x";
+    if (command.action == Action::behave) command.agent.behaviour = any_behaviour();
+    if (command.action == Action::move) command.agent.T_map_base = upright<Map, Base>();
+  }
+  return script;
+}
+
+void expect_same(const Script& x, const Script& y) {
+  RC_ASSERT(x.name == y.name && x.after == y.after && x.repeat == y.repeat);
+  RC_ASSERT(x.when.kind == y.when.kind && x.when.time == y.when.time && x.when.event == y.when.event);
+  RC_ASSERT(x.when.subject == y.when.subject && x.when.object == y.when.object);
+  RC_ASSERT(x.when.distance == y.when.distance && x.actions.size() == y.actions.size());
+  for (std::size_t i = 0; i < x.actions.size(); ++i) {
+    RC_ASSERT(x.actions[i].action == y.actions[i].action);
+    RC_ASSERT(x.actions[i].agent.name == y.actions[i].agent.name);
+    RC_ASSERT(same(x.actions[i].agent.T_map_base, y.actions[i].agent.T_map_base));
+    expect_same(x.actions[i].agent.behaviour, y.actions[i].agent.behaviour);
+  }
+}
+
 RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   Scenario a;
   a.name = text();
@@ -82,6 +158,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.model = text();
   a.robot = text();
   a.mapping = *rc::gen::arbitrary<bool>();
+  a.most_agents = static_cast<std::uint64_t>(*rc::gen::inRange(1, 10'001));
   a.injection.max_error = positive();
   a.injection.restore = between(0, 1);
   a.contact.stop_distance = between(0, 1);
@@ -92,18 +169,11 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
     a.trainee = Trainee{"me", "m" + text(), upright<Map, Base>(), *rc::gen::arbitrary<bool>()};
   if (*rc::gen::arbitrary<bool>()) a.pose = PoseInput{positive(), positive(), text()};
   for (int i = *rc::gen::inRange(0, 5); i > 0; --i) {
-    AgentDefinition agent;
-    agent.name = "Agent_" + std::to_string(i) + "-x";
-    agent.kind = any_of<AgentKind>(4);
-    agent.T_map_base = upright<Map, Base>();
-    agent.size = {between(1e-3, 9e3), between(1e-3, 9e3), between(1e-3, 9e3)};
-    agent.behaviour.kind = any_of<BehaviourKind>(4);
-    agent.behaviour.speed = positive();
-    for (int k = *rc::gen::inRange(1, 4); k > 0; --k)
-      agent.behaviour.waypoints.push_back({finite(), finite()});
-    agent.laser = text();
-    if (agent.kind == AgentKind::robot) agent.model = text();
+    const AgentDefinition agent = any_agent(i);
     a.agents.push_back(agent);
+  }
+  if (!a.agents.empty()) {
+    for (int i = *rc::gen::inRange(0, 4); i > 0; --i) a.scripts.push_back(any_script(i));
   }
   if (*rc::gen::arbitrary<bool>()) a.channels = {{"SCAN", "a/b"}, {"MR_SCAN", "null"}, {"CAMERA", "7"}};
 
@@ -115,6 +185,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->physics_rate == a.physics_rate);
   RC_ASSERT(b->model == a.model);
   RC_ASSERT(b->mapping == a.mapping);
+  RC_ASSERT(b->most_agents == a.most_agents);
   RC_ASSERT(b->robot == a.robot);
   RC_ASSERT(b->injection.max_error == a.injection.max_error);
   RC_ASSERT(b->injection.restore == a.injection.restore);
@@ -139,9 +210,10 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
     RC_ASSERT(x.name == y.name && x.kind == y.kind && x.laser == y.laser && x.model == y.model);
     RC_ASSERT(same(x.T_map_base, y.T_map_base));
     RC_ASSERT(x.size == y.size);
-    RC_ASSERT(x.behaviour.kind == y.behaviour.kind && x.behaviour.speed == y.behaviour.speed);
-    RC_ASSERT(x.behaviour.waypoints == y.behaviour.waypoints);
+    expect_same(x.behaviour, y.behaviour);
   }
+  RC_ASSERT(b->scripts.size() == a.scripts.size());
+  for (std::size_t i = 0; i < a.scripts.size(); ++i) expect_same(a.scripts[i], b->scripts[i]);
 }
 
 RC_GTEST_PROP(RoundTrip, Model, ()) {

@@ -54,7 +54,7 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
   EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);
   EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
-  EXPECT_EQ(fingerprint<agent_cmd_t>(), 0x20a0170d3ea460aaU);
+  EXPECT_EQ(fingerprint<agent_cmd_t>(), 0xbb5859f11828441eU);
   EXPECT_EQ(fingerprint<operator_t>(), 0x41bf0903e8b400d4U);
   EXPECT_EQ(fingerprint<event_t>(), 0x87709f49ae72cbdaU);
   EXPECT_EQ(fingerprint<world_t>(), 0x403d23274c4a0e14U);

@@ -1,0 +1,19 @@
+// An agent as scenarios and their scripts write it. Nodes have passed check().
+#pragma once
+
+#include "protocols/command.hpp"
+#include "protocols/yaml/document.hpp"
+#include "protocols/yaml/writer.hpp"
+
+namespace parhelion::yaml {
+
+AgentDefinition read_agent(const Node& node, Problems& problems);
+void read_behaviour(const Node& node, Behaviour& behaviour, Problems& problems);
+/// A pose that an agent can have: upright.
+void read_agent_pose(const Node& node, AgentDefinition& agent, Problems& problems);
+
+/// The keys of an agent, one level down.
+void write_agent(Writer& writer, const AgentDefinition& agent);
+void write_behaviour(Writer& writer, const Behaviour& behaviour);
+
+}  // namespace parhelion::yaml

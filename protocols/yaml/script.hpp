@@ -1,0 +1,18 @@
+// The scripts of a scenario. Nodes have passed check().
+#pragma once
+
+#include <vector>
+
+#include "protocols/command.hpp"
+#include "protocols/script.hpp"
+#include "protocols/yaml/document.hpp"
+#include "protocols/yaml/writer.hpp"
+
+namespace parhelion::yaml {
+
+/// `agents`: of the scenario, whom a script may name besides those that scripts spawn.
+std::vector<Script> read_scripts(const Node& list, const std::vector<AgentDefinition>& agents,
+                                 Problems& problems);
+void write_scripts(Writer& writer, const std::vector<Script>& scripts);
+
+}  // namespace parhelion::yaml
