@@ -13,7 +13,8 @@ namespace {
 constexpr std::size_t max_waypoints = 10'000;
 constexpr std::size_t max_bodies = 100'000;
 constexpr std::size_t max_name =
-    40;                           // MR_AGENT_<name>_CAMERA must stay within the 63 bytes of an LCM channel
+    40;  // MR_AGENT_<name>_CAMERA must stay within the 63 bytes of an LCM channel
+constexpr std::size_t max_entity_name = 200;
 constexpr double max_size = 100;  // m
 constexpr std::size_t least_body_size = 2 * 5 + 2 + 8 + 13 * sizeof(double);
 
@@ -26,6 +27,12 @@ bool is_name(const std::string& name) {
 
 void check_name(wire::Reader& reader, const AgentCommand& command) {
   using Action = AgentCommand::Action;
+  if (command.action == Action::door || command.action == Action::door_unknown) {
+    // Doors have the names of the model.
+    reader.check(!command.agent.name.empty() && command.agent.name.size() <= max_entity_name, "name",
+                 "empty or too long", "the door that the action is about, as the model calls it");
+    return;
+  }
   reader.check(is_name(command.agent.name), "name", "a name that cannot be part of a channel",
                "at most 40 letters, digits, '_' and '-'");
   const bool may_mean_all = command.action == Action::remove_all || command.action == Action::freeze ||
@@ -41,7 +48,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentCommand& command) {
   AgentDefinition& agent = command.agent;
   command.stamp = reader.utime();
   command.request = static_cast<std::uint64_t>(reader.number<std::int64_t>("request"));
-  command.action = reader.enumeration("action", AgentCommand::Action::unfreeze);
+  command.action = reader.enumeration("action", AgentCommand::Action::door_unknown);
   reader.text("name", agent.name);
   check_name(reader, command);
   agent.kind = reader.enumeration("kind", AgentKind::robot);

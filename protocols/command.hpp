@@ -31,7 +31,7 @@ struct Behaviour {
   std::vector<Eigen::Vector2d> waypoints;  ///< m, map frame
   std::string target;                      ///< an agent or the trainee's robot by name; empty: the latter
   double distance = 1.5;                   ///< m, between outlines; of follow, flee and block
-  bool yields = false;      ///< steps aside for a robot that comes at it, standing or walking
+  bool yields = false;                     ///< steps aside for a robot that comes at it, standing or walking
   bool opens_doors = true;  ///< pushes doors that can be pushed; false: a closed one is a wall to it
 };
 
@@ -47,11 +47,21 @@ struct AgentDefinition {
 };
 
 struct AgentCommand {
-  enum class Action : std::uint8_t { spawn, move, remove, behave, remove_all, freeze, unfreeze };
+  enum class Action : std::uint8_t {
+    spawn,
+    move,
+    remove,
+    behave,
+    remove_all,
+    freeze,
+    unfreeze,
+    door,          ///< the door of this name is open so far: yaw, rad from where it closes its opening
+    door_unknown,  ///< takes that word back: a real door is what the sensors say
+  };
   SensorTime stamp;           ///< when it was asked for, the sender's clock
   std::uint64_t request = 0;  ///< chosen by the sender; the answering event carries it
   Action action = Action::spawn;
-  AgentDefinition agent;  ///< name always; the rest as the action needs
+  AgentDefinition agent;  ///< name (of an agent, or a door) always; the rest as the action needs
 };
 
 /// What a console says of itself (channel OPERATOR): at each change, and again within half a second.

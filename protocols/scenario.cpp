@@ -33,6 +33,30 @@ Trainee read_trainee(const Node& node, yaml::Problems& problems) {
   return trainee;
 }
 
+DoorSettings read_door(const Node& node) {
+  DoorSettings door;
+  yaml::read(node, "name", door.name);
+  if (node.find("virtual")) yaml::read(node, "virtual", door.is_virtual.emplace());
+  yaml::read(node, "friction", door.friction);
+  yaml::read(node, "closer", door.closer);
+  yaml::read(node, "break_impulse", door.break_impulse);
+  if (node.find("angle")) yaml::read(node, "angle", door.angle.emplace());
+  yaml::read(node, "locked", door.locked);
+  return door;
+}
+
+void read_doors(const Node& list, std::vector<DoorSettings>& doors, yaml::Problems& problems) {
+  std::map<std::string, int> first;
+  for (const Node& node : list.items) {
+    doors.push_back(read_door(node));
+    const auto [known, inserted] = first.emplace(doors.back().name, node.line);
+    if (!inserted) {
+      problems.add(node.line, "door '" + yaml::printable(doors.back().name) +
+                                  "' is in the list already, in line " + std::to_string(known->second));
+    }
+  }
+}
+
 void check_agent_names(const std::vector<AgentDefinition>& agents, const Node& list,
                        yaml::Problems& problems) {
   std::map<std::string_view, int> first;
@@ -146,8 +170,21 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
   }
   if (const Node* scripts = node.find("scripts"))
     scenario.scripts = yaml::read_scripts(*scripts, scenario.agents, problems);
+  if (const Node* doors = node.find("doors")) read_doors(*doors, scenario.doors, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
+}
+
+void write_door(yaml::Writer& writer, const DoorSettings& door) {
+  writer.begin_item();
+  writer.text("name", door.name);
+  if (door.is_virtual) writer.word("virtual", *door.is_virtual ? "true" : "false");
+  writer.quantity("friction", door.friction, Quantity::torque);
+  writer.quantity("closer", door.closer, Quantity::torque);
+  writer.quantity("break_impulse", door.break_impulse, Quantity::impulse);
+  if (door.angle) writer.quantity("angle", *door.angle, Quantity::angle);
+  if (door.locked) writer.word("locked", "true");
+  writer.end_item();
 }
 
 void resolve(std::string& path, const std::filesystem::path& folder) {
@@ -230,6 +267,11 @@ std::string to_yaml(const Scenario& scenario) {
   }
   write_zones(scenario.zones, writer);
   yaml::write_scripts(writer, scenario.scripts);
+  if (!scenario.doors.empty()) {
+    writer.open("doors");
+    for (const DoorSettings& door : scenario.doors) write_door(writer, door);
+    writer.close();
+  }
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

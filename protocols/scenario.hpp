@@ -43,6 +43,18 @@ struct Trainee {
   bool slam = false;                ///< POSE_COV comes from outside, as at level 3; else from the simulation
 };
 
+/// What a scenario says of a door of the model.
+struct DoorSettings {
+  std::string name;  ///< as the model calls it
+  std::optional<bool>
+      is_virtual;       ///< drawn, not real: it moves by itself at level 3 too; none: as the model says
+  double friction = 1;  ///< N m, of the hinge
+  double closer = 0;    ///< N m that pull it shut; 0: none
+  double break_impulse = 150;   ///< N s through the hinge within 20 ms that push it off; 0: nothing does
+  std::optional<double> angle;  ///< rad from where it closes its opening, at the start; none: as it is drawn
+  bool locked = false;          ///< does not turn
+};
+
 struct Scenario {
   std::string name;
   int level = 3;  ///< 1, 2 or 3
@@ -54,11 +66,12 @@ struct Scenario {
   InjectionLimits injection;
   ContactLimits contact;
   std::optional<Trainee> trainee;
-  std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is
+  std::optional<PoseInput> pose;     ///< none: POSE is not consumed, POSE_COV is
   std::uint64_t most_agents = 1000;  ///< more are refused: what this machine can step and send in time
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
   std::vector<Script> scripts;
+  std::vector<DoorSettings> doors;              ///< those of which there is something to say
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 

@@ -45,6 +45,7 @@ struct BodyDefinition {
   bool injectable =
       false;  ///< may appear in real scans and images: agents and drawn virtual walls only (promise 1)
   std::vector<Shape> shapes;
+  bool moves = false;  ///< of the building: a door, which need not stand where the model draws it
 };
 
 /// Shared, immutable: a new one is made when a body comes or goes, `version` then increases.

@@ -56,6 +56,10 @@ const char* to_string(AgentCommand::Action action) {
       return "freeze";
     case AgentCommand::Action::unfreeze:
       return "unfreeze";
+    case AgentCommand::Action::door:
+      return "door";
+    case AgentCommand::Action::door_unknown:
+      return "door_unknown";
   }
   return "unknown";
 }

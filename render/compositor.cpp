@@ -117,8 +117,9 @@ void EglCompositor::list_occluders(const RenderJob& job, const CameraProjection&
   add_mesh_occluders(bodies_, camera, T_map_optical, mesh_);
   if (!job.scan || is_stand_in(job.image) || !job.T_map_laser.finite()) return;
   const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
-  for (const OccluderBox& strip : scan_occluders(*job.scan, job.laser, job.T_map_laser, job.floor_z,
-                                                 T_map_optical.translation(), bodies_.farthest, building_))
+  for (const OccluderBox& strip :
+       scan_occluders(*job.scan, job.laser, job.T_map_laser, job.floor_z, T_map_optical.translation(),
+                      bodies_.farthest, explaining_boxes(building_, job.world)))
     add_occluder(bodies_, camera, T_optical_map * strip.T_map_box, strip.half);
 }
 

@@ -45,6 +45,28 @@ std::vector<OccluderBox> occluders_of(const SemanticModel& building) {
   return boxes;
 }
 
+std::vector<OccluderBox> explaining_boxes(const std::vector<OccluderBox>& building,
+                                          const WorldSnapshot& world) {
+  if (!world.scene) return building;
+  std::set<std::string> doors;
+  std::vector<OccluderBox> leaves;
+  auto state = world.bodies.begin();
+  for (const auto& body : world.scene->bodies) {
+    if (!body->moves || body->injectable) continue;
+    doors.insert(body->entity);
+    while (state != world.bodies.end() && state->id < body->id) ++state;
+    if (state == world.bodies.end() || state->id != body->id || !state->known || body->shapes.empty())
+      continue;
+    const Transform<Map, ShapeFrame> T_map_leaf = state->T_map_body * body->shapes[0].T_body_shape;
+    leaves.push_back(make_box(body->entity, T_map_leaf, 0.5 * body->shapes[0].size));
+  }
+  std::vector<OccluderBox> boxes;
+  for (const OccluderBox& box : building)
+    if (!doors.count(box.name)) boxes.push_back(box);
+  boxes.insert(boxes.end(), leaves.begin(), leaves.end());
+  return boxes;
+}
+
 std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription& laser,
                                         const Transform<Map, Laser>& T_map_laser, double floor_z,
                                         const Eigen::Vector3d& p_map_camera, double farthest,
@@ -116,18 +138,18 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
       if (state == world.bodies.end()) return;
       if (state->id == body->id && !body->injectable && body->owner != BodyOwner::agent &&
           state->T_map_body.finite())
-        visit(*body, state->T_map_body);
+        visit(*body, state->T_map_body, state->known);
     }
   };
-  each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body) {
+  each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool) {
     if (body.owner == BodyOwner::building) replaced.insert(body.entity);
     if (body.owner == BodyOwner::real_robot && carries_camera(body, T_map_body, T_map_optical.translation()))
       carriers.insert(body.entity);
   });
   for (const OccluderBox& box : building)
     if (!replaced.count(box.name)) add_occluder(list, projection, T_optical_map * box.T_map_box, box.half);
-  each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body) {
-    if (carriers.count(body.entity)) return;
+  each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool known) {
+    if (carriers.count(body.entity) || !known) return;
     for (const Shape& shape :
          body.shapes)  // round shapes by the box inside them: never hides more than is there
       add_occluder(list, projection, T_optical_map * T_map_body * shape.T_body_shape,

@@ -30,6 +30,11 @@ inline constexpr double kScanOccluderHeight = 1.8;
 /// A return this near a box of the model is explained by it, m: the errors of pose, model and laser together.
 inline constexpr double kExplained = 0.25;
 
+/// The boxes that explain returns at an instant: the building's, its doors where they stand then; not those
+/// of which nobody knows.
+std::vector<OccluderBox> explaining_boxes(const std::vector<OccluderBox>& building,
+                                          const WorldSnapshot& world);
+
 /// Strips from the floor to kScanOccluderHeight at the returns of a scan that no box explains; neighbours
 /// nearer to each other than kScanGap, or than three beam spacings, are joined. Only returns that are not
 /// farther than `farthest` from the camera.
@@ -40,8 +45,8 @@ std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription
                                         const std::vector<OccluderBox>& building);
 
 /// Adds to the list what may stand before its bodies. A box of the building whose name is that of a real body
-/// of the scene (a door on its hinge) is replaced by that body as it stands now; other real robots hide too,
-/// the one that carries the camera does not.
+/// of the scene (a door on its hinge) is replaced by that body as it stands now, and by nothing where nobody
+/// knows how far it is open; other real robots hide too, the one that carries the camera does not.
 void add_occluders(DrawList& list, const CameraProjection& projection,
                    const Transform<Map, CameraOptical>& T_map_optical,
                    const std::vector<OccluderBox>& building, const WorldSnapshot& world);

@@ -23,6 +23,13 @@ inline double bounding_radius(const BodyDefinition& body) {
   return radius;
 }
 
+/// What rays meet as a body: all that is not in the building's tree.
+inline bool is_cast_as_body(const BodyDefinition& body) {
+  return body.owner != BodyOwner::building || body.injectable || body.moves;
+}
+/// A door that is really there: never injected, it counts as the building where it stands now.
+inline bool is_real_door(const BodyDefinition& body) { return body.moves && !body.injectable; }
+
 /// Fills `motions` with every body that `wanted(definition, state at the end)` accepts and that is the same,
 /// neither spawned nor teleported, at both ends: such jumps are never interpolated.
 template <class Wanted>

@@ -14,7 +14,7 @@ Result<PreparedModel> prepare_model(const ModelVersion& message, const Configura
   auto building = Simulation::prepare_building(*model);
   if (!building)
     return Error{"MR_MODEL version " + std::to_string(message.version) + ": " + building.error().message};
-  BuildingTree tree(*model);
+  BuildingTree tree(*model, BuildingTree::Doors::left_out);
   return PreparedModel{message.version, std::make_shared<const SemanticModel>(std::move(*model)),
                        std::move(tree), std::move(*building)};
 }

@@ -54,7 +54,7 @@ void answer_laser(const Configuration& configuration, const LaserRequest& reques
   bodies_in_sweep(
       own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
         const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
-        return !is_own && (body.owner != BodyOwner::building || body.injectable);
+        return !is_own && is_cast_as_body(body);
       });
   LaserMotion laser{request.T_map_laser, request.T_map_laser};
   if (const auto carrier =
@@ -101,7 +101,8 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
   auto definition = world.scene->bodies.begin();
   for (const BodyState& body : world.bodies) {
     while ((*definition)->id < body.id) ++definition;
-    if ((*definition)->owner == BodyOwner::building) continue;  // in the model, which MR_SESSION embeds
+    // In the model, which MR_SESSION embeds, but for doors that need not stand as it draws them.
+    if ((*definition)->owner == BodyOwner::building && !((*definition)->moves && body.known)) continue;
     const auto kind = state.kinds.find((*definition)->entity);
     message.bodies.push_back({(*definition)->entity, (*definition)->part,
                               kind != state.kinds.end() ? kind->second : AgentKind::robot,

@@ -67,6 +67,8 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
                   [&](const BodyDefinition& body, const BodyState& at) {
                     return body.injectable && distance(at.T_map_body) - bounding_radius(body) <= range_max;
                   });
+  bodies_in_sweep(path.world_start, path.world_end, path.doors,
+                  [](const BodyDefinition& body, const BodyState&) { return is_real_door(body); });
   double nearest = std::numeric_limits<double>::infinity();
   path.info.predicted_error = predicted_error(moment.end, eye);
   auto kept = path.motions.begin();
@@ -105,7 +107,7 @@ void cast(const Configuration& configuration, const Moment& moment, State& state
   // The wall matters only to a beam that came back empty and might be replaced.
   for (std::size_t i = 0; i < path.virtual_hits.size(); ++i) {
     if (path.virtual_hits[i].body >= 0 && convention.classify(path.real.ranges[i]) == BeamKind::no_return) {
-      state.caster.cast_building(moment.laser, beams, convention.range_max, path.building_hits);
+      state.caster.cast_building(moment.laser, beams, path.doors, convention.range_max, path.building_hits);
       path.building_cast = true;
       return;
     }
@@ -132,7 +134,8 @@ void note_unexplained(const Configuration& configuration, const Moment& moment, 
   const BeamSet beams{path.real.angle_first, path.real.angle_step, path.beam_time};
   const LaserDescription& laser = *configuration.robot.laser;
   if (!path.building_cast)
-    state.caster.cast_building(moment.laser, beams, laser.convention.range_max, path.building_hits);
+    state.caster.cast_building(moment.laser, beams, path.doors, laser.convention.range_max,
+                               path.building_hits);
   const double sigma = predicted_error(moment.end, moment.laser.T_map_laser_end.translation());
   state.obstacles.clear();
   for (const UnexplainedDisc& disc :

@@ -25,7 +25,7 @@ State::State(Simulation simulation_, const Configuration& configuration)
       track(configuration.robot, track_options(configuration)),
       attitude(configuration.robot.imu),
       joints(heads(configuration.robot)) {
-  caster.set_building(configuration.model);
+  caster.set_building(BuildingTree(configuration.model, BuildingTree::Doors::left_out));
 }
 
 std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose* why) {
@@ -44,6 +44,8 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   options.seed = configuration.scenario.seed;
   options.zones = configuration.scenario.zones;
   options.most_agents = static_cast<std::size_t>(configuration.scenario.most_agents);
+  options.level = configuration.scenario.level;
+  options.doors = configuration.scenario.doors;
   if (configuration.scenario.mapping) options.building_bodies = bodies_of_later_buildings;
   auto simulation =
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));

@@ -63,8 +63,8 @@ struct ScanPath {
   bool have_real = false;
   std::vector<float> beam_time;
   std::vector<RangeHit> virtual_hits, building_hits;
-  bool building_cast = false;  ///< building_hits hold for this scan
-  std::vector<BodyMotion> motions;
+  bool building_cast = false;              ///< building_hits hold for this scan
+  std::vector<BodyMotion> motions, doors;  ///< what may be injected; what moves of the building
   std::vector<std::int32_t> beam_body;
   WorldSnapshot world_start, world_end;
   ScanInfo info;

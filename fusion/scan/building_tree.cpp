@@ -153,8 +153,10 @@ BuildingTree::~BuildingTree() = default;
 BuildingTree::BuildingTree(BuildingTree&&) noexcept = default;
 BuildingTree& BuildingTree::operator=(BuildingTree&&) noexcept = default;
 
-BuildingTree::BuildingTree(const SemanticModel& model) : scene_(std::make_unique<Scene>()) {
-  for (const ModelEntity& entity : model.entities) scene_->add(entity);
+BuildingTree::BuildingTree(const SemanticModel& model, Doors doors) : scene_(std::make_unique<Scene>()) {
+  for (const ModelEntity& entity : model.entities) {
+    if (doors == Doors::as_drawn || entity.label != EntityLabel::door) scene_->add(entity);
+  }
   for (const ModelMesh& mesh : model.meshes) scene_->add(mesh);
   if (scene_->boxes.empty() && scene_->triangles.empty()) {
     scene_.reset();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <limits>
 #include <memory>
 
@@ -22,8 +23,11 @@ class BuildingTree {
 
   /// Empty: nothing is hit.
   BuildingTree();
+  /// Doors need not stand where the model draws them: who knows better leaves them out and casts them as
+  /// bodies.
+  enum class Doors : std::uint8_t { as_drawn, left_out };
   /// All solid entities that are not is_virtual, and all meshes. What is not finite is left out.
-  explicit BuildingTree(const SemanticModel& model);
+  explicit BuildingTree(const SemanticModel& model, Doors doors = Doors::as_drawn);
   ~BuildingTree();
   BuildingTree(BuildingTree&&) noexcept;
   BuildingTree& operator=(BuildingTree&&) noexcept;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "fusion/scan/building_tree.hpp"
 #include "fusion/scan/ray_caster.hpp"
@@ -173,6 +174,18 @@ void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const S
         nearest.offer(triangle(ray, mesh, corners), -1, kMeshReflectivity);
     }
     hits[i] = nearest.within(max_range);
+  }
+}
+
+void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const SemanticModel& model,
+                         std::span<const BodyMotion> doors, double max_range, std::span<RangeHit> hits) {
+  SemanticModel walls = model;
+  std::erase_if(walls.entities, [](const ModelEntity& e) { return e.label == EntityLabel::door; });
+  std::vector<RangeHit> leaf(hits.size());
+  cast_building_exact(laser, beams, walls, max_range, hits);
+  cast_bodies_exact(laser, beams, doors, max_range, leaf);
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    if (leaf[i].range < hits[i].range) hits[i] = {leaf[i].range, -1, leaf[i].reflectivity};
   }
 }
 

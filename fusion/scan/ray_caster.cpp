@@ -83,6 +83,9 @@ struct RayCaster::State {
     direction_body.resize(beams);
   }
 
+  /// Makes the rays of the sweep, and casts them against the bodies.
+  void cast_all(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
+                double max_range);
   /// Nearest first: what is hidden behind is then given up early.
   void order(std::span<const BodyMotion> bodies);
   void cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window);
@@ -102,6 +105,15 @@ void RayCaster::State::order(std::span<const BodyMotion> bodies) {
     by_distance.emplace_back(distance, static_cast<std::int32_t>(seen_bodies.size() - 1));
   }
   std::sort(by_distance.begin(), by_distance.end());
+}
+
+void RayCaster::State::cast_all(const LaserMotion& laser, const BeamSet& beams,
+                                std::span<const BodyMotion> bodies, double max_range) {
+  rays.set(laser, beams);
+  if (bodies.empty()) return;
+  const BeamWindow window(beams, rays.half_turn(), rays.half_tilt(), max_range);
+  order(bodies);
+  for (const auto& [distance, b] : by_distance) cast(bodies[static_cast<std::size_t>(b)], b, window);
 }
 
 void RayCaster::State::cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window) {
@@ -184,26 +196,27 @@ void RayCaster::cast_bodies(const LaserMotion& laser, const BeamSet& beams,
   assert(hits.size() == beams.time.size());
   State& state = *state_;
   state.start(hits.size());
-  if (can_cast(laser, beams)) {
-    state.rays.set(laser, beams);
-    const BeamWindow window(beams, state.rays.half_turn(), state.rays.half_tilt(), max_range);
-    state.order(bodies);
-    for (const auto& [distance, b] : state.by_distance)
-      state.cast(bodies[static_cast<std::size_t>(b)], b, window);
-  }
+  if (can_cast(laser, beams)) state.cast_all(laser, beams, bodies, max_range);
   state.write(max_range, hits);
 }
 
 void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams, double max_range,
                               std::span<RangeHit> hits) {
+  cast_building(laser, beams, {}, max_range, hits);
+}
+
+void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams,
+                              std::span<const BodyMotion> doors, double max_range, std::span<RangeHit> hits) {
   assert(hits.size() == beams.time.size());
   State& state = *state_;
   state.start(hits.size());
   if (can_cast(laser, beams)) {
-    state.rays.set(laser, beams);
+    state.cast_all(laser, beams, doors, max_range);
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const BuildingTree::Hit hit =
           state.building.cast(state.rays.origin(i), state.rays.direction(i), max_range);
+      state.body[i] = -1;
+      if (!(hit.range < state.range[i])) continue;
       state.range[i] = hit.range;
       state.reflectivity[i] = hit.reflectivity;
     }

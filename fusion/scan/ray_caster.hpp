@@ -60,6 +60,10 @@ class RayCaster {
                    double max_range, std::span<RangeHit> hits);
   void cast_building(const LaserMotion& laser, const BeamSet& beams, double max_range,
                      std::span<RangeHit> hits);
+  /// The same with what of the building moves and is not in its tree: doors. They count as building: no hit
+  /// names a body.
+  void cast_building(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> doors,
+                     double max_range, std::span<RangeHit> hits);
 
  private:
   struct State;
@@ -72,5 +76,8 @@ void cast_bodies_exact(const LaserMotion& laser, const BeamSet& beams, std::span
                        double max_range, std::span<RangeHit> hits);
 void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const SemanticModel& model,
                          double max_range, std::span<RangeHit> hits);
+/// Without the model's doors, and with these.
+void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const SemanticModel& model,
+                         std::span<const BodyMotion> doors, double max_range, std::span<RangeHit> hits);
 
 }  // namespace parhelion

@@ -30,6 +30,7 @@ constexpr Unit length_ratios[] = {{"m/m"}, {"%", 1, 100}};
 constexpr Unit angle_ratios[] = {{"rad/rad"}, {"deg/deg"}, {"%", 1, 100}};
 constexpr Unit forces[] = {{"N"}, {"kN", 1000, 1}};
 constexpr Unit torques[] = {{"N m"}};
+constexpr Unit impulses[] = {{"N s"}};
 
 struct Dimension {
   std::string_view name;
@@ -37,7 +38,7 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 13> dimensions{{{"length", lengths},
+constexpr std::array<Dimension, 14> dimensions{{{"length", lengths},
                                                 {"angle", angles},
                                                 {"time", times},
                                                 {"rate", rates},
@@ -49,7 +50,8 @@ constexpr std::array<Dimension, 13> dimensions{{{"length", lengths},
                                                 {"length_ratio", length_ratios},
                                                 {"angle_ratio", angle_ratios},
                                                 {"force", forces},
-                                                {"torque", torques}}};
+                                                {"torque", torques},
+                                                {"impulse", impulses}}};
 
 const Dimension& dimension(Quantity quantity) { return dimensions[static_cast<std::size_t>(quantity)]; }
 

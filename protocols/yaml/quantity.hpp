@@ -24,6 +24,7 @@ enum class Quantity {
   angle_ratio,    ///< rad/rad, deg/deg, %
   force,          ///< N, kN
   torque,         ///< N m
+  impulse,        ///< N s
 };
 
 /// "length" to Quantity::length; error for a name that is none.

@@ -25,35 +25,6 @@ Status check(const ModelEntity& entity) {
   return {};
 }
 
-Footprint projection(const ModelEntity& entity, double& bottom, double& top) {
-  std::vector<Eigen::Vector2d> corners;
-  bottom = std::numeric_limits<double>::infinity();
-  top = -bottom;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d sign(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
-    const Eigen::Vector3d p = entity.T_map_body * Eigen::Vector3d(sign.cwiseProduct(entity.size));
-    corners.emplace_back(p.x(), p.y());
-    bottom = std::min(bottom, p.z());
-    top = std::max(top, p.z());
-  }
-  return make_polygon(convex_hull(std::move(corners)));
-}
-
-/// What the semantic net says of where each entity belongs, by its name.
-std::map<std::string_view, std::string> belongings(const SemanticModel& model) {
-  std::map<std::string_view, std::string> words;
-  for (const ModelEntity& entity : model.entities) {
-    if (!entity.part_of.empty()) words[entity.name] = "of " + entity.part_of;
-  }
-  for (const Relation& relation : model.relations) {
-    if (relation.kind == RelationKind::available_inside)
-      words.try_emplace(relation.from, "in " + relation.to);
-    if (relation.kind == RelationKind::connected_via_joint)
-      words.try_emplace(relation.from, "on " + relation.to);
-  }
-  return words;
-}
-
 }  // namespace
 
 Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
@@ -68,15 +39,15 @@ Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
   BodyId number = 0;
   for (const ModelEntity& entity : model.entities) {
     if (is_solid(entity)) building->add(entity, number);
+    if (entity.label == EntityLabel::free_space && !entity.deleted) building->spaces_.push_back(entity);
     ++number;
   }
+  building->net_ = ModelNet(model);
   for (const ModelMesh& mesh : model.meshes) {
     if (!mesh.empty()) building->add(mesh);
   }
-  const auto words = belongings(model);
-  for (FixedObstacle& obstacle : building->obstacles_) {
-    if (const auto found = words.find(obstacle.name); found != words.end()) obstacle.relation = found->second;
-  }
+  for (FixedObstacle& obstacle : building->obstacles_)
+    obstacle.relation = building->net_.place(obstacle.name);
   for (std::size_t i = 0; i < building->floors_.size(); ++i) {
     const double height = building->floors_[i].lowest;
     building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
@@ -89,8 +60,9 @@ void Building::add(const ModelEntity& entity, BodyId number) {
   // What stands steeper than 45 degrees is called a floor by mistake: it is in the way like a wall.
   const bool floor = entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) > 0.7;
   double bottom = 0, top = 0;
-  Footprint footprint = projection(entity, bottom, top);
-  boxes_.push_back({entity.size, floor, std::nullopt});
+  Footprint footprint = projection(entity.T_map_body, entity.size, bottom, top);
+  boxes_.push_back({entity.size, floor, std::nullopt, std::nullopt});
+  if (entity.label == EntityLabel::door) add_door(entity);
   if (floor) {
     const Eigen::Matrix3d R = entity.T_map_body.rotation();
     const Eigen::Vector3d point = entity.T_map_body * Eigen::Vector3d(0, 0, entity.size.z() / 2);
@@ -99,7 +71,7 @@ void Building::add(const ModelEntity& entity, BodyId number) {
   } else if (entity.label != EntityLabel::ceiling) {
     boxes_.back().obstacle = obstacles_.size();
     obstacles_.push_back(
-        {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, 0});
+        {std::move(footprint), bottom, top, entity.name, entity.label, entity.is_virtual, 0, true});
   }
   BodyDefinition body;
   body.id = number;
@@ -107,6 +79,7 @@ void Building::add(const ModelEntity& entity, BodyId number) {
   body.part = to_string(entity.label);
   body.owner = BodyOwner::building;
   body.injectable = entity.is_virtual;
+  body.moves = entity.label == EntityLabel::door;
   body.shapes.push_back({ShapeKind::box, entity.size, {}, entity.material});
   parts_.push_back(std::move(body));
   BodyState state;
@@ -115,20 +88,44 @@ void Building::add(const ModelEntity& entity, BodyId number) {
   states_.push_back(state);
 }
 
+void Building::add_door(const ModelEntity& entity) {
+  const Hinge hinge = hinge_of(entity);
+  const Eigen::Vector3d axis = entity.T_map_body * Eigen::Vector3d(hinge.axis.x(), hinge.axis.y(), 0);
+  boxes_.back().door = entity;
+  door_bodies_.push_back(states_.size());
+  swings_.push_back({obstacles_.size(), make_disc(axis.head<2>(), leaf_reach(entity, hinge))});
+}
+
 void Building::add(const ModelMesh& mesh) {
   const std::size_t first = obstacles_.size();
   for (MeshPart& part : mesh_parts(mesh)) {
     obstacles_.push_back(
-        {std::move(part.footprint), part.bottom, part.top, mesh.name, EntityLabel::unknown, false, 0});
+        {std::move(part.footprint), part.bottom, part.top, mesh.name, EntityLabel::unknown, false, 0, true});
   }
   meshes_.push_back({make_fixed_mesh(mesh), first, obstacles_.size()});
 }
 
-void Building::enter(Physics& physics, BodyId first_body) {
+std::vector<Door> Building::enter(Physics& physics, BodyId first_body, const DoorRules& rules) {
+  std::vector<Door> doors;
   for (std::size_t i = 0; i < boxes_.size(); ++i) {
-    handles_.push_back(physics.add_fixed_box(states_[i].T_map_body, boxes_[i].size, boxes_[i].floor));
-    if (boxes_[i].obstacle) obstacles_[*boxes_[i].obstacle].handle = handles_.back();
     parts_[i].id = states_[i].id += first_body;
+    if (boxes_[i].door) {
+      Door door = make_door(*boxes_[i].door, spaces_, rules);
+      door.place = net_.place(door.drawn.name);
+      door.id = states_[i].id;
+      door.body = i;
+      door.obstacle = *boxes_[i].obstacle;
+      door.handle = hang_door(physics, door);
+      parts_[i].shapes = leaf_shapes(door);
+      states_[i].known = door.known;
+      states_[i].T_map_body = door.rigid.T_map_body;
+      handles_.push_back(door.handle);
+      move_leaf(door);
+      doors.push_back(std::move(door));
+    } else {
+      handles_.push_back(physics.add_fixed_box(states_[i].T_map_body, boxes_[i].size, boxes_[i].floor));
+    }
+    if (boxes_[i].obstacle) obstacles_[*boxes_[i].obstacle].handle = handles_.back();
     definitions_.push_back(std::make_shared<const BodyDefinition>(std::move(parts_[i])));
   }
   for (const Mesh& mesh : meshes_) {
@@ -139,6 +136,21 @@ void Building::enter(Physics& physics, BodyId first_body) {
   boxes_.clear();
   parts_.clear();
   meshes_.clear();
+  spaces_.clear();
+  return doors;
+}
+
+void Building::move_leaf(const Door& door) {
+  FixedObstacle& leaf = obstacles_[door.obstacle];
+  leaf.is_measured = !door.dynamic && door.known;
+  const Transform<Map, Body>& T_map_leaf = door.rigid.T_map_body;
+  if (!door.unhinged) {
+    place(door.outline, planar_pose(Transform<Map, Base>(T_map_leaf.isometry())), leaf.footprint);
+    return;
+  }
+  leaf.footprint = projection(T_map_leaf, door.drawn.size, leaf.bottom, leaf.top);
+  const auto index = static_cast<std::uint32_t>(door.obstacle);
+  if (std::find(loose_.begin(), loose_.end(), index) == loose_.end()) loose_.push_back(index);
 }
 
 void Building::leave(Physics& physics) const {
@@ -164,10 +176,11 @@ double Building::floor_height(const Footprint& point) const {
 void Building::build_grid() {
   if (obstacles_.empty()) return;
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const FixedObstacle& obstacle : obstacles_) {
-    for (const Eigen::Vector2d& v : obstacle.footprint.vertices) {
-      low = low.cwiseMin(v);
-      high = high.cwiseMax(v);
+  for (std::size_t i = 0; i < obstacles_.size(); ++i) {
+    const Footprint& footprint = covered(i);
+    for (const Eigen::Vector2d& v : footprint.vertices) {
+      low = low.cwiseMin(v - Eigen::Vector2d::Constant(footprint.radius));
+      high = high.cwiseMax(v + Eigen::Vector2d::Constant(footprint.radius));
     }
   }
   grid_origin_ = low;
@@ -178,11 +191,17 @@ void Building::build_grid() {
   columns_ = static_cast<int>(std::floor(extent.x() / cell_)) + 1;
   rows_ = static_cast<int>(std::floor(extent.y() / cell_)) + 1;
   cells_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
-  for (std::uint32_t i = 0; i < obstacles_.size(); ++i) add_to_grid(i);
+  for (std::uint32_t i = 0; i < obstacles_.size(); ++i) add_to_grid(i, covered(i));
 }
 
-void Building::add_to_grid(std::uint32_t index) {
-  const Footprint& footprint = obstacles_[index].footprint;
+const Footprint& Building::covered(std::size_t obstacle) const {
+  const auto swing = std::lower_bound(swings_.begin(), swings_.end(), obstacle,
+                                      [](const Swing& s, std::size_t index) { return s.obstacle < index; });
+  const bool is_door = swing != swings_.end() && swing->obstacle == obstacle;
+  return is_door ? swing->disc : obstacles_[obstacle].footprint;
+}
+
+void Building::add_to_grid(std::uint32_t index, const Footprint& footprint) {
   const Footprint square = make_rectangle(cell_, cell_);
   Footprint placed;
   const auto [first_column, last_column] =
@@ -215,18 +234,20 @@ void Building::near(const Eigen::Vector2d& p, double range, double bottom, doubl
   const auto [first_column, last_column] = cell_range(p.x() - grid_origin_.x(), range, columns_);
   const auto [first_row, last_row] = cell_range(p.y() - grid_origin_.y(), range, rows_);
   const std::size_t start = found.size();
+  const auto take = [&](std::uint32_t i) {
+    const FixedObstacle& obstacle = obstacles_[i];
+    if (obstacle.top <= bottom || obstacle.bottom >= top) return;
+    if ((obstacle.footprint.center - p).norm() - obstacle.footprint.bound > range) return;
+    found.push_back(&obstacle);
+  };
   for (int row = first_row; row <= last_row; ++row) {
     for (int column = first_column; column <= last_column; ++column) {
       const auto& cell = cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                                 static_cast<std::size_t>(column)];
-      for (const std::uint32_t i : cell) {
-        const FixedObstacle& obstacle = obstacles_[i];
-        if (obstacle.top <= bottom || obstacle.bottom >= top) continue;
-        if ((obstacle.footprint.center - p).norm() - obstacle.footprint.bound > range) continue;
-        found.push_back(&obstacle);
-      }
+      for (const std::uint32_t i : cell) take(i);
     }
   }
+  for (const std::uint32_t i : loose_) take(i);
   // One that reaches into several cells was found several times; the order is that of the model.
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(start), found.end());
   found.erase(std::unique(found.begin() + static_cast<std::ptrdiff_t>(start), found.end()), found.end());

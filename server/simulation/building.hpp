@@ -13,6 +13,8 @@
 #include "protocols/scene.hpp"
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
+#include "server/simulation/doors.hpp"
+#include "server/simulation/model_net.hpp"
 #include "server/simulation/physics.hpp"
 #include "server/simulation/planar.hpp"
 
@@ -27,24 +29,33 @@ struct FixedObstacle {
   EntityLabel label = EntityLabel::unknown;
   bool is_virtual = false;
   PhysicsHandle handle = 0;
-  std::string relation =
-      {};  ///< where it belongs, for people: "in wall 7", "of stairs 1"; empty: none is known
+  /// Contacts of the real robot with it are a distance: not with a door that physics moves, nor with one of
+  /// which nobody knows how far it is open.
+  bool is_measured = true;
+  std::string relation = {};  ///< ModelNet::place: "in wall 7", "of stairs 1"; empty: none is known
 };
 
-/// Constant after enter().
+/// Constant after enter(), but for where its doors stand.
 class Building {
  public:
   /// All that takes time; needs no simulation, so that another thread may do it.
   static Result<std::shared_ptr<Building>> create(const SemanticModel& model);
 
   /// Into the physics, once. Its bodies are numbered from `first_body`, one for each entity of the model.
-  void enter(Physics& physics, BodyId first_body);
+  /// The doors, ascending id, are the caller's from now on.
+  std::vector<Door> enter(Physics& physics, BodyId first_body, const DoorRules& rules);
+
+  /// The leaf's outline as the door stands now.
+  void move_leaf(const Door& door);
 
   /// Takes its bodies out of the physics again; the rest stays readable, for what is remembered of it.
   void leave(Physics& physics) const;
 
   const std::vector<std::shared_ptr<const BodyDefinition>>& definitions() const { return definitions_; }
+  /// As the model draws them; of the doors, `door_bodies` among them, a record may know better.
   const std::vector<BodyState>& states() const { return states_; }
+  const std::vector<std::size_t>& door_bodies() const { return door_bodies_; }
+  const ModelNet& net() const { return net_; }
   const std::vector<FixedObstacle>& obstacles() const { return obstacles_; }
   /// z of the floor under (x, y): the highest top of the floors there; where the model has none there, the
   /// lowest floor's; 0 without any.
@@ -72,6 +83,7 @@ class Building {
     Eigen::Vector3d size;
     bool floor;
     std::optional<std::size_t> obstacle;  ///< that it is
+    std::optional<ModelEntity> door;
   };
   struct Mesh {
     std::shared_ptr<FixedMesh> shape;
@@ -80,12 +92,14 @@ class Building {
   /// `number`: of the entity in its model; what its body's counts from.
   void add(const ModelEntity& entity, BodyId number);
   void add(const ModelMesh& mesh);
+  void add_door(const ModelEntity& entity);
   void build_grid();
 
   // As create() leaves them for enter(); boxes_, parts_ and states_ are alike in length.
   std::vector<Box> boxes_;
   std::vector<BodyDefinition> parts_;
   std::vector<Mesh> meshes_;
+  std::vector<ModelEntity> spaces_;  ///< free spaces of doors
 
   std::vector<std::shared_ptr<const BodyDefinition>> definitions_;
   std::vector<BodyState> states_;
@@ -94,8 +108,18 @@ class Building {
   std::vector<Floor> floors_;
   double lowest_floor_ = 0;
   Eigen::AlignedBox2d extent_;
+  ModelNet net_;
+  std::vector<std::size_t> door_bodies_;  // ascending index into states_
+  struct Swing {
+    std::size_t obstacle;
+    Footprint disc;  // all that the leaf passes over
+  };
+  std::vector<Swing> swings_;         // ascending obstacle
+  std::vector<std::uint32_t> loose_;  // obstacles that may lie anywhere: doors off their hinges
 
-  void add_to_grid(std::uint32_t index);
+  void add_to_grid(std::uint32_t index, const Footprint& footprint);
+  /// What an obstacle covers, whichever way it stands.
+  const Footprint& covered(std::size_t obstacle) const;
   /// First and last cell, of `count` in a row, within `reach` of `at` (m from the grid's origin).
   std::pair<int, int> cell_range(double at, double reach, int count) const;
 

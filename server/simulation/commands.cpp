@@ -19,21 +19,6 @@ bool fits_a_channel(const std::string& name) {
   });
 }
 
-/// Levenshtein distance.
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-    }
-  }
-  return row.back();
-}
-
 std::string metres(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", value);
@@ -47,6 +32,20 @@ bool finite(const Twist2& twist) {
 }
 
 }  // namespace
+
+std::size_t edits(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t changed = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
+    }
+  }
+  return row.back();
+}
 
 std::uint64_t name_key(const std::string& name) {
   std::uint64_t key = 14695981039346656037ULL;
@@ -333,6 +332,8 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
     }
     return {};
   }
+  if (command.action == Action::door || command.action == Action::door_unknown)
+    return state.set_door(command);
   const bool everyone =
       name.empty() && (command.action == Action::freeze || command.action == Action::unfreeze);
   Agent* agent = everyone ? nullptr : state.find(name);
@@ -367,10 +368,12 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
       return {};
     case Action::spawn:
     case Action::remove_all:
+    case Action::door:
+    case Action::door_unknown:
       break;
   }
   return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +
-               "; expected spawn, move, remove, behave, remove_all, freeze or unfreeze"};
+               "; expected spawn, move, remove, behave, remove_all, freeze, unfreeze, door or door_unknown"};
 }
 
 Status Simulation::spawn_trainee(const AgentDefinition& trainee) {

@@ -140,8 +140,7 @@ void Simulation::State::collect_building_contacts() {
   building->near(real.placed.center, real.placed.bound + margin + kReleaseGap, z + 0.02, z + real.height,
                  near);
   for (const FixedObstacle* obstacle : near) {
-    // A door of the model says nothing of how far the real one is open.
-    if (obstacle->label == EntityLabel::door) continue;
+    if (!obstacle->is_measured) continue;
     const double distance = signed_distance(real.placed, obstacle->footprint);
     const bool open = contacts.touched(real.name, obstacle->name);
     if (distance > margin + (open ? kReleaseGap : 0)) continue;

@@ -19,7 +19,8 @@ struct HistoryRecord {
   bool attitude_known = false;  ///< of the real robot
   std::shared_ptr<const Scene> scene;
   std::shared_ptr<const Building> building;  ///< what stood then
-  std::vector<BodyState> bodies;             ///< those that can move and exist at the stamp, ascending id
+  std::vector<BodyState> bodies;  ///< those that can move and exist at the stamp, and doors that have moved;
+                                  ///< ascending id
 };
 
 class History {

@@ -240,6 +240,22 @@ void Physics::move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T
   body.setInterpolationWorldTransform(before);
 }
 
+void Physics::move_fixed(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
+                         const Eigen::Vector3d& velocity, const Eigen::Vector3d& rotation_rate) {
+  RigidBody& rigid = world_->at(handle);
+  btRigidBody& body = *rigid.body;
+  if (!body.isKinematicObject()) {
+    // Added again: the world keeps kinematic bodies in another list than static ones.
+    world_->world.removeRigidBody(&body);
+    body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
+                           btCollisionObject::CF_KINEMATIC_OBJECT);
+    world_->world.addRigidBody(&body, rigid.group, rigid.mask);
+  }
+  world_->wake_neighbours(body);
+  move_kinematic(handle, T_map_body, velocity, rotation_rate);
+  body.activate(true);
+}
+
 void Physics::suspend(PhysicsHandle handle, bool suspended) {
   RigidBody& rigid = world_->at(handle);
   if (rigid.suspended == suspended) return;

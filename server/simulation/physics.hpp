@@ -143,6 +143,9 @@ class Physics {
   /// is not taken from the difference of two poses.
   void move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
                       const Eigen::Vector3d& velocity, const Eigen::Vector3d& rotation_rate);
+  /// A fixed body that is moved after all; from the first call on it is a kinematic one.
+  void move_fixed(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
+                  const Eigen::Vector3d& velocity, const Eigen::Vector3d& rotation_rate);
   /// A suspended body touches nothing.
   void suspend(PhysicsHandle handle, bool suspended);
   /// Wheels or feet of an upright body: changes its velocity (body frame) towards `twist` by what friction

@@ -22,7 +22,8 @@ class Router {
     bool round_agents = false;            ///< as it was asked
   };
 
-  /// The grid of a floor (to 5 cm) for agents of `height` (to 25 cm), m. Valid until the next call with another one.
+  /// The grid of a floor (to 5 cm) for agents of `height` (to 25 cm), m. Valid until the next call with
+  /// another one.
   RouteGrid& grid(const std::shared_ptr<const Building>& building, double floor, double height);
   /// Doors of the building that stand fixed in it, closed.
   const std::vector<const FixedObstacle*>& doors(const std::shared_ptr<const Building>& building);

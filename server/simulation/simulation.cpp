@@ -75,7 +75,19 @@ void place_footprint(Agent& agent) {
 }
 
 BodyState body_state(BodyId id, std::uint32_t epoch, const RigidState& rigid) {
-  return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate};
+  return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate, true};
+}
+
+/// Doors have numbers of the building: they come before all else in a record, and among its bodies here.
+void place_doors(const std::vector<BodyState>& fixed, std::vector<BodyState>& bodies) {
+  const auto first = bodies.begin() + static_cast<std::ptrdiff_t>(fixed.size());
+  auto door = first;
+  for (; !fixed.empty() && door != bodies.end() && door->id <= fixed.back().id; ++door) {
+    const auto at = std::lower_bound(fixed.begin(), fixed.end(), door->id,
+                                     [](const BodyState& body, BodyId id) { return body.id < id; });
+    bodies[static_cast<std::size_t>(at - fixed.begin())] = *door;
+  }
+  bodies.erase(first, door);
 }
 
 }  // namespace
@@ -164,12 +176,13 @@ void Simulation::State::record() {
   record.scene = scene;
   record.attitude_known = real.present && real.last.attitude_known;
   record.building = building;
+  record_doors(record.bodies);
   if (real.present) {
     const Eigen::Isometry3d& base = real.last.T_map_base.isometry();
     const Eigen::Vector3d velocity =
         base.linear() * Eigen::Vector3d(real.last.twist.vx, real.last.twist.vy, 0);
     record.bodies.push_back({real.id, real.epoch, Transform<Map, Body>(base), velocity,
-                             base.linear() * Eigen::Vector3d(0, 0, real.last.twist.wz)});
+                             base.linear() * Eigen::Vector3d(0, 0, real.last.twist.wz), true});
   }
   for (const auto& agent : agents) append_states(*agent, record.bodies);
 }
@@ -180,7 +193,7 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   auto state = std::make_unique<State>(options, start);
   auto building = Building::create(model);
   if (!building) return building.error();
-  (*building)->enter(state->physics, state->next_building);
+  state->doors = (*building)->enter(state->physics, state->next_building, state->door_rules());
   state->building = std::move(building).value();
   state->next_building += static_cast<BodyId>(model.entities.size());
   state->end_of_buildings = state->next_building + options.building_bodies;
@@ -264,8 +277,10 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
         "a model of " + std::to_string(model.entities.size()) +
         " entities: the numbers that were kept for later buildings are used up; start a new session"};
   }
-  next->enter(state.physics, state.next_building);
+  const std::vector<Door> old_doors =
+      std::exchange(state.doors, next->enter(state.physics, state.next_building, state.door_rules()));
   const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next));
+  state.keep_doors(old_doors);
   old->leave(state.physics);
   state.next_building += static_cast<BodyId>(model.entities.size());
   std::set<std::string_view> standing;
@@ -299,7 +314,9 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
   ++state.step;
   state.move_real(real);
   state.drive_agents();
+  state.move_doors();
   state.physics.step();
+  state.read_doors();
   for (const auto& agent : state.agents) {
     const RigidState rigid = state.physics.state(agent->handle);
     const bool moved = !rigid.T_map_body.isometry().isApprox(agent->rigid.T_map_body.isometry(), 0);
@@ -314,6 +331,7 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
     state.move_parts(*agent);
   }
   state.track_contacts();
+  state.watch_doors();
   state.supervise();
   state.record();
   state.ask_lasers(requests);
@@ -323,14 +341,16 @@ bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
   const Duration ahead = next_step() - now();
   const HistoryRecord* record = state_->history.record_at(t, ahead);
   if (!record) return false;
-  // The building does not move: what an earlier call wrote for this scene is still right.
+  // Of the building only doors move: what an earlier call wrote for this scene is still right.
   const std::vector<BodyState>& fixed = record->building->states();
   if (snapshot.scene != record->scene || snapshot.bodies.size() < fixed.size()) {
     snapshot.bodies.assign(fixed.begin(), fixed.end());
   } else {
     snapshot.bodies.resize(fixed.size());
+    for (const std::size_t door : record->building->door_bodies()) snapshot.bodies[door] = fixed[door];
   }
   state_->history.find(t, ahead, snapshot.bodies);
+  place_doors(fixed, snapshot.bodies);
   snapshot.stamp = t;
   snapshot.step = record->step;
   snapshot.scene = record->scene;

@@ -58,6 +58,8 @@ struct SimulationOptions {
   /// The library of articulated robots: AgentDefinition::model is the name of one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;
   std::vector<Zone> zones;  ///< whose entering and leaving are events
+  int level = 3;            ///< at levels 1 and 2 all doors move by themselves, at level 3 only virtual ones
+  std::vector<DoorSettings> doors;  ///< what is to be said of some of the building's; other names are ignored
 };
 
 /// An agent's laser wants a scan: the server casts it (fusion/scan) and hands it back with give_scan.
@@ -67,6 +69,16 @@ struct LaserRequest {
   Transform<Map, Laser> T_map_laser;
   LaserDescription laser;
   std::vector<BodyId> own_bodies;  ///< not to be seen by itself
+};
+
+/// How a door stands at the newest step.
+struct DoorState {
+  std::string name;
+  double opening = 0;    ///< rad, turned from where it closes its opening (protocols/door.hpp)
+  bool known = true;     ///< false: a real door that no sensor sees; the opening is the last that was known
+  bool dynamic = false;  ///< it moves by itself; else it is real, and as sensors and the instructor say
+  bool unhinged = false;
+  Transform<Map, Body> T_map_leaf;  ///< at the centre of the leaf
 };
 
 /// Deterministic: same calls, same states, bit for bit. One thread.
@@ -111,6 +123,16 @@ class Simulation {
   /// False: at the newest step the agent was inside the real robot's stopping distance, and there was no free
   /// place for it.
   bool clear_of_real(const std::string& agent) const;
+
+  /// The doors of the building, in the order of the model.
+  std::vector<DoorState> doors() const;
+  /// What sensors say of a real door: rad from where it closes its opening, or that nobody knows. From the
+  /// next step on; a word of the instructor's (AgentCommand) stands above it. Other doors and names are
+  /// ignored.
+  void observe_door(const std::string& door, std::optional<double> opening);
+  /// Of the semantic net: what relates to the entity of an event.
+  const std::vector<Relation>& relations_of(const std::string& entity) const;
+
   void set_real_obstacles(const std::vector<RealObstacle>& obstacles);
 
   /// What takes time of set_building(); needs no simulation, so that another thread may do it. Error: an

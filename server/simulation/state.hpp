@@ -1,5 +1,5 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
-// contacts.cpp, supervision.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
+// contacts.cpp, supervision.cpp, doors.cpp, door_events.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
 #pragma once
 
 #include <memory>
@@ -104,7 +104,8 @@ struct Simulation::State {
   std::uint64_t step = 0;
 
   Physics physics;
-  std::shared_ptr<const Building> building;
+  std::shared_ptr<Building> building;
+  std::vector<Door> doors;  ///< of the building, ascending id
   RealBody real;
   std::vector<std::unique_ptr<Agent>> agents;  ///< ascending first_body: in the order of their spawns
   BodyId next_body = 1;
@@ -208,6 +209,27 @@ struct Simulation::State {
   Twist2 flee(Agent& agent);
   Twist2 block(Agent& agent);
   std::optional<Twist2> step_aside(Agent& agent);
+  // doors.cpp
+  DoorRules door_rules() const { return {options.level, options.doors}; }
+  Door* find_door(const std::string& name);
+  /// Before the physics: leaves that are said to stand elsewhere, closers.
+  void move_doors();
+  /// After it: where the leaves are now, and what broke.
+  void read_doors();
+  /// From the old building's doors to the new one's of the same make.
+  void keep_doors(const std::vector<Door>& old);
+  void record_doors(std::vector<BodyState>& bodies) const;
+  Status set_door(const AgentCommand& command);
+  Status unknown_door(const std::string& name) const;
+  /// Puts a leaf there at once.
+  void put_leaf(Door& door, double angle);
+
+  // door_events.cpp: opened and closed, who is in the opening.
+  void watch_doors();
+  void say_door(EventKind kind, Door& door, double value);
+  void watch_space(Door& door);
+  void pass_space(Door& door, const std::string& who, bool enters, PairKind pair, bool unsensed,
+                  const Eigen::Vector3d& position);
 
   // contacts.cpp
   void track_contacts();
@@ -219,6 +241,8 @@ struct Simulation::State {
 };
 
 SteeringLimits limits_of(const Agent& agent);
+/// Levenshtein distance.
+std::size_t edits(const std::string& a, const std::string& b);
 
 /// Seeds an agent's random stream from its name (FNV-1a).
 std::uint64_t name_key(const std::string& name);

@@ -1,0 +1,223 @@
+#include "server/simulation/doors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/simulation/state.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kOpened = 10 * std::numbers::pi / 180;  // rad: turned so far, a door is open
+constexpr double kSpaceDepth = 0.3;   // m, of an opening whose free space the model does not have
+constexpr double kFollowSpeed = 3.0;  // rad/s: a real leaf follows what is said of it like a leaf that turns
+constexpr double kAngleSlack = 0.01;  // rad
+
+Eigen::Vector2d closed_center(const Door& door) {
+  return leaf_at(door.drawn, door.hinge, door.hinge.closed).translation().head<2>();
+}
+
+/// The free space that bears the door's name, else the nearest that is about its closed leaf, else its
+/// opening.
+ModelEntity free_space_of(const Door& door, const std::vector<ModelEntity>& spaces) {
+  const Eigen::Vector2d center = closed_center(door);
+  const ModelEntity* nearest = nullptr;
+  double least = door.drawn.size.x() / 2;
+  for (const ModelEntity& space : spaces) {
+    if (space.name == "free space of " + door.drawn.name) return space;
+    const double distance = (space.T_map_body.translation().head<2>() - center).norm();
+    if (distance < least) {
+      least = distance;
+      nearest = &space;
+    }
+  }
+  if (nearest) return *nearest;
+  ModelEntity opening = door.drawn;
+  opening.T_map_body = leaf_at(door.drawn, door.hinge, door.hinge.closed);
+  opening.size.y() = std::max(opening.size.y(), kSpaceDepth);
+  return opening;
+}
+
+bool same_make(const Door& a, const Door& b) {
+  return a.drawn.name == b.drawn.name && a.dynamic == b.dynamic &&
+         a.drawn.T_map_body.isometry().isApprox(b.drawn.T_map_body.isometry(), 0) &&
+         a.drawn.size == b.drawn.size && a.hinge.axis == b.hinge.axis && a.hinge.lower == b.hinge.lower &&
+         a.hinge.upper == b.hinge.upper && a.hinge.closed == b.hinge.closed;
+}
+
+std::string degrees(double angle) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f deg", angle * 180 / std::numbers::pi);
+  return text;
+}
+
+}  // namespace
+
+Footprint projection(const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size, double& bottom,
+                     double& top) {
+  std::vector<Eigen::Vector2d> corners;
+  bottom = std::numeric_limits<double>::infinity();
+  top = -bottom;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d sign(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5);
+    const Eigen::Vector3d p = T_map_body * Eigen::Vector3d(sign.cwiseProduct(size));
+    corners.emplace_back(p.x(), p.y());
+    bottom = std::min(bottom, p.z());
+    top = std::max(top, p.z());
+  }
+  return make_polygon(convex_hull(std::move(corners)));
+}
+
+Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces, const DoorRules& rules) {
+  Door door;
+  door.drawn = entity;
+  door.hinge = hinge_of(entity);
+  for (const DoorSettings& settings : rules.settings) {
+    if (settings.name == entity.name) door.settings = settings;
+  }
+  door.outline = make_rectangle(entity.size.x(), entity.size.y());
+  const ModelEntity space = free_space_of(door, spaces);
+  door.space = projection(space.T_map_body, space.size, door.space_bottom, door.space_top);
+  if (door.settings.angle) {
+    const double said = angle_of(door.hinge, *door.settings.angle);
+    door.angle = std::clamp(said, door.hinge.lower, door.hinge.upper);
+  }
+  if (!door.dynamic && door.settings.angle) door.said = door.angle;
+  door.known = door.dynamic || door.said;
+  door.open = std::abs(door.opening()) > kOpened;
+  door.rigid.T_map_body = door.angle == 0 ? entity.T_map_body : leaf_at(entity, door.hinge, door.angle);
+  return door;
+}
+
+std::vector<Shape> leaf_shapes(const Door& door) {
+  return {{ShapeKind::box, door.drawn.size, {}, door.drawn.material}};
+}
+
+PhysicsHandle hang_door(Physics& physics, const Door& door) {
+  return physics.add_fixed_box(door.rigid.T_map_body, door.drawn.size, false);
+}
+
+Door* Simulation::State::find_door(const std::string& name) {
+  const auto at =
+      std::find_if(doors.begin(), doors.end(), [&](const Door& door) { return door.drawn.name == name; });
+  return at == doors.end() ? nullptr : &*at;
+}
+
+void Simulation::State::put_leaf(Door& door, double angle) {
+  door.angle = angle;
+  door.rigid = {leaf_at(door.drawn, door.hinge, angle), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  door.open = std::abs(door.opening()) > kOpened;
+  door.turning = false;
+  door.moved = true;
+  ++door.epoch;
+  physics.move_fixed(door.handle, door.rigid.T_map_body, door.rigid.velocity, door.rigid.rotation_rate);
+  building->move_leaf(door);
+}
+
+void Simulation::State::move_doors() {
+  for (Door& door : doors) {
+    const std::optional<double> target = door.said ? door.said : door.seen;
+    if (!target) {
+      if (!door.known) continue;
+      door.known = false;
+      door.moved = true;
+      building->move_leaf(door);
+    } else if (!door.known) {
+      door.known = true;
+      put_leaf(door, *target);
+      continue;
+    }
+    const double left = target ? *target - door.angle : 0;
+    if (left == 0 && !door.turning) continue;
+    const double most = kFollowSpeed * dt;
+    const double turn = std::clamp(left, -most, most);
+    door.angle = std::abs(left) <= most && target ? *target : door.angle + turn;
+    door.turning = turn != 0;
+    door.moved = true;
+    const Eigen::Vector3d axis(door.hinge.axis.x(), door.hinge.axis.y(), 0);
+    RigidState& rigid = door.rigid;
+    rigid.T_map_body = leaf_at(door.drawn, door.hinge, door.angle);
+    rigid.rotation_rate = rigid.T_map_body.rotation().col(2) * (turn / dt);
+    rigid.velocity = rigid.rotation_rate.cross(-(rigid.T_map_body.rotation() * axis));
+    physics.move_fixed(door.handle, rigid.T_map_body, rigid.velocity, rigid.rotation_rate);
+    building->move_leaf(door);
+  }
+}
+
+void Simulation::State::read_doors() {}
+
+void Simulation::State::keep_doors(const std::vector<Door>& old) {
+  for (Door& door : doors) {
+    const auto before =
+        std::find_if(old.begin(), old.end(), [&](const Door& each) { return same_make(each, door); });
+    if (before == old.end()) continue;
+    door.said = before->said;
+    door.seen = before->seen;
+    door.known = before->known;
+    door.toucher = before->toucher;
+    door.inside = before->inside;
+    if (before->moved) put_leaf(door, before->angle);
+  }
+}
+
+void Simulation::State::record_doors(std::vector<BodyState>& bodies) const {
+  for (const Door& door : doors) {
+    if (!door.moved) continue;
+    bodies.push_back({door.id, door.epoch, door.rigid.T_map_body, door.rigid.velocity,
+                      door.rigid.rotation_rate, door.known});
+  }
+}
+
+Status Simulation::State::unknown_door(const std::string& name) const {
+  const Door* nearest = nullptr;
+  for (const Door& door : doors) {
+    if (!nearest || edits(name, door.drawn.name) < edits(name, nearest->drawn.name)) nearest = &door;
+  }
+  if (!nearest) return Error{"no door '" + name + "': the model has none"};
+  return Error{"no door '" + name + "'; did you mean '" + nearest->drawn.name + "'?"};
+}
+
+Status Simulation::State::set_door(const AgentCommand& command) {
+  Door* door = find_door(command.agent.name);
+  if (!door) return unknown_door(command.agent.name);
+  if (command.action == AgentCommand::Action::door_unknown) {
+    door->said.reset();
+    return {};
+  }
+  const double opening = command.agent.T_map_base.yaw();
+  const double angle = angle_of(door->hinge, opening);
+  if (!(angle >= door->hinge.lower - kAngleSlack && angle <= door->hinge.upper + kAngleSlack)) {
+    const double one = opening_of(door->hinge, door->hinge.lower);
+    const double other = opening_of(door->hinge, door->hinge.upper);
+    return Error{"door '" + door->drawn.name + "' cannot be open by " + degrees(opening) + "; expected " +
+                 degrees(std::min(one, other)) + " to " + degrees(std::max(one, other))};
+  }
+  door->said = std::clamp(angle, door->hinge.lower, door->hinge.upper);
+  return {};
+}
+
+std::vector<DoorState> Simulation::doors() const {
+  std::vector<DoorState> states;
+  for (const Door& door : state_->doors) {
+    states.push_back(
+        {door.drawn.name, door.opening(), door.known, door.dynamic, door.unhinged, door.rigid.T_map_body});
+  }
+  return states;
+}
+
+void Simulation::observe_door(const std::string& name, std::optional<double> opening) {
+  Door* door = state_->find_door(name);
+  if (!door || door->dynamic) return;
+  if (!opening || !std::isfinite(*opening)) {
+    door->seen.reset();
+    return;
+  }
+  door->seen = std::clamp(angle_of(door->hinge, *opening), door->hinge.lower, door->hinge.upper);
+}
+
+const std::vector<Relation>& Simulation::relations_of(const std::string& entity) const {
+  return state_->building->net().relations(entity);
+}
+
+}  // namespace parhelion
