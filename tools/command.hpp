@@ -19,6 +19,8 @@ void add_serve(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
 void add_demo(CLI::App& app, Exit& exit);
 void add_inject(CLI::App& app, Exit& exit);
+void add_drive(CLI::App& app, Exit& exit);
+void add_joystick(CLI::App& app, Exit& exit);
 void add_topic(CLI::App& app, Exit& exit);
 void add_validate(CLI::App& app, Exit& exit);
 void add_doctor(CLI::App& app, Exit& exit);

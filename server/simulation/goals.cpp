@@ -93,8 +93,8 @@ bool Simulation::State::sees(const Agent& agent, const Eigen::Vector2d& p) {
   const auto meets = [&](const Footprint& other) {
     return distance_bound(way, other) < 0 && signed_distance(way, other) < 0;
   };
-  const auto& doors = router.doors(building);
-  if (std::any_of(doors.begin(), doors.end(),
+  const auto& leaves = router.doors(building);
+  if (std::any_of(leaves.begin(), leaves.end(),
                   [&](const FixedObstacle* door) { return meets(door->footprint); }))
     return false;
   if (std::any_of(fair_zone.begin(), fair_zone.end(), meets)) return false;
@@ -142,9 +142,9 @@ void Simulation::State::take_routes() {
     const bool far = answer.result == RouteSearch::Result::too_large;
     std::string why = far ? "too far to be searched" : "no way leads there";
     if (answer.round_agents) why = "others stand in each way there";
-    const auto& doors = router.doors(building);
-    if (!far && !doors.empty()) why += "; closed: '" + doors.front()->name + "'";
-    if (!far && doors.size() > 1) why += " and " + std::to_string(doors.size() - 1) + " more";
+    const auto& leaves = router.doors(building);
+    if (!far && !leaves.empty()) why += "; closed: '" + leaves.front()->name + "'";
+    if (!far && leaves.size() > 1) why += " and " + std::to_string(leaves.size() - 1) + " more";
     say(EventKind::goal_unreachable, agent, 0, place_text(route.goal) + ": " + why);
   }
 }
