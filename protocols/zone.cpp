@@ -38,7 +38,6 @@ Status check_zone(const Zone& zone) {
     if (!outline[i].allFinite()) return Error{who + "a corner is not finite"};
     area += cross(outline[i], outline[(i + 1) % n]) / 2;
   }
-  if (!(std::abs(area) > 1e-6)) return Error{who + "its outline has no area"};
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = i + 2; k < n; ++k) {
       if (!sides_cross(outline[i], outline[(i + 1) % n], outline[k], outline[(k + 1) % n])) continue;
@@ -46,6 +45,7 @@ Status check_zone(const Zone& zone) {
                    " of its outline cross"};
     }
   }
+  if (!(std::abs(area) > 1e-6)) return Error{who + "its outline has no area"};
   if (!(zone.bottom < zone.top)) return Error{who + "expected bottom < top"};
   return {};
 }
