@@ -114,6 +114,7 @@ void obey(const Configuration& configuration, const Message& input, State& state
       state.tally.scans_out += count;
       state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
       break;
+    case LoopDecision::Kind::foreign_message:
     case LoopDecision::Kind::ended:
       break;
   }

@@ -323,7 +323,7 @@ RC_GTEST_PROP(CodecTwin, ScanInfo, ()) {
 }
 
 RC_GTEST_PROP(CodecTwin, LoopDecision, ()) {
-  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::ended),
+  LoopDecision decision{any_stamp(), any_enumerator(LoopDecision::Kind::foreign_message),
                         *rc::gen::inRange<std::int64_t>(0, INT64_MAX)};
   LoopDecision back;
   const auto twin = through_liblcm<loop_t>(decision, back);
