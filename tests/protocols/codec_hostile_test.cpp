@@ -173,7 +173,7 @@ TEST(Refused, PosesThatAreNone) {
 }
 
 TEST(Refused, AnOrientationThatIsNone) {
-  ImuSample sample{test::sample_stamp, Eigen::Quaterniond(0, 0, 0, 0), {}, {}};
+  ImuSample sample{test::sample_stamp, Eigen::Quaterniond(0, 0, 0, 0), {0, 0, 0}, {0, 0, 0}};
   EXPECT_NE(refusal(sample).find("orientation: 0, expected a quaternion"), std::string::npos);
   sample.orientation = Eigen::Quaterniond(NAN, 0, 0, 0);
   EXPECT_NE(refusal(sample).find("orientation: nan"), std::string::npos);
@@ -185,7 +185,7 @@ TEST(Refused, AnOrientationThatIsNone) {
   sample.acceleration.z() = NAN;
   EXPECT_NE(refusal(sample).find("accel: nan"), std::string::npos);
 
-  auto bytes = test::sample("imu_t", ImuSample{test::sample_stamp, {}, {}, {}}).bytes;
+  auto bytes = test::sample("imu_t", ImuSample{test::sample_stamp, {}, {0, 0, 0}, {0, 0, 0}}).bytes;
   wire::big_endian(std::int32_t{3}, bytes.data() + 16);
   ImuSample decoded;
   const Status status = decode("IMU", bytes, decoded);

@@ -116,7 +116,7 @@ inline PoseEstimate sample_estimate() {
 /// As an MBot sends it; what it is decoded to is written as imu_t.
 inline Sample sample_mbot_imu() {
   constexpr std::uint64_t fingerprint = 0x5d3f1ec742142382U;
-  Sample made = sample("imu_t", ImuSample{sample_stamp, {}, {}, {}});
+  Sample made = sample("imu_t", ImuSample{sample_stamp, {}, {0, 0, 0}, {0, 0, 0}});
   made.type = "mbot_imu_t";
   made.bytes.clear();
   const auto add = [&made](std::uint64_t bits, int bytes) {
