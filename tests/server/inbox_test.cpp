@@ -13,7 +13,7 @@ class InboxTest : public testing::Test {
   InboxTest()
       : server_(hub_.connect()),
         robot_(hub_.connect()),
-        guard_(seconds(10),
+        guard_(seconds(1000),
                [this](std::span<const std::uint8_t> scan) { sent_raw_.push_back(scan.back()); }) {
     EXPECT_TRUE(server_->subscribe(".*", 2000).ok());
   }
