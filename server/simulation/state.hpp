@@ -1,5 +1,6 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
-// contacts.cpp, supervision.cpp, doors.cpp, door_events.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
+// contacts.cpp, supervision.cpp, foresight.cpp, doors.cpp, door_events.cpp, behaviour.cpp, goals.cpp and
+// clearance.cpp.
 #pragma once
 
 #include <memory>
@@ -13,6 +14,7 @@
 #include "server/simulation/contacts.hpp"
 #include "server/simulation/history.hpp"
 #include "server/simulation/physics.hpp"
+#include "server/simulation/prediction.hpp"
 #include "server/simulation/router.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/steering.hpp"
@@ -71,6 +73,7 @@ struct Agent {
   bool arrived = false;  ///< of who follows, flees or blocks: it is where it wants to be
   std::optional<AgentLaser> laser;
   BodyWatch watch;
+  Foresight foresight;  ///< of one with a robot model
 };
 
 constexpr double kDecisionPeriod = 0.05;  // s between two decisions of an agent
@@ -93,6 +96,7 @@ struct RealBody {
   RealRobotState last;  ///< where it was last
   std::uint32_t last_epoch = 0;
   BodyWatch watch;
+  Foresight foresight;
 };
 
 struct Simulation::State {
@@ -238,6 +242,26 @@ struct Simulation::State {
 
   // supervision.cpp
   void supervise();
+
+  // foresight.cpp
+  /// Whose way is looked along, and how.
+  struct Looking {
+    const std::string* name;
+    MovingFootprint own;
+    const Footprint& placed;
+    Eigen::Vector2d center;
+    double margin;       ///< m from the building that is a contact
+    double bottom, top;  ///< m, z of what it can hit
+    bool climbs;         ///< steps are no obstacle
+    bool is_virtual, unsensed;
+  };
+  void foresee_real(const ObservedMotion& motion);
+  void foresee(Agent& agent, const ObservedMotion& motion);
+  /// `self`: none of the real robot.
+  std::optional<Ahead> look_ahead(const Looking& from, const Agent* self);
+  void look_at_building(const Looking& from, std::optional<Ahead>& ahead);
+  void look_at_body(const Looking& from, const MovingFootprint& other, const Footprint& placed,
+                    const std::string& name, bool is_virtual, bool unsensed, std::optional<Ahead>& ahead);
 };
 
 SteeringLimits limits_of(const Agent& agent);

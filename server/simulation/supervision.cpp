@@ -55,15 +55,22 @@ void Simulation::State::supervise() {
   if (real.present) {
     const Eigen::Matrix3d R = real.last.T_map_base.rotation();
     const Twist2& twist = real.last.twist;
-    real.watch.update({now, real.last.T_map_base, R * Eigen::Vector3d(twist.vx, twist.vy, 0),
-                       R.col(2) * twist.wz, real.last.attitude_known, real.epoch},
-                      options.zones, *building, dt, events);
+    const ObservedMotion motion{now,
+                                real.last.T_map_base,
+                                R * Eigen::Vector3d(twist.vx, twist.vy, 0),
+                                R.col(2) * twist.wz,
+                                real.last.attitude_known,
+                                real.epoch};
+    real.watch.update(motion, options.zones, *building, dt, events);
+    foresee_real(motion);
   }
   for (const auto& agent : agents) {
     if (agent->robot) {
-      const RobotMotion& motion = agent->robot->motion();
-      agent->watch.update({now, motion.T_map_base, motion.velocity, motion.rotation_rate, true, motion.epoch},
-                          options.zones, *building, dt, events);
+      const RobotMotion& robot = agent->robot->motion();
+      const ObservedMotion motion{now,  robot.T_map_base, robot.velocity, robot.rotation_rate,
+                                  true, robot.epoch};
+      agent->watch.update(motion, options.zones, *building, dt, events);
+      foresee(*agent, motion);
       continue;
     }
     const RigidState& rigid = agent->rigid;

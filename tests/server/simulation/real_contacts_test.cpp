@@ -14,7 +14,9 @@ std::vector<Event> drive(Simulation& simulation, double from, double to, double 
     simulation.step(real, requests);
   }
   std::vector<Event> events = simulation.take_events();
-  std::erase_if(events, [](const Event& event) { return event.kind == EventKind::movement_started; });
+  std::erase_if(events, [](const Event& event) {
+    return event.kind == EventKind::movement_started || event.kind == EventKind::collision_predicted;
+  });
   return events;
 }
 

@@ -21,6 +21,12 @@ std::vector<Event> drive(Simulation& simulation, double duration, Motion robot_a
 
 double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
 
+/// Warnings that come before have tests of their own.
+std::vector<Event> as_they_happen(std::vector<Event> events) {
+  std::erase_if(events, [](const Event& event) { return event.kind == EventKind::tipping_predicted; });
+  return events;
+}
+
 Simulation with_limits(const SimulationOptions& options = {}, const SemanticModel& model = {}) {
   RobotDescription description = robot();
   description.attitude = AttitudeLimits{};
@@ -62,10 +68,10 @@ TEST(Supervision, AReversalIsNoStop) {
 TEST(Supervision, PitchAndRollAreSaidAtWarningAndLimitAndAgainOnlyAfterTheyEnded) {
   Simulation simulation = with_limits();
   const double top = 0.65, rate = 0.5;  // rad, rad/s: up and down, twice
-  const auto events = drive(simulation, 5.2, [&](double t) {
+  const auto events = as_they_happen(drive(simulation, 5.2, [&](double t) {
     const double phase = std::fmod(t, 2 * top / rate);
     return tilted(0, std::min(phase, 2 * top / rate - phase) * rate);
-  });
+  }));
   ASSERT_EQ(events.size(), 4U);
   EXPECT_EQ(events[0].kind, EventKind::pitch_warning);
   EXPECT_NEAR(since_start(events[0]), 0.35 / rate, 1.001 * kStep);
@@ -77,7 +83,7 @@ TEST(Supervision, PitchAndRollAreSaidAtWarningAndLimitAndAgainOnlyAfterTheyEnded
 
 TEST(Supervision, ARollToTheRightHasItsSign) {
   Simulation simulation = with_limits();
-  const auto events = drive(simulation, 1, [](double t) { return tilted(0.55 * t, 0); });
+  const auto events = as_they_happen(drive(simulation, 1, [](double t) { return tilted(0.55 * t, 0); }));
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].kind, EventKind::roll_warning);
   EXPECT_EQ(events[1].kind, EventKind::roll_limit);

@@ -1,0 +1,153 @@
+// What is ahead of the real robot and of simulated ones at each step.
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/state.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kTouch = 0.001;        // m: nearer is contact
+constexpr double kMostMargin = 0.10;    // m, as of contacts
+constexpr double kUnderfoot = 0.02;     // m over base_link: lower is driven over
+constexpr double kMostSpeed = 3.0;      // m/s of another that is seen coming
+constexpr double kMostClimb = 0.30;     // m: steps up to there are climbed by tracks
+constexpr double kClosingSpeed = 0.02;  // m/s: slower, it stands
+constexpr double kSameJoints = 0.005;   // rad and m: less is the same stance
+
+Twist2 twist_of(const RigidState& rigid) {
+  const Eigen::Vector3d v = rigid.T_map_body.rotation().transpose() * rigid.velocity;
+  return {v.x(), v.y(), rigid.rotation_rate.z()};
+}
+
+PairKind pair_of(bool a_virtual, bool b_virtual) {
+  if (a_virtual != b_virtual) return PairKind::real_virtual;
+  return a_virtual ? PairKind::virtual_virtual : PairKind::real_real;
+}
+
+}  // namespace
+
+/// Of obstacles of the building what a contact would be said of, nearest in time.
+void Simulation::State::look_at_building(const Looking& from, std::optional<Ahead>& ahead) {
+  near.clear();
+  const double range = from.own.local->bound + from.margin +
+                       fastest_point_speed(*from.own.local, from.own.twist) * CollisionPrediction::kRearm;
+  building->near(from.center, range, from.bottom, from.top, near);
+  for (const FixedObstacle* obstacle : near) {
+    if (from.climbs && obstacle->label == EntityLabel::stairs &&
+        obstacle->top < from.bottom - kUnderfoot + kMostClimb)
+      continue;
+    const bool lost = std::any_of(doors.begin(), doors.end(), [&](const Door& door) {
+      return door.handle == obstacle->handle && !door.known;
+    });
+    if (lost || contacts.touched(*from.name, obstacle->name)) continue;
+    const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
+    const double time = time_to_contact(from.own, {&obstacle->footprint, {}, {}}, from.margin, horizon);
+    if (time > horizon || (ahead && time >= ahead->time)) continue;
+    const Eigen::Vector2d at = nearest_point(from.placed, obstacle->footprint);
+    ahead = Ahead{obstacle->name,
+                  obstacle->relation,
+                  pair_of(from.is_virtual, obstacle->is_virtual),
+                  from.unsensed,
+                  time,
+                  {at.x(), at.y(), from.bottom - kUnderfoot}};
+  }
+}
+
+void Simulation::State::look_at_body(const Looking& from, const MovingFootprint& other,
+                                     const Footprint& placed, const std::string& name, bool is_virtual,
+                                     bool unsensed, std::optional<Ahead>& ahead) {
+  const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
+  if ((placed.center - from.center).norm() >
+      placed.bound + from.own.local->bound +
+          (fastest_point_speed(*from.own.local, from.own.twist) + kMostSpeed) * horizon)
+    return;
+  if (contacts.touched(*from.name, name) || contacts.touched(name, *from.name)) return;
+  const double time = time_to_contact(from.own, other, kTouch, horizon);
+  if (time > horizon || (ahead && time >= ahead->time)) return;
+  const Eigen::Vector2d at = nearest_point(from.placed, placed);
+  ahead = Ahead{name,     {},   pair_of(from.is_virtual, is_virtual),
+                unsensed, time, {at.x(), at.y(), from.bottom - kUnderfoot}};
+}
+
+std::optional<Ahead> Simulation::State::look_ahead(const Looking& from, const Agent* self) {
+  std::optional<Ahead> ahead;
+  if (fastest_point_speed(*from.own.local, from.own.twist) > kClosingSpeed) look_at_building(from, ahead);
+  for (const auto& other : agents) {
+    if (other.get() == self) continue;
+    const double z = other->rigid.T_map_body.translation().z();
+    if (z > from.top || z + other->form.size.z() < from.bottom) continue;
+    const bool unsensed = self == nullptr && !(real.sensed && other->shown == AgentShown::shown);
+    const bool leans = other->rigid.T_map_body.isometry()(2, 2) <= 0.9999;
+    const MovingFootprint it =
+        leans ? MovingFootprint{&other->placed, {}, {}}
+              : MovingFootprint{&other->form.footprint, other->pose, twist_of(other->rigid)};
+    look_at_body(from, it, other->placed, other->definition.name, !other->trainee, unsensed, ahead);
+  }
+  if (self != nullptr && real.touchable && !self->trainee) {
+    const double z = real.last.T_map_base.translation().z();
+    if (z <= from.top && z + real.height >= from.bottom)
+      look_at_body(from, {&real.footprint, planar_pose(real.last.T_map_base), real.last.twist}, real.placed,
+                   real.name, false, !(real.sensed && self->shown == AgentShown::shown), ahead);
+  }
+  return ahead;
+}
+
+void Simulation::State::foresee_real(const ObservedMotion& motion) {
+  Foresight& foresight = real.foresight;
+  if (foresight.epoch != real.epoch) foresight = Foresight{};
+  foresight.epoch = real.epoch;
+  if (!real.touchable) return;
+  const Twist2& twist = real.last.twist;
+  const Supervised& body = real.watch.body();
+  if (foresight.collision.due(motion.stamp, twist)) {
+    const double z = motion.T_map_base.translation().z();
+    const double margin =
+        std::isfinite(real.last.sigma) ? std::clamp(real.last.sigma, 0.0, kMostMargin) : kMostMargin;
+    const Looking from{&real.name,      {&real.footprint, planar_pose(motion.T_map_base), twist},
+                       real.placed,     real.placed.center,
+                       margin,          z + kUnderfoot,
+                       z + real.height, false,
+                       false,           !real.sensed};
+    foresight.collision.update(body, motion, twist, look_ahead(from, nullptr), events);
+  }
+  if (body.limits && motion.attitude_known)
+    foresight.tipping.update(body, motion, foresight.trend.update(motion.T_map_base, *body.limits, dt),
+                             events);
+}
+
+void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
+  Foresight& foresight = agent.foresight;
+  if (foresight.epoch != motion.epoch) foresight = Foresight{};
+  foresight.epoch = motion.epoch;
+  const Supervised& body = agent.watch.body();
+  const Eigen::Matrix3d R_base_map = motion.T_map_base.rotation().transpose();
+  const Eigen::Vector3d v = R_base_map * motion.velocity, w = R_base_map * motion.rotation_rate;
+  const Twist2 twist{v.x(), v.y(), w.z()};
+  const RobotModel& model = agent.robot->model();
+  if (foresight.collision.due(motion.stamp, twist)) {
+    const double z = motion.T_map_base.translation().z();
+    const Looking from{&agent.definition.name,
+                       {&agent.form.footprint, agent.pose, twist},
+                       agent.placed,
+                       agent.placed.center,
+                       kTouch,
+                       z + kUnderfoot,
+                       z + agent.form.size.z(),
+                       model.drive.kind == DriveKind::tracked,
+                       !agent.trainee,
+                       false};
+    foresight.collision.update(body, motion, twist, look_ahead(from, &agent), events);
+  }
+  const Joints& joints = agent.robot->motion().joints;
+  const bool same = std::equal(joints.positions.begin(), joints.positions.end(),
+                               foresight.stance_joints.begin(), foresight.stance_joints.end(),
+                               [](double a, double b) { return std::abs(a - b) < kSameJoints; });
+  if (foresight.stance.support.empty() || !same) {
+    foresight.stance = stance_of(model, joints);
+    foresight.stance_joints = joints.positions;
+  }
+  foresight.tipping.update(body, motion, tipping_of(foresight.stance, R_base_map.col(2), w), events);
+}
+
+}  // namespace parhelion
