@@ -127,6 +127,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   ++state.step;
   observer.ended(Stage::physics_step);
   publish_simulation_events(configuration, state, outputs);
+  run_scripts(configuration, next, state, outputs);
   for (const LaserRequest& request : state.laser_requests)
     answer_laser(configuration, request, state, outputs);
   watch_silence(configuration, next, state, outputs);
@@ -139,6 +140,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
 
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs) {
   ++state.tally.events[static_cast<std::size_t>(event.kind) % state.tally.events.size()];
+  state.scripts.hear(event);
   encode(event, outputs.add(configuration.channels.bus(channel::mr_events)));
 }
 

@@ -240,6 +240,13 @@ const AgentDefinition* Simulation::find_agent(const std::string& name) const {
   return agent ? &agent->definition : nullptr;
 }
 
+std::optional<Transform<Map, Base>> Simulation::pose_of(const std::string& name) const {
+  const Agent* agent = state_->find(name);
+  if (!agent) return std::nullopt;
+  if (agent->robot) return agent->robot->motion().T_map_base;
+  return Transform<Map, Base>(agent->rigid.T_map_body.isometry());
+}
+
 std::vector<Event> Simulation::take_events() {
   std::vector<Event> events;
   events.swap(state_->events);
