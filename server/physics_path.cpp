@@ -49,8 +49,13 @@ void answer_laser(const Configuration& configuration, const LaserRequest& reques
   AgentScanPath& own = state.agent_laser;
   const Sweep sweep = beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.beam_time);
   const SimulationTime start = request.stamp - (sweep.end - sweep.start);
-  if (!state.simulation.at(request.stamp, own.world_end)) return;
-  if (!state.simulation.at(start, own.world_start)) own.world_start = own.world_end;
+  // All lasers of a step share its world, and those of one kind its start.
+  const auto holds = [](const WorldSnapshot& world, SimulationTime t) {
+    return world.scene && world.stamp == t;
+  };
+  if (!holds(own.world_end, request.stamp) && !state.simulation.at(request.stamp, own.world_end)) return;
+  if (!holds(own.world_start, start) && !state.simulation.at(start, own.world_start))
+    own.world_start = own.world_end;
   bodies_in_sweep(
       own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
         const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
