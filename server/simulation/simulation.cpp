@@ -288,6 +288,7 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
       std::exchange(state.doors, next->enter(state.physics, state.next_building, state.door_rules()));
   const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next));
   state.keep_doors(old_doors);
+  for (const Door& door : old_doors) unhang_door(state.physics, door);
   old->leave(state.physics);
   state.next_building += static_cast<BodyId>(model.entities.size());
   std::set<std::string_view> standing;
