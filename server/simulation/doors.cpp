@@ -18,7 +18,6 @@ constexpr double kLeastMass = 5, kMostMass = 120;                               
 constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  // m
 constexpr double kCloserSpeed = 0.8;  // rad/s that a closer's damper allows
 constexpr double kShut = 0.002;       // rad
-constexpr std::size_t kPullSteps = 64;
 constexpr double kPullWindow = 0.02;  // s in which an impulse breaks a hinge
 
 Eigen::Vector2d closed_center(const Door& door) {
@@ -103,12 +102,12 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
 std::vector<Shape> leaf_shapes(const Door& door) {
   const Eigen::Vector3d& size = door.drawn.size;
   std::vector<Shape> shapes{{ShapeKind::box, size, {}, door.drawn.material}};
-  if (!door.dynamic || size.x() < 4 * kHandleInset || size.z() < 2 * kHandleHeight * 0.6) return shapes;
+  if (!door.dynamic || size.x() < 0.4 || size.z() < kHandleHeight + 0.1) return shapes;
   // A lever on each side, beside the edge that is away from the hinge.
   const Material metal{{0.55F, 0.56F, 0.58F}, 0.3F, 1, 0.6F};
   const Eigen::Vector3d lever(0.12, 0.02, 0.02);
   const double x = (door.hinge.axis.x() > 0 ? -1 : 1) * (size.x() / 2 - kHandleInset - lever.x() / 2);
-  const double z = std::min(kHandleHeight - size.z() / 2, size.z() / 2);
+  const double z = kHandleHeight - size.z() / 2;
   for (const double side : {-1.0, 1.0}) {
     const Eigen::Vector3d at(x, side * (size.y() / 2 + kHandleGap), z);
     shapes.push_back(
@@ -125,7 +124,6 @@ void hang_door(Physics& physics, Door& door) {
   }
   const double mass = std::clamp(kLeafDensity * size.prod(), kLeastMass, kMostMass);
   door.anchor = physics.add_anchor(door.drawn.T_map_body);
-  // Put where the hinge is at 0 first: the joint counts its turns from there.
   door.handle = physics.add_leaf(size, mass, door.rigid.T_map_body);
   JointDefinition hinge;
   hinge.a = door.anchor;
@@ -139,7 +137,6 @@ void hang_door(Physics& physics, Door& door) {
   hinge.upper = door.hinge.upper;
   door.joint = physics.add_joint(hinge);
   physics.restart_joint(door.joint, door.angle);
-  door.impulses.assign(kPullSteps, 0);
 }
 
 void unhang_door(Physics& physics, const Door& door) {
@@ -231,8 +228,7 @@ void Simulation::State::move_doors() {
 }
 
 void Simulation::State::read_doors() {
-  const auto window =
-      std::clamp<std::size_t>(static_cast<std::size_t>(std::lround(kPullWindow / dt)), 1, kPullSteps);
+  const auto window = static_cast<std::size_t>(std::max(1L, std::lround(kPullWindow / dt)));
   for (Door& door : doors) {
     if (!door.dynamic) continue;
     const RigidState rigid = physics.state(door.handle);
@@ -245,11 +241,9 @@ void Simulation::State::read_doors() {
     if (door.unhinged) continue;
     const JointState hinge = physics.joint_state(door.joint);
     door.angle = hinge.position;
+    door.impulses.resize(window);
     door.impulses[door.next_impulse] = hinge.pull * dt;
     door.next_impulse = (door.next_impulse + 1) % window;
-    double impulse = 0;
-    for (std::size_t i = 0; i < window; ++i) impulse += door.impulses[i];
-    if (door.settings.break_impulse > 0 && impulse > door.settings.break_impulse) unhinge(door, impulse);
   }
 }
 
