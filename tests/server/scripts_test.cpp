@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "server/replay.hpp"
+#include "tests/long_run.hpp"
 #include "tests/server/tick_fixture.hpp"
 
 namespace parhelion {
@@ -212,28 +213,59 @@ TEST(ScriptNames, ThatNothingHasAreRefusedAtTheStart) {
   EXPECT_THAT(state.error().message, testing::HasSubstr("did you mean 'door 2'"));
 }
 
-TEST(ScriptReplay, GivesTheSameBytes) {
-  const test::Folder folder;
+/// A crowd with lasers, a drawn door that is pushed, scripts that send somebody through it.
+Configuration busy(const test::Folder& folder, int robots) {
   Configuration configuration = with_scripts({visitor(), near("meet", "guide", 4), at_time("at 2 s", 2)});
-  configuration.scenario.model = folder / "model.yaml";
-  configuration.scenario.scripts[2].actions.emplace_back().action = AgentCommand::Action::freeze;
+  Scenario& scenario = configuration.scenario;
+  scenario.seed = 7;
+  scenario.model = folder / "model.yaml";
+  scenario.scripts[2].actions.emplace_back().action = AgentCommand::Action::freeze;
+  scenario.scripts[2].actions[0].agent.name = "guide";
+  ModelEntity drawn = configuration.model.entities.back();
+  drawn.name = "drawn door";
+  drawn.is_virtual = true;
+  drawn.T_map_body = Transform<Map, Body>::planar(-1.5, -3, std::numbers::pi / 2, 1);
+  configuration.model.entities.push_back(drawn);
+  for (int i = 0; i < robots; ++i) {
+    AgentDefinition robot = test::agent("robot_" + std::to_string(i), AgentKind::robot, -4 + 1.2 * (i % 7),
+                                        2 + 0.9 * (i / 7), BehaviourKind::wander);
+    if (i % 2 == 0) robot.laser = "lms-200";
+    scenario.agents.push_back(robot);
+  }
   std::ofstream(folder / "model.yaml") << to_yaml(configuration.model);
-  std::ofstream(folder / "scenario.yaml") << to_yaml(configuration.scenario);
-  test::write_log(folder / "drive.lcm", test::drive(7));
-  ReplayOptions first;
-  first.log = folder / "drive.lcm";
-  first.scenario = folder / "scenario.yaml";
-  first.session = folder / "a.lcm";
-  const auto report = replay(first);
-  ASSERT_TRUE(report.ok()) << report.error().message;
-  EXPECT_GE(report->tally.events[static_cast<std::size_t>(EventKind::script_started)], 2U);
+  std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
+  return configuration;
+}
+
+/// PARHELION_LONG=1: more robots, a longer drive, ten runs of each.
+TEST(ScriptReplay, GivesTheSameWorldAndEventsForAnyThreadCountAndOnEachRun) {
+  const test::Folder folder;
+  busy(folder, test::long_run() ? 12 : 4);
+  test::write_log(folder / "drive.lcm", test::drive(test::long_run() ? 40 : 9));
+  std::map<std::string, std::string> first;
+  for (int round = 0; round < (test::long_run() ? 10 : 1); ++round) {
+    for (const int threads : {1, 2, 8}) {
+      ReplayOptions options;
+      options.log = folder / "drive.lcm";
+      options.scenario = folder / "scenario.yaml";
+      options.session = folder / "a.lcm";
+      options.overwrite = true;
+      options.threads = threads;
+      const auto report = replay(options);
+      ASSERT_TRUE(report.ok()) << report.error().message;
+      ASSERT_GE(report->tally.events[static_cast<std::size_t>(EventKind::script_started)], 2U);
+      ASSERT_GE(report->tally.events[static_cast<std::size_t>(EventKind::door_opened)], 1U);
+      ASSERT_TRUE(report->hash.contains(channel::mr_world) && report->hash.contains(channel::mr_events));
+      if (first.empty()) first = report->hash;
+      EXPECT_EQ(report->hash, first) << "round " << round << ", " << threads << " threads";
+    }
+  }
   ReplayOptions again;
   again.log = folder / "a.lcm";
   again.session = folder / "b.lcm";
-  again.threads = 2;
-  const auto second = replay(again);
-  ASSERT_TRUE(second.ok()) << second.error().message;
-  EXPECT_EQ(second->hash, report->hash);
+  const auto replayed = replay(again);
+  ASSERT_TRUE(replayed.ok()) << replayed.error().message;
+  EXPECT_EQ(replayed->hash, first) << "the session's own log, without its scenario's file";
 }
 
 }  // namespace
