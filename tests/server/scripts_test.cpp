@@ -180,9 +180,9 @@ TEST_F(ScriptPath, APersonComesOutWhenTheTraineeHasPassedTheDoor) {
   EXPECT_EQ(started[0].object, left[0].subject);
   EXPECT_NEAR((started[0].stamp - left[0].stamp).seconds(), 0.25, 1 / 240.0);
   const auto spawned = events(EventKind::agent_spawned);
-  ASSERT_EQ(spawned.size(), 1U) << "the guide was there from the start";
-  EXPECT_EQ(spawned[0].subject, "visitor");
-  EXPECT_EQ(spawned[0].stamp, started[0].stamp);
+  ASSERT_EQ(spawned.size(), 2U) << "the guide, at the start, and the visitor";
+  EXPECT_EQ(spawned[1].subject, "visitor");
+  EXPECT_EQ(spawned[1].stamp, started[0].stamp);
   const auto place = state_->simulation.pose_of("visitor");
   ASSERT_TRUE(place.has_value());
   EXPECT_GT(place->translation().x(), -2.5) << "it walks";
@@ -219,8 +219,11 @@ Configuration busy(const test::Folder& folder, int robots) {
   Scenario& scenario = configuration.scenario;
   scenario.seed = 7;
   scenario.model = folder / "model.yaml";
-  scenario.scripts[2].actions.emplace_back().action = AgentCommand::Action::freeze;
-  scenario.scripts[2].actions[0].agent.name = "guide";
+  for (const std::size_t i : {1U, 2U}) {
+    AgentCommand& freeze = scenario.scripts[i].actions.emplace_back();
+    freeze.action = i == 1 ? AgentCommand::Action::freeze : AgentCommand::Action::unfreeze;
+    freeze.agent.name = "guide";
+  }
   ModelEntity drawn = configuration.model.entities.back();
   drawn.name = "drawn door";
   drawn.is_virtual = true;
