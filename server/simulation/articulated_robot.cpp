@@ -14,6 +14,8 @@ constexpr double kStayAwake = 1.0;     // s after a command
 constexpr double kLoadTime = 0.02;     // s over which what tears at a joint is averaged
 constexpr double kStalled = 0.5;       // s at the limit without moving: an overload
 constexpr double kAtLimit = 0.99;      // share of a motor's effort
+constexpr double kYield = 3;           // a load slows a weak motor down this much faster than it speeds up
+constexpr double kFreely = 1e3;        // m/s in a step: a wheel without motor goes as the ground does
 constexpr double kStandstill = 0.02;   // m/s below which steering does not follow the curvature
 
 double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
@@ -185,8 +187,8 @@ void ArticulatedRobot::drive_runners(Physics& physics, const Twist2& wanted, dou
   const bool ackermann = drive.kind == DriveKind::ackermann;
   if (ackermann) {
     const double speed = std::max(std::abs(wanted.vx), kStandstill);
-    const double most = 1 / std::max(1e-3, drive.track / 2 + 1e-3);
-    curvature = std::clamp(wanted.wz / std::copysign(speed, wanted.vx), -most, most);
+    curvature = std::clamp(wanted.wz / std::copysign(speed, wanted.vx), layout_.least_curvature,
+                           layout_.most_curvature);
     steer(physics, curvature, dt);
     // Of the angle that the wheels have now, not of the one that they go for.
     double sum = 0;
@@ -213,8 +215,9 @@ void ArticulatedRobot::drive_runners(Physics& physics, const Twist2& wanted, dou
         runner.driven ? towards(runner_speed_[i], target, drive.acceleration * dt) : runner_speed_[i];
     const Eigen::Isometry3d T = T_part_node(place.node);
     // A wheel's own turn does not change where its axle points.
-    physics.run(handles_[place.part], place.index, speed, runner.driven ? drive.force : 0,
-                T.linear() * place.axis);
+    const double yield = runner.driven ? kYield * drive.acceleration * dt : kFreely;
+    physics.run(handles_[place.part], place.index,
+                {speed, runner.driven ? drive.force : 0, yield, T.linear() * place.axis});
   }
 }
 
@@ -283,6 +286,8 @@ void ArticulatedRobot::observe(Physics& physics, SimulationTime, double dt,
     rolled_[i] += runner_speed_[i] * dt;
     if (runner.kind == RobotRunner::Kind::wheel)
       turned_[i] = wrap_angle(turned_[i] + runner_speed_[i] * dt / runner.radius);
+    // Encoders are on what neither steers nor is carried by a joint.
+    if (runner.steering || layout_.runners[i].part != 0) continue;
     (runner.side > 0 ? left : right) += rolled_[i];
     ++(runner.side > 0 ? lefts : rights);
   }

@@ -57,6 +57,14 @@ struct PartDefinition {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  ///< kg m^2, about the centre, axes of the part
 };
 
+/// What a runner is asked for.
+struct RunnerCommand {
+  double speed = 0;  ///< m/s that its surface rolls with, forward
+  double force = 0;  ///< N, most of its motor; 0: it rolls with the ground
+  double yield = 0;  ///< m/s that the surface can be slowed down by in one step where the motor is too weak
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();  ///< as in PartRunner
+};
+
 /// What a runner did in the newest step.
 struct RunnerMotion {
   double speed = 0;         ///< m/s that its surface rolled forward with
@@ -84,7 +92,6 @@ struct JointState {
   double velocity = 0;  ///< rad/s or m/s
   double effort = 0;    ///< N m or N of its motor in the newest step
   double load = 0;      ///< N m (N of one that slides) that tore at it in the newest step, all axes
-  double pull = 0;      ///< N that it held its parts together with in the newest step; 0 of one that slides
 };
 
 /// A mesh made ready to collide with; takes time, and needs no Physics: another thread may make it.
@@ -114,12 +121,6 @@ class Physics {
   /// Stays upright and at its height; moved in the plane by drive() and by what pushes it.
   PhysicsHandle add_upright(ShapeKind kind, const Eigen::Vector3d& size, double mass,
                             const Transform<Map, Body>& T_map_body);
-  /// A leaf that hangs in a wall: touches what moves, not the building; its origin is its centre.
-  PhysicsHandle add_leaf(const Eigen::Vector3d& size, double mass, const Transform<Map, Body>& T_map_body);
-  /// It hangs no longer: from now on it lies on floors and against walls.
-  void drop_leaf(PhysicsHandle handle);
-  /// Touches nothing and never moves: what a leaf's hinge is fixed to.
-  PhysicsHandle add_anchor(const Transform<Map, Body>& T_map_body);
   /// Goes where it is put and pushes the others: a convex footprint, extruded to `height`.
   PhysicsHandle add_kinematic(const std::vector<Eigen::Vector2d>& footprint, double height);
   /// Parts of one robot, in their order.
@@ -127,9 +128,8 @@ class Physics {
                                        const std::vector<Transform<Map, Body>>& T_map_part);
   /// Moves a shape of a part (a wheel that is steered).
   void move_shape(PhysicsHandle part, std::size_t shape, const Transform<Body, ShapeFrame>& T_body_shape);
-  /// Its runner rolls with `speed` (m/s), the motor giving at most `force` (N), from the next step on;
-  /// `axis` as in PartRunner.
-  void run(PhysicsHandle part, std::size_t runner, double speed, double force, const Eigen::Vector3d& axis);
+  /// From the next step on.
+  void run(PhysicsHandle part, std::size_t runner, const RunnerCommand& command);
   RunnerMotion runner(PhysicsHandle part, std::size_t runner) const;
   /// Sleeping parts do not move, and are not stepped; touching and commanding wakes them.
   void keep_awake(PhysicsHandle part, bool awake);

@@ -6,6 +6,7 @@
 namespace parhelion {
 namespace {
 
+constexpr int kIterations = 30;       // of the solver: a long chain under load settles in these
 constexpr double kLimitReach = 0.05;  // rad or m from a limit within which it is looked after
 constexpr double kLimitRepair = 0.2;  // share of a limit's overshoot that is undone in a step
 
@@ -24,6 +25,7 @@ PartJoint::PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidB
       T_a_(to_bullet(T_a_inertial.inverse(Eigen::Isometry) * definition.T_a_joint)),
       T_b_(to_bullet(T_b_inertial.inverse(Eigen::Isometry) * definition.T_b_joint)) {
   setUserConstraintType(kUserType);
+  setOverrideNumSolverIterations(kIterations);
 }
 
 void PartJoint::measure() {
@@ -56,11 +58,6 @@ double PartJoint::load() const {
   const double along = impulses[5] + impulses[6];
   const double u = prismatic_ ? impulses[0] : impulses[3], v = prismatic_ ? impulses[1] : impulses[4];
   return std::sqrt(u * u + v * v + along * along) / step;
-}
-
-double PartJoint::pull() const {
-  if (!isEnabled() || prismatic_) return 0;
-  return std::hypot(impulses[0], impulses[1], impulses[2]) / step;
 }
 
 void PartJoint::getInfo1(btConstraintInfo1* info) {

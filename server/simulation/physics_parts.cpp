@@ -47,12 +47,13 @@ Eigen::Isometry3d inertial_frame(const PartDefinition& part, Eigen::Vector3d& mo
 
 void Runner::sum_up(double step) {
   const bool stands = normal_impulse > 0;
-  motion.too_weak =
-      stands && most_force < friction * normal_force && std::abs(forward_impulse) >= 0.98 * most_impulse;
-  motion.speed = motion.too_weak ? ground_moved / normal_impulse : speed;
+  motion.too_weak = stands && held_by_motor && std::abs(forward_impulse) >= 0.98 * most_impulse;
+  motion.speed = speed;
+  if (motion.too_weak) motion.speed += std::clamp(ground_moved / normal_impulse - speed, -yield, yield);
   motion.force = forward_impulse / step;
   motion.normal_force = normal_force = normal_impulse / step;
   normal_impulse = forward_impulse = most_impulse = ground_moved = 0;
+  held_by_motor = false;
 }
 
 std::vector<PhysicsHandle> Physics::add_parts(const std::vector<PartDefinition>& parts,
@@ -80,7 +81,7 @@ std::vector<PhysicsHandle> Physics::add_parts(const std::vector<PartDefinition>&
     }
     const PhysicsHandle handle = world_->add(
         std::move(compound), part.mass, T_map_part[i].isometry() * T_part_inertial, Eigen::Vector3d::Zero(),
-        kRobot, kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
+        kRobot, kFixed | kFloor | kFree | kUpright | kKinematic | kRobot);
     RigidBody& rigid = world_->at(handle);
     rigid.children = std::move(children);
     rigid.part = std::move(surfaces);
@@ -110,13 +111,13 @@ void Physics::move_shape(PhysicsHandle part, std::size_t shape,
                             false);
 }
 
-void Physics::run(PhysicsHandle part, std::size_t runner, double speed, double force,
-                  const Eigen::Vector3d& axis) {
+void Physics::run(PhysicsHandle part, std::size_t runner, const RunnerCommand& command) {
   RigidBody& rigid = world_->at(part);
   Runner& its = rigid.part->runners[runner];
-  its.speed = speed;
-  its.most_force = force;
-  its.axis = to_bullet(Eigen::Vector3d(rigid.T_body_inertial.linear().transpose() * axis));
+  its.speed = command.speed;
+  its.most_force = command.force;
+  its.yield = command.yield;
+  its.axis = to_bullet(Eigen::Vector3d(rigid.T_body_inertial.linear().transpose() * command.axis));
 }
 
 RunnerMotion Physics::runner(PhysicsHandle part, std::size_t runner) const {
@@ -154,7 +155,7 @@ void Physics::restart_joint(JointHandle joint, double position) { world_->joint(
 JointState Physics::joint_state(JointHandle handle) const {
   PartJoint& joint = world_->joint(handle);
   joint.measure();
-  return {joint.position(), joint.velocity(), joint.effort(), joint.load(), joint.pull()};
+  return {joint.position(), joint.velocity(), joint.effort(), joint.load()};
 }
 
 void Physics::remove_joint(JointHandle handle) {

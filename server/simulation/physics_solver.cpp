@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kSide = 0.3;  // sine of the angle to its axle below which a contact is on a wheel's side
 constexpr double kWarmStart = 0.9;  // share of the last step's impulses that a joint starts with
+constexpr double kCreep = 0.01;     // m/s of slip below which a surface sticks rather than slides
 constexpr int kTwoDirections = SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 
 struct Side {
@@ -69,6 +70,18 @@ btScalar relative_velocity(const btSolverConstraint& row, const btSolverBody& a,
          along(b, row.m_contactNormal2, row.m_relpos2CrossNormal);
 }
 
+/// m/s along a row, before the solver did anything.
+btScalar velocity_before(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
+  btScalar velocity = 0;
+  if (a.m_originalBody)
+    velocity +=
+        row.m_contactNormal1.dot(a.m_linearVelocity) + row.m_relpos1CrossNormal.dot(a.m_angularVelocity);
+  if (b.m_originalBody)
+    velocity +=
+        row.m_contactNormal2.dot(b.m_linearVelocity) + row.m_relpos2CrossNormal.dot(b.m_angularVelocity);
+  return velocity;
+}
+
 PartJoint* joint_of(const btSolverConstraint& row) {
   auto* constraint = static_cast<btTypedConstraint*>(row.m_originalContactPoint);
   return constraint->getUserConstraintType() == PartJoint::kUserType ? static_cast<PartJoint*>(constraint)
@@ -123,11 +136,23 @@ void PartSolver::convertContacts(btPersistentManifold** manifolds, int count,
 void PartSolver::limit_motors(int first_contact, int last_contact) {
   for (int i = first_contact; i < last_contact; ++i) {
     const btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
-    const RowRunners runners =
-        runners_of(row, m_tmpSolverBodyPool[row.m_solverBodyIdA], m_tmpSolverBodyPool[row.m_solverBodyIdB]);
+    const btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
+    const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
+    const RowRunners runners = runners_of(row, a, b);
+    if (!runners.a && !runners.b) continue;
+    // Coulomb's friction is against the slip: what slides one way has little left to hold it the other way,
+    // which is how skidding robots turn.
+    const auto& point = *static_cast<const btManifoldPoint*>(row.m_originalContactPoint);
     btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[row.m_frictionIndex];
-    for (const Runner* runner : {runners.a, runners.b}) {
+    btSolverConstraint& across = m_tmpSolverContactFrictionConstraintPool[row.m_frictionIndex + 1];
+    const double slip_along = std::abs(velocity_before(friction, a, b) - point.m_contactMotion1);
+    const double slip_across = std::abs(velocity_before(across, a, b) - point.m_contactMotion2);
+    const double slip = std::hypot(slip_along, slip_across) + kCreep;
+    friction.m_friction *= (slip_along + kCreep) / slip;
+    across.m_friction *= (slip_across + kCreep) / slip;
+    for (Runner* runner : {runners.a, runners.b}) {
       if (!runner || !(runner->normal_force > 0)) continue;
+      runner->held_by_motor = runner->most_force < friction.m_friction * runner->normal_force;
       friction.m_friction = std::min(friction.m_friction, runner->most_force / runner->normal_force);
     }
   }

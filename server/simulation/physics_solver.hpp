@@ -16,9 +16,11 @@ namespace parhelion {
 struct Runner {
   btVector3 axis{0, 1, 0};  ///< it rolls about, to the left, in the inertial frame of its body
   double friction = 0.8;
-  double speed = 0;         ///< m/s that the surface is asked to roll with; forward is positive
-  double most_force = 0;    ///< N of its motor
-  double normal_force = 0;  ///< N, summed over its contacts, of the newest step
+  double speed = 0;            ///< m/s that the surface is asked to roll with; forward is positive
+  double yield = 0;            ///< m/s that a weak motor's surface is slowed down by in a step
+  double most_force = 0;       ///< N of its motor
+  double normal_force = 0;     ///< N, summed over its contacts, of the newest step
+  bool held_by_motor = false;  ///< the motor gives less than friction would (of its newest contact)
 
   // Summed up while the solver finishes a step: N s, N s, N m.
   double normal_impulse = 0;
@@ -78,8 +80,6 @@ class PartJoint : public btTypedConstraint {
   /// N m or N of the motor, and of what tears at the joint, in the newest step.
   double effort() const;
   double load() const;
-  /// N that holds the parts together at the joint, in the newest step; 0 of one that slides.
-  double pull() const;
 
   std::array<btScalar, kRows> impulses{};  ///< N s or N m s of the newest step, by row
   int rows = 0;                            ///< of the newest step

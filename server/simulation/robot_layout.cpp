@@ -1,6 +1,7 @@
 #include "server/simulation/robot_layout.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace parhelion {
 namespace {
@@ -17,10 +18,27 @@ class Builder {
     for (std::size_t link = 0; link < links; ++link) place(link);
     for (std::size_t link = 0; link < links; ++link) fill(link);
     for (std::size_t i = 0; i < layout_.parts.size(); ++i) finish(i);
+    bound_curvature();
     return std::move(layout_);
   }
 
  private:
+  /// A wheel at y steers by delta where tan(delta) = k L / (1 - k y), so k = tan(delta) / (L + y tan(delta)).
+  void bound_curvature() {
+    const double length = model_.drive.wheelbase;
+    bool first = true;
+    for (std::size_t i = 0; i < layout_.runners.size(); ++i) {
+      const auto& steering = model_.drive.runners[i].steering;
+      if (!steering) continue;
+      const double y = layout_.runners[i].center.y();
+      const double low = std::tan(model_.joints[*steering].lower),
+                   high = std::tan(model_.joints[*steering].upper);
+      const double least = low / (length + y * low), most = high / (length + y * high);
+      layout_.least_curvature = first ? least : std::max(layout_.least_curvature, least);
+      layout_.most_curvature = first ? most : std::min(layout_.most_curvature, most);
+      first = false;
+    }
+  }
   std::optional<std::size_t> runner_of(std::size_t link) const {
     for (std::size_t i = 0; i < model_.drive.runners.size(); ++i) {
       if (model_.drive.runners[i].link == link) return i;

@@ -52,6 +52,9 @@ struct RobotLayout {
     Eigen::Vector3d center;           ///< m, base_link, joints at 0
   };
   std::vector<Runner> runners;  ///< as the model's
+
+  /// 1/m: the tightest turns that all steering joints reach (Ackermann), to the right and to the left.
+  double least_curvature = 0, most_curvature = 0;
 };
 
 RobotLayout make_layout(const RobotModel& model);

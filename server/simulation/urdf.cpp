@@ -73,6 +73,8 @@ class Reader {
     if (!model || !model->getRoot()) {
       fault_ = Error{origin_ +
                      ": liburdfdom refuses it: " + (listener.said.empty() ? "no root link" : listener.said)};
+      if (fault_.message.find("No root link") != std::string::npos)
+        fault_.message += " Either a joint closes a loop, or there is no link: one must be no joint's child";
       return nullptr;
     }
     return model;
