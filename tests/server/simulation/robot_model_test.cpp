@@ -1,0 +1,106 @@
+// Robot models that are wrong: each is refused by name and line.
+#include "server/simulation/robot_model.hpp"
+
+#include <gmock/gmock.h>
+
+#include "robots_world.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+using testing::HasSubstr;
+
+std::string wheel(const std::string& name, double y, const std::string& mass = "1") {
+  return "<link name='" + name + "'><inertial><mass value='" + mass +
+         "'/><inertia ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' izz='0.01'/></inertial>\n"
+         "<collision><origin rpy='1.5708 0 0'/><geometry><cylinder radius='0.1' length='0.05'/></geometry>"
+         "</collision></link>\n<joint name='" +
+         name + "_joint' type='continuous'><origin xyz='0 " + std::to_string(y) +
+         " 0.1'/><axis xyz='0 1 0'/><parent link='base'/><child link='" + name + "'/></joint>\n";
+}
+
+std::string urdf(const std::string& geometry, const std::string& mass, const std::string& more) {
+  return "<robot name='cart'>\n<link name='base'><inertial><origin xyz='0 0 0.1'/><mass value='" + mass +
+         "'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.1' iyz='0' izz='0.1'/></inertial>\n<collision>"
+         "<origin xyz='0 0 0.2'/><geometry>" +
+         geometry + "</geometry></collision></link>\n" + wheel("left", 0.2) + wheel("right", -0.2) + more +
+         "</robot>\n";
+}
+
+constexpr const char* kBox = "<box size='0.4 0.3 0.1'/>";
+constexpr const char* kYaml =
+    "urdf: cart.urdf\n"
+    "drive: {kind: differential, left: [left], right: [right]}\n"
+    "robot:\n"
+    "  name: cart\n"
+    "  footprint: [[-0.2 m, -0.2 m], [0.2 m, -0.2 m], [0.2 m, 0.2 m], [-0.2 m, 0.2 m]]\n";
+
+std::string refusal(const std::string& urdf_text, const std::string& yaml = kYaml) {
+  const auto model = parse_robot_model(urdf_text, yaml, "robots/cart.yaml");
+  EXPECT_FALSE(model.ok()) << "was taken";
+  return model ? "" : model.error().message;
+}
+
+TEST(RobotModel, TheOneThatTheOthersDifferFromIsTaken) {
+  const auto model = parse_robot_model(urdf(kBox, "5", ""), kYaml, "robots/cart.yaml");
+  ASSERT_TRUE(model.ok()) << model.error().message;
+  EXPECT_EQ(model->links.size(), 3U);
+  EXPECT_NEAR(model->description.mass, 7, 1e-12);
+}
+
+TEST(RobotModel, AMeshIsRefusedWhereItIs) {
+  const std::string text = refusal(urdf("<mesh filename='package://cart/body.stl'/>", "5", ""));
+  EXPECT_THAT(text, HasSubstr("cart.urdf:2"));
+  EXPECT_THAT(text, HasSubstr("'base'"));
+  EXPECT_THAT(text, HasSubstr("a mesh: only box, cylinder and sphere"));
+}
+
+TEST(RobotModel, AMassThatIsNotPositiveIsRefused) {
+  for (const char* mass : {"0", "-3"}) {
+    const std::string text = refusal(urdf(kBox, mass, ""));
+    EXPECT_THAT(text, HasSubstr("'base'"));
+    EXPECT_THAT(text, HasSubstr("mass"));
+    EXPECT_THAT(text, HasSubstr("cart.urdf:2"));
+  }
+}
+
+TEST(RobotModel, AJointLoopIsRefused) {
+  const std::string loop =
+      "<joint name='back' type='fixed'><parent link='left'/><child link='base'/></joint>\n";
+  EXPECT_THAT(refusal(urdf(kBox, "5", loop)), HasSubstr("loop"));
+  const std::string twice =
+      "<joint name='second' type='fixed'><parent link='left'/><child link='right'/></joint>\n";
+  EXPECT_THAT(refusal(urdf(kBox, "5", twice)), HasSubstr("'right'"));
+}
+
+TEST(RobotModel, ALinkThatTheYamlMisspellsIsSuggested) {
+  std::string yaml = kYaml;
+  yaml.replace(yaml.find("[right]"), 7, "[rigth]");
+  const std::string text = refusal(urdf(kBox, "5", ""), yaml);
+  EXPECT_THAT(text, HasSubstr("robots/cart.yaml:2"));
+  EXPECT_THAT(text, HasSubstr("'rigth'"));
+  EXPECT_THAT(text, HasSubstr("'right'"));
+}
+
+TEST(RobotModel, TextThatIsNoUrdfIsRefused) {
+  for (const char* text : {"", "<robot", "<robot name='x'/>", "<html></html>"}) refusal(text);
+}
+
+TEST(RobotModel, ARobotThatIsSpawnedInAWallIsToldTheNearestFreePlace) {
+  Simulation simulation = make(room(6), with_robots({"rover"}));
+  const Status status = simulation.spawn(articulated("r", "rover", 2.95, 0), std::nullopt);
+  ASSERT_FALSE(status.ok());
+  EXPECT_THAT(status.error().message, HasSubstr("in 'wall 1' of the building"));
+  EXPECT_THAT(status.error().message, HasSubstr("the nearest free place is ("));
+  double x = 0, y = 0;
+  const std::string& text = status.error().message;
+  ASSERT_EQ(std::sscanf(text.c_str() + text.rfind('('), "(%lf, %lf)", &x, &y), 2);
+  spawn(simulation, articulated("r", "rover", x, y));
+  run(simulation, 1);
+  EXPECT_NEAR(motion(simulation, "r").T_map_base.translation().x(), x, 0.01);
+  EXPECT_NEAR(motion(simulation, "r").T_map_base.translation().z(), 0, 0.01);
+}
+
+}  // namespace
+}  // namespace parhelion
