@@ -84,6 +84,16 @@ void Physics::World::wake_neighbours(const btRigidBody& body) {
     const btCollisionObject* other = manifold.getBody0() == &body ? manifold.getBody1() : manifold.getBody0();
     at(other->getUserIndex()).body->activate();
   }
+  // What has slept on a fixed body since it was put there has no contact with it: their boxes overlap.
+  const btBroadphasePairArray& pairs = world.getPairCache()->getOverlappingPairArray();
+  const auto object = [](const btBroadphaseProxy* proxy) {
+    return static_cast<btCollisionObject*>(proxy->m_clientObject);
+  };
+  for (int i = 0; body.isStaticObject() && i < pairs.size(); ++i) {
+    btCollisionObject *a = object(pairs[i].m_pProxy0), *b = object(pairs[i].m_pProxy1);
+    if (a == &body) b->activate();
+    if (b == &body) a->activate();
+  }
 }
 
 void Physics::World::collect_contacts() {
