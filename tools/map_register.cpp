@@ -153,7 +153,8 @@ void add_options(CLI::App& command, Arguments& arguments) {
                                                        {"y-up-left-handed", FileAxes::x_right_y_up_mirrored}};
   static const std::map<std::string, IcpMethod> methods = {{"point-to-point", IcpMethod::point_to_point},
                                                            {"point-to-plane", IcpMethod::point_to_plane},
-                                                           {"generalised", IcpMethod::generalised}};
+                                                           {"generalised", IcpMethod::generalised},
+                                                           {"paper", IcpMethod::paper}};
   command.add_option("SCANS", arguments.scans, "Scans, folders of scans, LCM logs")->required();
   command.add_option("-o,--output", arguments.output, "Cloud to write (.ply or .pcd)")->required();
   command.add_option("--summary", arguments.summary, "What became of each scan (JSON; - is standard output)");
@@ -172,8 +173,17 @@ void add_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--pixel-step", arguments.source.pixel_step, "Every n-th pixel of depth images")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  command.add_option("--method", arguments.registration.method, "Kind of ICP")
-      ->transform(CLI::CheckedTransformer(methods));
+  command
+      .add_option(
+          "--method", arguments.registration.method,
+          "Kind of ICP: point-to-plane (default), point-to-point or generalised, of surfels from coarse "
+          "to fine; or paper: point to point over all points in a grid of 28 x 28 x 28 cubes, slow")
+      ->transform(CLI::CheckedTransformer(methods).description("METHOD"));
+  command
+      .add_option("--iterations", arguments.registration.max_iterations,
+                  "Most rounds of ICP for a scan; still moving then, it counts as failed")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
   command.add_option("--threads", arguments.registration.threads, "Threads; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "fusion/cloud/parallel.hpp"
+#include "fusion/cloud/point_descent.hpp"
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/registration_input.hpp"
 #include "fusion/cloud/registration_verdict.hpp"
@@ -41,12 +42,14 @@ struct Attempt {
   Descent descent;
   AlignmentEvidence seen;
   std::string why;
+  bool undetermined = false;
 
   Registration registration() const {
     return {Transform<Target, Source>(descent.T),
             seen.covariance,
             why.empty(),
             why,
+            undetermined,
             seen.overlap,
             seen.rms,
             descent.iterations};
@@ -54,11 +57,19 @@ struct Attempt {
 };
 
 Attempt attempt(const Problem& problem, std::span<const Level> levels, const Eigen::Isometry3d& start) {
-  Attempt result{descend(levels, start, problem.options.max_iterations), {}, {}};
+  const bool of_points = problem.options.method == IcpMethod::paper;
+  Attempt result{of_points ? descend_points(problem.target, problem.source, levels[0], start, problem.options)
+                           : descend(levels, start, problem.options.max_iterations),
+                 {},
+                 {},
+                 false};
   const Descent& descent = result.descent;
   result.seen = evidence({levels[0].target, levels[0].source, problem.target.viewpoints,
                           problem.source.viewpoints, descent.T, descent.partners, descent.options});
   result.why = objection(result.seen, problem.options.min_overlap);
+  AlignmentEvidence rest = result.seen;
+  rest.undetermined.clear();
+  result.undetermined = !result.why.empty() && objection(rest, problem.options.min_overlap).empty();
   const bool cut_off = descent.iterations >= problem.options.max_iterations;
   if (result.why.empty() && !descent.settled && (cut_off || descent.last_step > levels[0].source.size / 20))
     result.why = "still moving after " + std::to_string(descent.iterations) + " iterations";
@@ -118,7 +129,8 @@ std::string rival(const Problem& problem, const Attempt& winner, const Eigen::Is
 Registration best_registration(const Problem& problem, const Eigen::Isometry3d& guess) {
   Attempt best = attempt(problem, problem.levels, guess);
   if (!best.why.empty()) {
-    if (!problem.options.other_starts) return best.registration();
+    if (!problem.options.other_starts || problem.options.method == IcpMethod::paper)
+      return best.registration();
     const Registration first = best.registration();
     for (const Eigen::Isometry3d& start : other_starts(guess, problem.options.max_distance / 2)) {
       best = attempt(problem, problem.levels, start);

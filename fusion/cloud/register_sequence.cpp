@@ -12,14 +12,14 @@ namespace {
 constexpr std::size_t most_scans_of_a_map = 3;  // nearest ones that a new scan is matched with
 constexpr std::size_t least_steps_of_a_loop = 5;
 
-/// One scan, thinned to what matching needs.
+/// One scan, thinned to what matching needs: the paper's method takes all points.
 struct Node {
   PointCloud<Scanner> cloud;
   std::size_t scan = 0;  ///< of the caller's
   double reach = 0;      ///< m, four fifths of the points are nearer
 };
 
-Node make_node(const ScanToRegister& scan, std::size_t index, double surfel_size) {
+Node make_node(const ScanToRegister& scan, std::size_t index, const RegistrationOptions& options) {
   Node node;
   node.scan = index;
   std::vector<float> ranges;
@@ -29,7 +29,9 @@ Node make_node(const ScanToRegister& scan, std::size_t index, double surfel_size
   std::nth_element(ranges.begin(), at, ranges.end());
   node.reach = *at;
   // A third of a surfel: their normals keep their points.
-  node.cloud.points = VoxelMoments(scan.cloud.points, surfel_size / 3).surfels().means;
+  node.cloud.points = options.method == IcpMethod::paper
+                          ? scan.cloud.points
+                          : VoxelMoments(scan.cloud.points, options.surfel_size / 3).surfels().means;
   node.cloud.viewpoints = {Eigen::Vector3d::Zero()};
   return node;
 }
@@ -132,7 +134,7 @@ Status Sequence::close_loop() {
 
 Status Sequence::add(std::size_t index) {
   RegisteredScan& result = results_[index];
-  Node node = make_node(scans_[index], index, options_.surfel_size);
+  Node node = make_node(scans_[index], index, options_);
   if (nodes_.empty()) {
     result.converged = true;
     result.overlap = 1;

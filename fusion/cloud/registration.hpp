@@ -18,12 +18,17 @@ namespace parhelion {
 struct Target {};  ///< frame of the cloud that stays
 struct Source {};  ///< frame of the cloud that moves
 
-enum class IcpMethod : std::uint8_t { point_to_point, point_to_plane, generalised };
+enum class IcpMethod : std::uint8_t {
+  point_to_point,
+  point_to_plane,
+  generalised,
+  paper,  ///< point to point over all points, not surfels, in its grid of 28 x 28 x 28 cubes: slow
+};
 
 struct RegistrationOptions {
   IcpMethod method = IcpMethod::point_to_plane;
   double max_distance = 1.0;  ///< m, of a pair in the first round; shrinks with the residual
-  int max_iterations = 60;    ///< over all resolutions
+  int max_iterations = 60;    ///< over all resolutions; of the paper's method, over all reaches
   int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
   double surfel_size = 0;     ///< m, of the finest resolution; 0: fitted to the size of the scene
   bool doubt_turns = true;   ///< refuse where a quarter turn fits better; false: the guess is surer than that
@@ -37,7 +42,10 @@ struct Registration {
   Eigen::Matrix<double, 6, 6> covariance =
       Eigen::Matrix<double, 6, 6>::Identity();  ///< of x, y, z (m), rotation vector (rad), in Target
   bool converged = false;
-  std::string why;     ///< where not converged: what spoke against it, in words for a person
+  std::string why;  ///< where not converged: what spoke against it, in words for a person
+  /// Nothing speaks against it but that the surfaces leave directions open, as one wall does; there the
+  /// covariance is as large as the scene.
+  bool undetermined = false;
   double overlap = 0;  ///< share of source points with a partner
   double rms = 0;      ///< m, of the pairs' residuals
   int iterations = 0;

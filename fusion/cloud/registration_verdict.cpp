@@ -72,21 +72,27 @@ PlaneInformation plane_information(const AlignedPair& pair, const Eigen::Vector3
   return planes;
 }
 
+struct Undetermined {
+  std::string words;                            ///< for a person; empty: everything is determined
+  Matrix6d project_out = Matrix6d::Identity();  ///< from what is known, in units of lever
+};
+
 /// Directions in which normals change so little along the surfaces that their own noise could have made it.
-std::string undetermined_directions(const PlaneInformation& planes, double normal_noise) {
-  if (planes.pairs < 6) return "any direction: there are no flat surfaces in both";
+Undetermined undetermined_directions(const PlaneInformation& planes, double normal_noise) {
+  Undetermined result;
+  if (planes.pairs < 6) return {"any direction: there are no flat surfaces in both", Matrix6d::Zero()};
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(planes.sum / planes.pairs);
   // Of the mean squared cosine between a direction and the normals, noise makes the square of its angle.
   const double least = 3 * normal_noise * normal_noise + 1e-4;
-  std::string words;
   for (int k = 0; k < 6 && solver.eigenvalues()[k] < least; ++k) {
     const Vector6d v = solver.eigenvectors().col(k);
     const bool turning = v.tail<3>().norm() > v.head<3>().norm();
     const Eigen::Vector3d axis = turning ? v.tail<3>().normalized() : v.head<3>().normalized();
-    words += (words.empty() ? "" : "; ") + std::string(turning ? "turning about " : "moving along ") +
-             direction_in_words(axis);
+    result.words += (result.words.empty() ? "" : "; ") +
+                    std::string(turning ? "turning about " : "moving along ") + direction_in_words(axis);
+    result.project_out -= v * v.transpose();
   }
-  return words;
+  return result;
 }
 
 /// From the moved source's centre, in units of lever, to the target's origin of the source (see
@@ -156,15 +162,17 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
   result.rms = std::sqrt(squares / on);
   result.ambiguity = *middle / (pair.options.gate / 2);
   result.contradiction = contradiction(pair);
-  const PlaneInformation planes = plane_information(pair, centre, lever, false);
+  PlaneInformation planes = plane_information(pair, centre, lever, false);
   const double window = 1.5 * pair.source.size;
   const double noise = std::max(pair.source.noise(), pair.target.surfels.noise());
   // A normal comes from about 9 surfels' points.
-  result.undetermined = undetermined_directions(planes, noise / window / 3);
+  Undetermined open = undetermined_directions(planes, noise / window / 3);
   // Either cloud may be the one with too few surfaces.
-  if (result.undetermined.empty())
-    result.undetermined =
-        undetermined_directions(plane_information(pair, centre, lever, true), noise / window / 3);
+  if (open.words.empty())
+    open = undetermined_directions(plane_information(pair, centre, lever, true), noise / window / 3);
+  result.undetermined = open.words;
+  // There, what noise pretends to know is nothing.
+  planes.sum = open.project_out * planes.sum * open.project_out;
   result.covariance = covariance_of(planes, std::max(result.rms * result.rms, 1e-12), lever,
                                     pair.T_target_source.translation() - centre);
   return result;

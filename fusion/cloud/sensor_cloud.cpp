@@ -1,6 +1,8 @@
 #include "fusion/cloud/sensor_cloud.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace parhelion {
@@ -56,6 +58,29 @@ Status check(std::size_t pixels, const CameraIntrinsics& camera, const DepthClou
   return {};
 }
 
+/// `take` gets the beam's index and the point in the laser's frame.
+template <class Take>
+void each_hit(const Scan& line, const LaserDescription& laser, Take take) {
+  for (std::size_t i = 0; i < line.ranges.size(); ++i) {
+    if (laser.convention.classify(line.ranges[i]) != BeamKind::hit) continue;
+    const double angle = line.angle_first + static_cast<double>(i) * line.angle_step;
+    const double range = line.ranges[i];
+    take(i, Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0));
+  }
+}
+
+bool on_body(const OwnBody& body, const Eigen::Vector3d& p) {
+  if (body.footprint.empty() || p.z() > body.height + body.margin || p.z() < -body.margin) return false;
+  const std::size_t n = body.footprint.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector2d& a = body.footprint[i];
+    const Eigen::Vector2d along = (body.footprint[(i + 1) % n] - a).normalized();
+    const Eigen::Vector2d from = p.head<2>() - a;
+    if (along.x() * from.y() - along.y() * from.x() < -body.margin) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<PointCloud<DepthOptical>> cloud_from_depth(std::span<const std::uint16_t> millimetres,
@@ -97,20 +122,63 @@ Result<LineCloud> cloud_from_lines(std::span<const Scan> lines, const LaserDescr
     }
     place += first->translation();
     ++placed;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (laser.convention.classify(line.ranges[i]) != BeamKind::hit) continue;
+    each_hit(line, laser, [&](std::size_t i, const Eigen::Vector3d& p_laser) {
       const auto pose = pose_of(i);
-      if (!pose) continue;
-      const double angle = line.angle_first + static_cast<double>(i) * line.angle_step;
-      const double range = line.ranges[i];
-      const Eigen::Vector3d p = *pose * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
+      if (!pose) return;
+      const Eigen::Vector3d p = *pose * p_laser;
       if (p.allFinite()) result.cloud.points.push_back(p.cast<float>());
-    }
+    });
   }
   if (placed == 0) return Error{"none of the " + std::to_string(lines.size()) + " scan lines has a pose"};
   if (result.cloud.empty()) return Error{"no beam of the scan lines hit anything"};
   result.cloud.viewpoints.push_back(place / static_cast<double>(placed));
   return result;
+}
+
+LineSpan line_span(const LaserDescription& laser, std::size_t beams) {
+  if (beams == 0) return {};
+  LineSpan span{laser.beam_time(0, beams), laser.beam_time(0, beams)};
+  for (std::size_t i = 1; i < beams; ++i) {
+    const Duration t = laser.beam_time(i, beams);
+    span = {std::min(span.start, t), std::max(span.end, t)};
+  }
+  return span;
+}
+
+bool lies_level(const LaserDescription& laser) {
+  constexpr double level = 0.94;  // cosine of 20 degrees
+  return std::abs(laser.T_base_laser.rotation()(2, 2)) >= level;
+}
+
+void leave_out_body(Scan& line, const LaserDescription& laser, const Transform<Base, Laser>& T_base_laser,
+                    const OwnBody& body) {
+  if (body.footprint.empty()) return;
+  each_hit(line, laser, [&](std::size_t i, const Eigen::Vector3d& p_laser) {
+    if (on_body(body, T_base_laser * p_laser)) line.ranges[i] = std::numeric_limits<float>::quiet_NaN();
+  });
+}
+
+PointCloud<Map> cloud_from_lines(std::span<const PlacedLine> lines, const LaserDescription& laser,
+                                 const OwnBody& body, double viewpoint_distance) {
+  PointCloud<Map> cloud;
+  for (const PlacedLine& placed : lines) {
+    const Eigen::Vector3d place = placed.T_map_laser_start.translation();
+    if (cloud.viewpoints.empty() || (cloud.viewpoints.back() - place).norm() >= viewpoint_distance)
+      cloud.viewpoints.push_back(place);
+    const auto viewpoint = static_cast<std::uint16_t>(cloud.viewpoints.size() - 1);
+    const std::size_t n = placed.line.ranges.size();
+    const LineSpan span = line_span(laser, n);
+    const double length = (span.end - span.start).seconds();
+    each_hit(placed.line, laser, [&](std::size_t i, const Eigen::Vector3d& p_laser) {
+      if (on_body(body, placed.T_base_laser * p_laser)) return;
+      const double s = length > 0 ? (laser.beam_time(i, n) - span.start).seconds() / length : 0;
+      const Eigen::Vector3d p = interpolate(placed.T_map_laser_start, placed.T_map_laser_end, s) * p_laser;
+      if (!p.allFinite()) return;
+      cloud.points.push_back(p.cast<float>());
+      cloud.scans.push_back(viewpoint);
+    });
+  }
+  return cloud;
 }
 
 }  // namespace parhelion

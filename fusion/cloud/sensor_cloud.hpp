@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "fusion/cloud/point_cloud.hpp"
 #include "protocols/image.hpp"
@@ -37,6 +38,38 @@ struct LineCloud {
 /// line whose first or last beam has no pose is left out. Errors: no line with a pose, no hit at all.
 Result<LineCloud> cloud_from_lines(std::span<const Scan> lines, const LaserDescription& laser,
                                    const LaserPoseAt& pose_at);
+
+/// Instants of a line's earliest and latest beam, relative to its stamp. Interlaced beams are not in order.
+struct LineSpan {
+  Duration start, end;
+};
+LineSpan line_span(const LaserDescription& laser, std::size_t beams);
+
+/// Whether the laser's plane lies within 20 degrees of base_link's: then its lines are no 3D scan.
+bool lies_level(const LaserDescription& laser);
+
+/// A scan line and where the laser was at the start and the end of its span; between them it moves evenly.
+struct PlacedLine {
+  Scan line;
+  Transform<Map, Laser> T_map_laser_start, T_map_laser_end;
+  Transform<Base, Laser> T_base_laser;  ///< as its head had turned it
+};
+
+/// What a laser sees of the robot that carries it is nothing of the site.
+struct OwnBody {
+  std::vector<Eigen::Vector2d> footprint;  ///< convex, counter-clockwise, m, in base_link; empty: unknown
+  double height = 0;                       ///< m
+  double margin = 0.05;                    ///< m, around both
+};
+
+/// Hits on the body become beams without an echo (NaN).
+void leave_out_body(Scan& line, const LaserDescription& laser, const Transform<Base, Laser>& T_base_laser,
+                    const OwnBody& body);
+
+/// Hits of the lines, in their order, but for those on the body. The cloud has a viewpoint wherever the laser
+/// has moved by `viewpoint_distance` (m), and says which of them saw each point.
+PointCloud<Map> cloud_from_lines(std::span<const PlacedLine> lines, const LaserDescription& laser,
+                                 const OwnBody& body, double viewpoint_distance = 0.1);
 
 /// A depth camera's cloud with the axes of a level frame (a map's), the origin where the camera is.
 template <class Level>

@@ -36,11 +36,12 @@ std::vector<SurfelTarget> targets(const Pyramid& surfels) { return {surfels.begi
 std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Pyramid& source,
                                const RegistrationOptions& options) {
   constexpr std::array<double, surfel_resolutions> gates{2.5, 2, 1.5, 1.25};  // of the surfels' size
+  const IcpMethod method = options.method == IcpMethod::paper ? IcpMethod::point_to_point : options.method;
   std::vector<Level> levels;
   for (std::size_t i = 0; i < surfel_resolutions; ++i) {
     const double size = source[i].size;
     const double gate = std::min(gates[i] * size, std::max(options.max_distance, 3 * source[0].size));
-    levels.push_back({target[i], source[i], {options.method, gate, size / 2, options.threads}});
+    levels.push_back({target[i], source[i], {method, gate, size / 2, options.threads}});
   }
   return levels;
 }

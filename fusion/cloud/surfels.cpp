@@ -55,7 +55,8 @@ VoxelMoments::VoxelMoments(std::span<const Eigen::Vector3f> points, double size,
   Eigen::Vector3i last = Eigen::Vector3i::Zero();  // that no point has
   Cell* cell = nullptr;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3i index = ((points[i] - origin_) * inverse).cast<int>();
+    // Rounding may bring the least point of all to just below 1.
+    const Eigen::Vector3i index = ((points[i] - origin_) * inverse).cast<int>().cwiseMax(1);
     const Eigen::Vector3d p = points[i].cast<double>() - origin;
     if (index != last) cell = &cell_at(index, scans.empty() ? 0 : scans[i]);
     last = index;

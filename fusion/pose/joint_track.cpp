@@ -40,11 +40,21 @@ std::optional<double> JointTrack::at(const std::string& joint, SensorTime t) con
   return found->before->position + found->s * (found->after->position - found->before->position);
 }
 
+bool JointTrack::reaches(const std::string& joint, SensorTime t) const {
+  return std::any_of(joints_.begin(), joints_.end(), [&](const Followed& each) {
+    return each.name == joint && each.samples.count() > 0 && each.samples.newest().stamp >= t;
+  });
+}
+
 Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
                                     SensorTime t) {
+  return head_turn(head, [&](const std::string& joint) { return joints.at(joint, t); });
+}
+
+Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position) {
   Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
   for (const HeadJoint& joint : head) {
-    const auto angle = joints.at(joint.joint, t);
+    const auto angle = position(joint.joint);
     if (!angle) return Error{"the encoder of joint '" + joint.joint + "' is silent or too old"};
     turn = turn * Eigen::Translation3d(joint.point) * Eigen::AngleAxisd(*angle, joint.axis) *
            Eigen::Translation3d(-joint.point);

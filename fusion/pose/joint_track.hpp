@@ -1,6 +1,7 @@
 // Positions of the joints that carry a camera, at any instant, from the encoders.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ class JointTrack {
   /// Between two samples at most `longest_gap` apart, or at most that after the newest.
   std::optional<double> at(const std::string& joint, SensorTime t) const;
 
+  /// Whether the joint's encoder has spoken of t or later: at() is then no guess about what is to come.
+  bool reaches(const std::string& joint, SensorTime t) const;
+
   static constexpr Duration longest_gap = milliseconds(200);
 
  private:
@@ -41,5 +45,8 @@ class JointTrack {
 /// are silent or too old; the text says which.
 Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
                                     SensorTime t);
+/// The same for joints whose positions (rad) come from elsewhere.
+using JointPosition = std::function<std::optional<double>(const std::string& joint)>;
+Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position);
 
 }  // namespace parhelion

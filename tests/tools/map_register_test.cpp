@@ -70,6 +70,26 @@ TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
   EXPECT_LE(scan->cloud.size(), 81'359U);
 }
 
+TEST(MapRegister, ThePapersIcpIsReachedBySayingSo) {
+  const auto room = test::recording("3d-room-scan/room_scan1.pcd");
+  PARHELION_NEEDS_RECORDING(room);
+  const TemporaryFolder folder;
+  const auto with = [&](std::vector<std::string> more) {
+    const std::vector<std::string> itself = {"map", "register", room, room, "--guess", "0.05,0.02,0,1"};
+    more.insert(more.begin(), itself.begin(), itself.end());
+    more.insert(more.end(), {"-o", folder / "room.ply", "--summary", folder / "s.json", "--force"});
+    return test::run(more, folder / "log");
+  };
+  const auto cut_off = with({"--method", "paper", "--iterations", "2"});
+  EXPECT_EQ(cut_off.exit, 1) << cut_off.output;
+  EXPECT_EQ(json_of(folder / "s.json")["scans"][1]["why"], "still moving after 2 iterations");
+  const auto settled = with({"--method", "paper", "--iterations", "200"});
+  ASSERT_EQ(settled.exit, 0) << settled.output;
+  const auto T = json_of(folder / "s.json")["scans"][1]["T_map_scan"].get<std::vector<std::vector<double>>>();
+  EXPECT_NEAR(std::hypot(T[0][3], T[1][3], T[2][3]), 0, 1e-6) << "each point meets itself";
+  EXPECT_EQ(with({"--method", "papers"}).exit, 2);
+}
+
 TEST(MapRegister, TrustedPosesAreTakenAsTheyAreAndMustBeThere) {
   const auto stairs = test::recording("rgbd-7scenes-stairs/seq-01");
   const auto room = test::recording("3d-room-scan/room_scan1.pcd");

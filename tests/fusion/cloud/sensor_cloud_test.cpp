@@ -118,5 +118,46 @@ TEST(CloudFromLines, each_beam_is_put_where_the_laser_was_at_its_own_time) {
   EXPECT_FALSE(cloud_from_lines({}, laser, pose_at));
 }
 
+/// An upright laser over a robot of 0.8 x 0.6 x 0.7 m, turned about the vertical axis.
+TEST(CloudFromLines, what_a_laser_sees_of_its_own_robot_is_left_out) {
+  LaserDescription laser;
+  laser.convention.range_max = 30;
+  const OwnBody body{{{-0.4, -0.3}, {0.4, -0.3}, {0.4, 0.3}, {-0.4, 0.3}}, 0.7};
+  std::vector<PlacedLine> lines;
+  std::vector<Scan> without;
+  for (int i = 0; i < 36; ++i) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.1 * i, Eigen::Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()));
+    const Transform<Base, Laser> T_base_laser(turn, {0.2, 0, 1.0});
+    Scan line;
+    line.stamp = SensorTime::from_utime(1'000'000 + 25'000LL * i);
+    line.angle_step = static_cast<float>(2 * std::numbers::pi / 180);
+    for (int k = 0; k < 180; ++k)
+      line.ranges.push_back(0.2F + 0.01F * static_cast<float>((k * 37 + i) % 180));
+    const Transform<Map, Base> T_map_base = Transform<Map, Base>::planar(3, -2, 0.7);
+    const auto T_map_laser = T_map_base * T_base_laser;
+    lines.push_back({line, T_map_laser, T_map_laser, T_base_laser});
+    leave_out_body(line, laser, T_base_laser, body);
+    without.push_back(line);
+  }
+  const PointCloud<Map> cloud = cloud_from_lines(lines, laser, body);
+  const Transform<Base, Map> T_base_map(Transform<Map, Base>::planar(3, -2, 0.7).isometry().inverse());
+  for (const Eigen::Vector3f& p : cloud.points) {
+    const Eigen::Vector3d q = T_base_map * p.cast<double>().eval();
+    EXPECT_TRUE(std::abs(q.x()) > 0.449 || std::abs(q.y()) > 0.349 || q.z() > 0.749 || q.z() < -0.049)
+        << q.transpose();
+  }
+  EXPECT_LT(cloud.size(), 36U * 180U - 300U) << "the robot is in the way of some";
+  EXPECT_GT(cloud.size(), 36U * 180U / 2) << "not of most";
+  EXPECT_EQ(cloud_from_lines(lines, laser, {}).size(), 36U * 180U)
+      << "a body that is not known hides nothing";
+  std::size_t hits = 0;
+  for (const Scan& line : without)
+    hits += static_cast<std::size_t>(std::count_if(line.ranges.begin(), line.ranges.end(), [&](float range) {
+      return laser.convention.classify(range) == BeamKind::hit;
+    }));
+  EXPECT_EQ(hits, cloud.size()) << "the same beams, line by line";
+}
+
 }  // namespace
 }  // namespace parhelion

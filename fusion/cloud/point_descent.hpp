@@ -1,0 +1,19 @@
+// The paper's ICP (algorithm 1, equation 1) as one of the methods of registration.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "fusion/cloud/registration.hpp"
+#include "fusion/cloud/surfel_descent.hpp"
+
+namespace parhelion {
+
+/// Point-to-point over all points of both clouds in the paper's grid of 28 x 28 x 28 cubes, until it settles.
+/// Partners are looked for within max_distance, then within half of it and so on down to `verdict`'s gate:
+/// what only one of the scans has seen pulls less and less. `verdict`: the level whose surfels are asked
+/// whether to believe the result; its partners are those at T.
+Descent descend_points(const PointCloud<Target>& target, const PointCloud<Source>& source,
+                       const Level& verdict, const Eigen::Isometry3d& guess,
+                       const RegistrationOptions& options);
+
+}  // namespace parhelion
