@@ -72,16 +72,22 @@ void stop_joints(const Configuration& configuration, SimulationTime now, State& 
 
 }  // namespace
 
+Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
+                        Outputs& outputs) {
+  const Status done = state.simulation.command(command, state.real);
+  if (done.ok() && command.action == AgentCommand::Action::spawn)
+    state.kinds[command.agent.name] = command.agent.kind;
+  publish_simulation_events(configuration, state, outputs);
+  return done;
+}
+
 void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs) {
   AgentCommand command;
   const Status read = decode(input.channel, input.payload, command);
   if (!read) refuse(read.error(), state);
   if (!read && command.request == 0) return;  // nobody to answer
-  const Status done = read.ok() ? state.simulation.command(command, state.real) : read;
-  if (done.ok() && command.action == AgentCommand::Action::spawn)
-    state.kinds[command.agent.name] = command.agent.kind;
-  publish_simulation_events(configuration, state, outputs);
+  const Status done = read.ok() ? do_agent_command(configuration, command, state, outputs) : read;
   if (!read) command.agent = {};  // what could not be read is not repeated
   Event answer;
   answer.stamp = simulation_time(input.arrival);

@@ -49,8 +49,13 @@ void answer_laser(const Configuration& configuration, const LaserRequest& reques
   AgentScanPath& own = state.agent_laser;
   const Sweep sweep = beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.beam_time);
   const SimulationTime start = request.stamp - (sweep.end - sweep.start);
-  if (!state.simulation.at(request.stamp, own.world_end)) return;
-  if (!state.simulation.at(start, own.world_start)) own.world_start = own.world_end;
+  // All lasers of a step share its world, and those of one kind its start.
+  const auto holds = [](const WorldSnapshot& world, SimulationTime t) {
+    return world.scene && world.stamp == t;
+  };
+  if (!holds(own.world_end, request.stamp) && !state.simulation.at(request.stamp, own.world_end)) return;
+  if (!holds(own.world_start, start) && !state.simulation.at(start, own.world_start))
+    own.world_start = own.world_end;
   bodies_in_sweep(
       own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
         const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
@@ -127,6 +132,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   ++state.step;
   observer.ended(Stage::physics_step);
   publish_simulation_events(configuration, state, outputs);
+  run_scripts(configuration, next, state, outputs);
   for (const LaserRequest& request : state.laser_requests)
     answer_laser(configuration, request, state, outputs);
   watch_silence(configuration, next, state, outputs);
@@ -139,6 +145,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
 
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs) {
   ++state.tally.events[static_cast<std::size_t>(event.kind) % state.tally.events.size()];
+  state.scripts.hear(event);
   encode(event, outputs.add(configuration.channels.bus(channel::mr_events)));
 }
 

@@ -1,5 +1,7 @@
 #include "server/session_files.hpp"
 
+#include <algorithm>
+
 #include "protocols/yaml/document.hpp"
 #include "server/state.hpp"
 
@@ -14,16 +16,20 @@ std::string place_of(const std::string& path, const std::string& key) {
   return path + ":" + std::to_string(node == nullptr ? 1 : node->line) + ": ";
 }
 
-/// The same of the agent that `message`, from make_state, is about.
-std::string place_of_agent(const std::string& path, const Scenario& scenario, const std::string& message) {
+/// The same of the agent or the script that `message`, from make_state, is about.
+std::string place_of_item(const std::string& path, const Scenario& scenario, const std::string& message) {
   const auto text = yaml::read_text(path);
   const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
-  const yaml::Node* agents = document ? document->find("agents") : nullptr;
-  for (std::size_t i = 0; agents != nullptr && i < agents->items.size(); ++i) {
-    if (i < scenario.agents.size() && message.starts_with("scenario agent '" + scenario.agents[i].name + "'"))
-      return path + ":" + std::to_string(agents->items[i].line) + ": ";
-  }
-  return path + ":1: ";
+  const auto line = [&](const char* list, const char* what, const auto& named) {
+    const yaml::Node* items = document ? document->find(list) : nullptr;
+    for (std::size_t i = 0; items != nullptr && i < items->items.size() && i < named.size(); ++i) {
+      if (message.starts_with(std::string(what) + " '" + named[i].name + "'")) return items->items[i].line;
+    }
+    return 0;
+  };
+  const int agent = line("agents", "scenario agent", scenario.agents);
+  const int script = line("scripts", "script", scenario.scripts);
+  return path + ":" + std::to_string(std::max({1, agent, script})) + ": ";
 }
 
 }  // namespace
@@ -60,7 +66,7 @@ Status check_start(const Configuration& configuration, const std::string& path) 
   const auto state = make_state(configuration, ArrivalTime{});
   if (state) return {};
   const std::string& message = state.error().message;
-  return Error{place_of_agent(path, configuration.scenario, message) + message};
+  return Error{place_of_item(path, configuration.scenario, message) + message};
 }
 
 }  // namespace parhelion

@@ -50,7 +50,11 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   auto simulation =
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
   if (!simulation) return simulation.error();
+  if (const Status known = check_scripts(configuration); !known) return known.error();
   auto state = std::make_unique<State>(std::move(*simulation), configuration);
+  std::vector<std::string> trainees{configuration.robot.name};
+  if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);
+  state->scripts = Scripts(configuration.scenario.scripts, std::move(trainees), simulation_time(start));
   for (const AgentDefinition& agent : configuration.scenario.agents) {
     if (const Status spawned = state->simulation.spawn(agent, std::nullopt); !spawned) {
       return Error{"scenario agent '" + agent.name + "': " + spawned.error().message};

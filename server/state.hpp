@@ -20,6 +20,7 @@
 #include "server/injection_gate.hpp"
 #include "server/model_version.hpp"
 #include "server/percentiles.hpp"
+#include "server/scripts.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/virtual_contact.hpp"
 
@@ -123,6 +124,7 @@ struct State {
   ArrivalTime joint_command_arrival;
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   HoldReason held = HoldReason::none;
+  Scripts scripts;
   std::map<std::string, AgentKind> kinds;  ///< of the agents, for MR_WORLD
   std::uint64_t scene_published = 0;       ///< version of the scene in the last MR_WORLD
   WorldMessage world_message;

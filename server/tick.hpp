@@ -45,6 +45,11 @@ void answer_joint_command(const Configuration& configuration, const Message& inp
 void drive_agent(const Message& input, std::string_view agent, State& state);
 /// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD.
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// command_path.cpp: does the command, or says why not.
+Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
+                        Outputs& outputs);
+/// script_path.cpp: what the scenario's scripts do at the newest step.
+void run_scripts(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
 /// physics_path.cpp: what the physics says, to MR_EVENTS and MR_WORLD.
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs);
 void publish_simulation_events(const Configuration& configuration, State& state, Outputs& outputs);

@@ -69,7 +69,11 @@ void Simulation::State::gather_obstacles(const Agent& agent, double range) {
   } else {
     near.clear();
     building->near(p, range, agent.floor + 0.02, agent.floor + agent.form.size.z(), near);
-    for (const FixedObstacle* obstacle : near) steering.obstacles.push_back(&obstacle->footprint);
+    const bool pushes =
+        agent.definition.behaviour.opens_doors && agent.definition.behaviour.kind != BehaviourKind::wander;
+    for (const FixedObstacle* obstacle : near) {
+      if (!(pushes && obstacle->gives_way)) steering.obstacles.push_back(&obstacle->footprint);
+    }
   }
   for (const Footprint& disc : real_discs) {
     if ((disc.center - p).norm() < range + disc.bound) steering.obstacles.push_back(&disc);

@@ -115,7 +115,8 @@ std::vector<Door> Building::enter(Physics& physics, BodyId first_body, const Doo
       door.id = states_[i].id;
       door.body = i;
       door.obstacle = *boxes_[i].obstacle;
-      door.handle = hang_door(physics, door);
+      hang_door(physics, door);
+      parts_[i].injectable = obstacles_[door.obstacle].is_virtual = door.drawn.is_virtual;
       parts_[i].shapes = leaf_shapes(door);
       states_[i].known = door.known;
       states_[i].T_map_body = door.rigid.T_map_body;
@@ -143,6 +144,7 @@ std::vector<Door> Building::enter(Physics& physics, BodyId first_body, const Doo
 void Building::move_leaf(const Door& door) {
   FixedObstacle& leaf = obstacles_[door.obstacle];
   leaf.is_measured = !door.dynamic && door.known;
+  leaf.gives_way = door.dynamic && !door.unhinged;
   const Transform<Map, Body>& T_map_leaf = door.rigid.T_map_body;
   if (!door.unhinged) {
     place(door.outline, planar_pose(Transform<Map, Base>(T_map_leaf.isometry())), leaf.footprint);

@@ -32,6 +32,7 @@ struct FixedObstacle {
   /// Contacts of the real robot with it are a distance: not with a door that physics moves, nor with one of
   /// which nobody knows how far it is open.
   bool is_measured = true;
+  bool gives_way = false;     ///< a leaf that whoever pushes it opens
   std::string relation = {};  ///< ModelNet::place: "in wall 7", "of stairs 1"; empty: none is known
 };
 

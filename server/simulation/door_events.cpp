@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "server/simulation/state.hpp"
 
@@ -39,6 +40,10 @@ void Simulation::State::watch_doors() {
   }
   for (Door& door : doors) {
     watch_space(door);
+    if (door.dynamic && !door.unhinged) {
+      const double impulse = std::accumulate(door.impulses.begin(), door.impulses.end(), 0.0);
+      if (door.settings.break_impulse > 0 && impulse > door.settings.break_impulse) unhinge(door, impulse);
+    }
     if (!door.known || door.unhinged) continue;
     const double opening = std::abs(door.opening());
     if (!(door.open ? opening < kClosed : opening > kOpened)) continue;

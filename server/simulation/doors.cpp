@@ -13,6 +13,12 @@ constexpr double kOpened = 10 * std::numbers::pi / 180;  // rad: turned so far, 
 constexpr double kSpaceDepth = 0.3;   // m, of an opening whose free space the model does not have
 constexpr double kFollowSpeed = 3.0;  // rad/s: a real leaf follows what is said of it like a leaf that turns
 constexpr double kAngleSlack = 0.01;  // rad
+constexpr double kLeafDensity = 250;  // kg/m^3: two boards and a honeycomb
+constexpr double kLeastMass = 5, kMostMass = 120;                               // kg
+constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  // m
+constexpr double kCloserSpeed = 0.8;  // rad/s that a closer's damper allows
+constexpr double kShut = 0.002;       // rad
+constexpr double kPullWindow = 0.02;  // s in which an impulse breaks a hinge
 
 Eigen::Vector2d closed_center(const Door& door) {
   return leaf_at(door.drawn, door.hinge, door.hinge.closed).translation().head<2>();
@@ -76,6 +82,9 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
   for (const DoorSettings& settings : rules.settings) {
     if (settings.name == entity.name) door.settings = settings;
   }
+  if (door.settings.is_virtual) door.drawn.is_virtual = *door.settings.is_virtual;
+  const bool simulated = rules.level < 3 || door.drawn.is_virtual;
+  door.dynamic = simulated && !door.settings.locked;
   door.outline = make_rectangle(entity.size.x(), entity.size.y());
   const ModelEntity space = free_space_of(door, spaces);
   door.space = projection(space.T_map_body, space.size, door.space_bottom, door.space_top);
@@ -83,7 +92,7 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
     const double said = angle_of(door.hinge, *door.settings.angle);
     door.angle = std::clamp(said, door.hinge.lower, door.hinge.upper);
   }
-  if (!door.dynamic && door.settings.angle) door.said = door.angle;
+  if (!door.dynamic && (door.settings.angle || simulated)) door.said = door.angle;
   door.known = door.dynamic || door.said;
   door.open = std::abs(door.opening()) > kOpened;
   door.rigid.T_map_body = door.angle == 0 ? entity.T_map_body : leaf_at(entity, door.hinge, door.angle);
@@ -91,11 +100,49 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
 }
 
 std::vector<Shape> leaf_shapes(const Door& door) {
-  return {{ShapeKind::box, door.drawn.size, {}, door.drawn.material}};
+  const Eigen::Vector3d& size = door.drawn.size;
+  std::vector<Shape> shapes{{ShapeKind::box, size, {}, door.drawn.material}};
+  if (!door.dynamic || size.x() < 0.4 || size.z() < kHandleHeight + 0.1) return shapes;
+  // A lever on each side, beside the edge that is away from the hinge.
+  const Material metal{{0.55F, 0.56F, 0.58F}, 0.3F, 1, 0.6F};
+  const Eigen::Vector3d lever(0.12, 0.02, 0.02);
+  const double x = (door.hinge.axis.x() > 0 ? -1 : 1) * (size.x() / 2 - kHandleInset - lever.x() / 2);
+  const double z = kHandleHeight - size.z() / 2;
+  for (const double side : {-1.0, 1.0}) {
+    const Eigen::Vector3d at(x, side * (size.y() / 2 + kHandleGap), z);
+    shapes.push_back(
+        {ShapeKind::box, lever, Transform<Body, ShapeFrame>(Eigen::Quaterniond::Identity(), at), metal});
+  }
+  return shapes;
 }
 
-PhysicsHandle hang_door(Physics& physics, const Door& door) {
-  return physics.add_fixed_box(door.rigid.T_map_body, door.drawn.size, false);
+void hang_door(Physics& physics, Door& door) {
+  const Eigen::Vector3d& size = door.drawn.size;
+  if (!door.dynamic) {
+    door.handle = physics.add_fixed_box(door.rigid.T_map_body, size, false);
+    return;
+  }
+  const double mass = std::clamp(kLeafDensity * size.prod(), kLeastMass, kMostMass);
+  door.anchor = physics.add_anchor(door.drawn.T_map_body);
+  door.handle = physics.add_leaf(size, mass, door.rigid.T_map_body);
+  JointDefinition hinge;
+  hinge.a = door.anchor;
+  hinge.b = door.handle;
+  // A joint turns about its x axis: that is the leaf's z.
+  hinge.T_a_joint.linear() << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+  hinge.T_a_joint.translation() = Eigen::Vector3d(door.hinge.axis.x(), door.hinge.axis.y(), 0);
+  hinge.T_b_joint = hinge.T_a_joint;
+  hinge.limited = true;
+  hinge.lower = door.hinge.lower;
+  hinge.upper = door.hinge.upper;
+  door.joint = physics.add_joint(hinge);
+  physics.restart_joint(door.joint, door.angle);
+}
+
+void unhang_door(Physics& physics, const Door& door) {
+  if (!door.dynamic) return;
+  physics.remove_joint(door.joint);
+  physics.remove(door.anchor);
 }
 
 Door* Simulation::State::find_door(const std::string& name) {
@@ -111,12 +158,47 @@ void Simulation::State::put_leaf(Door& door, double angle) {
   door.turning = false;
   door.moved = true;
   ++door.epoch;
-  physics.move_fixed(door.handle, door.rigid.T_map_body, door.rigid.velocity, door.rigid.rotation_rate);
+  if (door.dynamic) {
+    physics.teleport(door.handle, door.rigid.T_map_body);
+    physics.restart_joint(door.joint, angle);
+  } else {
+    physics.move_fixed(door.handle, door.rigid.T_map_body, door.rigid.velocity, door.rigid.rotation_rate);
+  }
   building->move_leaf(door);
+}
+
+/// Friction of the hinge, and a closer that pulls with its torque as fast as its damper allows: less by the
+/// friction while the leaf closes, more while somebody opens it.
+void Simulation::State::work_hinge(Door& door) {
+  const double left = door.hinge.closed - door.angle;
+  const double closer = door.settings.closer, friction = door.settings.friction;
+  const bool pulls = closer > friction && std::abs(left) > kShut;
+  physics.keep_awake(door.handle, pulls);
+  if (!pulls) {
+    physics.drive_joint(door.joint, 0, friction);
+    return;
+  }
+  const double turning = door.rigid.rotation_rate.dot(door.rigid.T_map_body.rotation().col(2));
+  const bool opened = turning * left < 0;
+  const double speed = std::copysign(std::min(kCloserSpeed, std::abs(left) / (4 * dt)), left);
+  physics.drive_joint(door.joint, speed, opened ? closer + friction : closer - friction);
+}
+
+void Simulation::State::unhinge(Door& door, double impulse) {
+  physics.release_joint(door.joint, true);
+  physics.drop_leaf(door.handle);
+  physics.keep_awake(door.handle, false);
+  door.unhinged = door.moved = true;
+  say_door(EventKind::door_unhinged, door, 0);
+  events.back().impulse = impulse;
 }
 
 void Simulation::State::move_doors() {
   for (Door& door : doors) {
+    if (door.dynamic) {
+      if (!door.unhinged) work_hinge(door);
+      continue;
+    }
     const std::optional<double> target = door.said ? door.said : door.seen;
     if (!target) {
       if (!door.known) continue;
@@ -145,7 +227,25 @@ void Simulation::State::move_doors() {
   }
 }
 
-void Simulation::State::read_doors() {}
+void Simulation::State::read_doors() {
+  const auto window = static_cast<std::size_t>(std::max(1L, std::lround(kPullWindow / dt)));
+  for (Door& door : doors) {
+    if (!door.dynamic) continue;
+    const RigidState rigid = physics.state(door.handle);
+    const bool still = rigid.T_map_body.isometry().isApprox(door.rigid.T_map_body.isometry(), 0);
+    door.rigid = rigid;
+    if (!still) {
+      door.moved = true;
+      building->move_leaf(door);
+    }
+    if (door.unhinged) continue;
+    const JointState hinge = physics.joint_state(door.joint);
+    door.angle = hinge.position;
+    door.impulses.resize(window);
+    door.impulses[door.next_impulse] = hinge.pull * dt;
+    door.next_impulse = (door.next_impulse + 1) % window;
+  }
+}
 
 void Simulation::State::keep_doors(const std::vector<Door>& old) {
   for (Door& door : doors) {
@@ -157,7 +257,16 @@ void Simulation::State::keep_doors(const std::vector<Door>& old) {
     door.known = before->known;
     door.toucher = before->toucher;
     door.inside = before->inside;
-    if (before->moved) put_leaf(door, before->angle);
+    if (before->unhinged) {
+      physics.release_joint(door.joint, true);
+      physics.drop_leaf(door.handle);
+      physics.teleport(door.handle, before->rigid.T_map_body);
+      door.rigid.T_map_body = before->rigid.T_map_body;
+      door.unhinged = door.moved = true;
+      building->move_leaf(door);
+    } else if (before->moved) {
+      put_leaf(door, before->angle);
+    }
   }
 }
 
@@ -193,7 +302,13 @@ Status Simulation::State::set_door(const AgentCommand& command) {
     return Error{"door '" + door->drawn.name + "' cannot be open by " + degrees(opening) + "; expected " +
                  degrees(std::min(one, other)) + " to " + degrees(std::max(one, other))};
   }
-  door->said = std::clamp(angle, door->hinge.lower, door->hinge.upper);
+  const double within = std::clamp(angle, door->hinge.lower, door->hinge.upper);
+  if (door->unhinged) return Error{"door '" + door->drawn.name + "' is off its hinge: it cannot be turned"};
+  if (door->dynamic) {
+    put_leaf(*door, within);
+  } else {
+    door->said = within;
+  }
   return {};
 }
 

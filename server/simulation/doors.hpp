@@ -39,6 +39,8 @@ struct Door {
   std::size_t body = 0;      ///< ...and which of the building's it is
   std::size_t obstacle = 0;  ///< which of the building's
   PhysicsHandle handle = 0;
+  PhysicsHandle anchor = 0;                ///< of a dynamic one: what its hinge is fixed to...
+  JointHandle joint = 0;                   ///< ...and the hinge
   bool dynamic = false;                    ///< physics moves it; else it stands as it is said to
   Footprint outline;                       ///< of the upright leaf, about its centre
   Footprint space;                         ///< what it opens (map); who is in it is in the door...
@@ -66,8 +68,10 @@ struct Door {
 /// `spaces`: the free spaces of the model.
 Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces, const DoorRules& rules);
 
-/// Into the physics, where it stands.
-PhysicsHandle hang_door(Physics& physics, const Door& door);
+/// Into the physics, where it stands; sets handle, anchor and joint.
+void hang_door(Physics& physics, Door& door);
+/// The hinge of a dynamic one out of the physics again.
+void unhang_door(Physics& physics, const Door& door);
 
 /// What of a leaf is seen and touched: its panel, and handles on both sides where it moves by itself.
 std::vector<Shape> leaf_shapes(const Door& door);

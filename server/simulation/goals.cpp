@@ -26,6 +26,11 @@ std::string place_text(const Eigen::Vector2d& p) {
   return text;
 }
 
+/// Whether it opens that leaf by walking on.
+bool walks_through(const Agent& agent, const FixedObstacle& leaf) {
+  return leaf.gives_way && agent.definition.behaviour.opens_doors;
+}
+
 double room_of(const Agent& agent) { return agent.form.footprint.bound + kRouteRoom; }
 
 Twist2 face(const Agent& agent, const Eigen::Vector2d& p) {
@@ -68,7 +73,9 @@ void Simulation::State::gather_fair_zone(const Target& target) {
 /// What a way goes round: closed doors and, where the last way was blocked, whoever stands there.
 RouteQuery Simulation::State::query_to(const Agent& agent, const Eigen::Vector2d& goal, bool round_agents) {
   RouteQuery query{agent.pose.position(), goal, room_of(agent), {}, {}};
-  for (const FixedObstacle* door : router.doors(building)) query.blocked.push_back(door->footprint);
+  for (const FixedObstacle* door : router.doors(building)) {
+    if (!walks_through(agent, *door)) query.blocked.push_back(door->footprint);
+  }
   for (const Footprint& zone : fair_zone) query.blocked.push_back(zone);
   if (!round_agents) return query;
   constexpr double matters = 8.0;  // m: farther ones will have moved
@@ -94,8 +101,9 @@ bool Simulation::State::sees(const Agent& agent, const Eigen::Vector2d& p) {
     return distance_bound(way, other) < 0 && signed_distance(way, other) < 0;
   };
   const auto& leaves = router.doors(building);
-  if (std::any_of(leaves.begin(), leaves.end(),
-                  [&](const FixedObstacle* door) { return meets(door->footprint); }))
+  if (std::any_of(leaves.begin(), leaves.end(), [&](const FixedObstacle* door) {
+        return !walks_through(agent, *door) && meets(door->footprint);
+      }))
     return false;
   if (std::any_of(fair_zone.begin(), fair_zone.end(), meets)) return false;
   RouteGrid& grid = grid_of(agent);

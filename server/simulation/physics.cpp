@@ -168,7 +168,7 @@ PhysicsHandle Physics::add_free(ShapeKind kind, const Eigen::Vector3d& size, dou
                                 const Transform<Map, Body>& T_map_body) {
   const PhysicsHandle handle =
       world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kFree,
-                  kFixed | kFloor | kFree | kUpright | kKinematic | kRobot);
+                  kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
   btRigidBody& body = *world_->at(handle).body;
   body.setDamping(0.02, 0.1);
   // It was put down at rest: it sleeps where it stands, exactly, until something touches it.
@@ -180,7 +180,7 @@ PhysicsHandle Physics::add_upright(ShapeKind kind, const Eigen::Vector3d& size, 
                                    const Transform<Map, Body>& T_map_body) {
   const PhysicsHandle handle =
       world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kUpright,
-                  kFixed | kFree | kUpright | kKinematic | kRobot);
+                  kFixed | kFree | kUpright | kKinematic | kRobot | kLeaf);
   btRigidBody& body = *world_->at(handle).body;
   body.setLinearFactor({1, 1, 0});
   body.setAngularFactor({0, 0, 1});
@@ -197,17 +197,43 @@ PhysicsHandle Physics::add_kinematic(const std::vector<Eigen::Vector2d>& footpri
   }
   shape->setMargin(kHullMargin);
   shape->recalcLocalAabb();
-  const PhysicsHandle handle = world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(),
-                                           Eigen::Vector3d::Zero(), kKinematic, kFree | kUpright | kRobot);
+  const PhysicsHandle handle =
+      world_->add(std::move(shape), 0, Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero(), kKinematic,
+                  kFree | kUpright | kRobot | kLeaf);
   btRigidBody& body = *world_->at(handle).body;
   body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
                          btCollisionObject::CF_KINEMATIC_OBJECT);
   body.setActivationState(DISABLE_DEACTIVATION);
   // Added again: the world keeps kinematic bodies in another list than static ones.
   world_->world.removeRigidBody(&body);
-  world_->world.addRigidBody(&body, kKinematic, kFree | kUpright | kRobot);
+  world_->world.addRigidBody(&body, kKinematic, kFree | kUpright | kRobot | kLeaf);
   suspend(handle, true);
   return handle;
+}
+
+PhysicsHandle Physics::add_leaf(const Eigen::Vector3d& size, double mass,
+                                const Transform<Map, Body>& T_map_body) {
+  const PhysicsHandle handle =
+      world_->add(make_shape(ShapeKind::box, size), mass, T_map_body.isometry(), Eigen::Vector3d::Zero(),
+                  kLeaf, kFree | kUpright | kKinematic | kRobot);
+  btRigidBody& body = *world_->at(handle).body;
+  body.setDamping(0.02, 0.1);
+  body.forceActivationState(ISLAND_SLEEPING);
+  return handle;
+}
+
+void Physics::drop_leaf(PhysicsHandle handle) {
+  RigidBody& rigid = world_->at(handle);
+  world_->world.removeRigidBody(rigid.body.get());
+  rigid.group = kFree;
+  rigid.mask = kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf;
+  world_->world.addRigidBody(rigid.body.get(), rigid.group, rigid.mask);
+  rigid.body->activate(true);
+}
+
+PhysicsHandle Physics::add_anchor(const Transform<Map, Body>& T_map_body) {
+  return world_->add(std::make_unique<btBoxShape>(btVector3(0.01, 0.01, 0.01)), 0, T_map_body.isometry(),
+                     Eigen::Vector3d::Zero(), kFixed, 0);
 }
 
 void Physics::remove(PhysicsHandle handle) {

@@ -92,6 +92,7 @@ struct JointState {
   double velocity = 0;  ///< rad/s or m/s
   double effort = 0;    ///< N m or N of its motor in the newest step
   double load = 0;      ///< N m (N of one that slides) that tore at it in the newest step, all axes
+  double pull = 0;      ///< N that it held its parts together with in the newest step; 0 of one that slides
 };
 
 /// A mesh made ready to collide with; takes time, and needs no Physics: another thread may make it.
@@ -121,6 +122,12 @@ class Physics {
   /// Stays upright and at its height; moved in the plane by drive() and by what pushes it.
   PhysicsHandle add_upright(ShapeKind kind, const Eigen::Vector3d& size, double mass,
                             const Transform<Map, Body>& T_map_body);
+  /// A leaf that hangs in a wall: touches what moves, not the building; its origin is its centre.
+  PhysicsHandle add_leaf(const Eigen::Vector3d& size, double mass, const Transform<Map, Body>& T_map_body);
+  /// It hangs no longer: from now on it lies on floors and against walls.
+  void drop_leaf(PhysicsHandle handle);
+  /// Touches nothing and never moves: what a leaf's hinge is fixed to.
+  PhysicsHandle add_anchor(const Transform<Map, Body>& T_map_body);
   /// Goes where it is put and pushes the others: a convex footprint, extruded to `height`.
   PhysicsHandle add_kinematic(const std::vector<Eigen::Vector2d>& footprint, double height);
   /// Parts of one robot, in their order.

@@ -60,6 +60,11 @@ double PartJoint::load() const {
   return std::sqrt(u * u + v * v + along * along) / step;
 }
 
+double PartJoint::pull() const {
+  if (!isEnabled() || prismatic_) return 0;
+  return std::hypot(impulses[0], impulses[1], impulses[2]) / step;
+}
+
 void PartJoint::getInfo1(btConstraintInfo1* info) {
   measure();
   const bool near_limit =

@@ -81,7 +81,7 @@ std::vector<PhysicsHandle> Physics::add_parts(const std::vector<PartDefinition>&
     }
     const PhysicsHandle handle = world_->add(
         std::move(compound), part.mass, T_map_part[i].isometry() * T_part_inertial, Eigen::Vector3d::Zero(),
-        kRobot, kFixed | kFloor | kFree | kUpright | kKinematic | kRobot);
+        kRobot, kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
     RigidBody& rigid = world_->at(handle);
     rigid.children = std::move(children);
     rigid.part = std::move(surfaces);
@@ -155,7 +155,7 @@ void Physics::restart_joint(JointHandle joint, double position) { world_->joint(
 JointState Physics::joint_state(JointHandle handle) const {
   PartJoint& joint = world_->joint(handle);
   joint.measure();
-  return {joint.position(), joint.velocity(), joint.effort(), joint.load()};
+  return {joint.position(), joint.velocity(), joint.effort(), joint.load(), joint.pull()};
 }
 
 void Physics::remove_joint(JointHandle handle) {

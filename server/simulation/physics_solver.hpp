@@ -80,6 +80,8 @@ class PartJoint : public btTypedConstraint {
   /// N m or N of the motor, and of what tears at the joint, in the newest step.
   double effort() const;
   double load() const;
+  /// N that holds the parts together at the joint, in the newest step; 0 of one that slides.
+  double pull() const;
 
   std::array<btScalar, kRows> impulses{};  ///< N s or N m s of the newest step, by row
   int rows = 0;                            ///< of the newest step

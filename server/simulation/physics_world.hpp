@@ -12,7 +12,15 @@
 
 namespace parhelion {
 
-enum PhysicsGroup : int { kFixed = 1, kFloor = 2, kFree = 4, kUpright = 8, kKinematic = 16, kRobot = 32 };
+enum PhysicsGroup : int {
+  kFixed = 1,
+  kFloor = 2,
+  kFree = 4,
+  kUpright = 8,
+  kKinematic = 16,
+  kRobot = 32,
+  kLeaf = 64
+};
 
 inline btVector3 to_bullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 inline Eigen::Vector3d from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }

@@ -240,6 +240,13 @@ const AgentDefinition* Simulation::find_agent(const std::string& name) const {
   return agent ? &agent->definition : nullptr;
 }
 
+std::optional<Transform<Map, Base>> Simulation::pose_of(const std::string& name) const {
+  const Agent* agent = state_->find(name);
+  if (!agent) return std::nullopt;
+  if (agent->robot) return agent->robot->motion().T_map_base;
+  return Transform<Map, Base>(agent->rigid.T_map_body.isometry());
+}
+
 std::vector<Event> Simulation::take_events() {
   std::vector<Event> events;
   events.swap(state_->events);
@@ -281,6 +288,7 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
       std::exchange(state.doors, next->enter(state.physics, state.next_building, state.door_rules()));
   const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next));
   state.keep_doors(old_doors);
+  for (const Door& door : old_doors) unhang_door(state.physics, door);
   old->leave(state.physics);
   state.next_building += static_cast<BodyId>(model.entities.size());
   std::set<std::string_view> standing;

@@ -105,6 +105,8 @@ class Simulation {
   /// The definition (with the behaviour of now) of an agent that exists, or nullptr; valid until the next
   /// command.
   const AgentDefinition* find_agent(const std::string& name) const;
+  /// Where an agent is at the newest step; none: there is no such agent.
+  std::optional<Transform<Map, Base>> pose_of(const std::string& agent) const;
   /// The command of an agent that is teleoperated; holds for 0.5 s.
   void teleop(const std::string& agent, const Twist2& twist);
   /// Positions, or else velocities, or else efforts of an articulated robot's joints. A position holds until

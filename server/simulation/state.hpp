@@ -218,6 +218,9 @@ struct Simulation::State {
   Door* find_door(const std::string& name);
   /// Before the physics: leaves that are said to stand elsewhere, closers.
   void move_doors();
+  void work_hinge(Door& door);
+  /// Off its hinge, with the impulse that broke it (N s).
+  void unhinge(Door& door, double impulse);
   /// After it: where the leaves are now, and what broke.
   void read_doors();
   /// From the old building's doors to the new one's of the same make.

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -58,9 +61,7 @@ Simulation crowd(int robots, int persons, int boxes) {
   return simulation;
 }
 
-void step(benchmark::State& state) {
-  Simulation simulation = crowd(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
-                                static_cast<int>(state.range(2)));
+void measure(benchmark::State& state, Simulation& simulation) {
   std::vector<LaserRequest> requests;
   RealRobotState real;
   for (int i = 0; i < 480; ++i) simulation.step(real, requests);
@@ -77,12 +78,71 @@ void step(benchmark::State& state) {
   state.counters["p99_us"] = us[us.size() * 99 / 100];
   state.counters["x_real_time"] = 1e6 / 240 / (sum / static_cast<double>(us.size()));
 }
+
+void step(benchmark::State& state) {
+  Simulation simulation = crowd(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
+                                static_cast<int>(state.range(2)));
+  measure(state, simulation);
+}
 BENCHMARK(step)
     ->ArgNames({"robots", "persons", "boxes"})
     ->Args({10, 0, 0})
     ->Args({10, 10, 0})
     ->Args({50, 0, 100})
     ->Iterations(7200)
+    ->Unit(benchmark::kMicrosecond);
+
+/// Robots that go back and forth through doors which they push open: 20 doors in a wall across a hall.
+Simulation at_doors(int robots, const std::string& model_name) {
+  constexpr int doors = 20;
+  constexpr double spacing = 3;
+  SemanticModel model;
+  for (int i = 0; i <= doors; ++i) {
+    ModelEntity wall;
+    wall.name = "wall " + std::to_string(i);
+    wall.label = EntityLabel::wall;
+    wall.T_map_body = Transform<Map, Body>::planar(0, (i - 0.5) * spacing, 0, 1.25);
+    wall.size = {0.1, spacing - 1.2, 2.5};
+    model.entities.push_back(wall);
+    if (i == doors) break;
+    ModelEntity door;
+    door.name = "door " + std::to_string(i);
+    door.label = EntityLabel::door;
+    door.T_map_body = Transform<Map, Body>::planar(0, i * spacing, std::numbers::pi / 2, 1);
+    door.size = {1.15, 0.04, 2};
+    door.is_virtual = true;
+    model.entities.push_back(door);
+  }
+  RobotDescription robot;
+  robot.footprint = {{-0.25, -0.2}, {0.25, -0.2}, {0.25, 0.2}, {-0.25, 0.2}};
+  SimulationOptions options;
+  if (!model_name.empty())
+    options.robot_models = {std::make_shared<const RobotModel>(*load_robot_model(model_name))};
+  Simulation simulation = std::move(Simulation::create(options, model, robot, SimulationTime{0})).value();
+  for (int i = 0; i < robots; ++i) {
+    AgentDefinition agent;
+    agent.name = "robot" + std::to_string(i);
+    agent.kind = AgentKind::robot;
+    agent.model = model_name;
+    agent.behaviour.kind = BehaviourKind::patrol;
+    agent.behaviour.speed = 0.8;
+    const double y = (i % doors) * spacing, x = 2.5 + 1.5 * (i / doors);
+    agent.behaviour.waypoints = {{-x, y}, {x, y}};
+    agent.T_map_base = Transform<Map, Base>::planar(x, y, std::numbers::pi);
+    if (!simulation.spawn(agent, std::nullopt).ok()) std::abort();
+  }
+  return simulation;
+}
+
+void step_with_doors(benchmark::State& state) {
+  Simulation simulation = at_doors(static_cast<int>(state.range(0)), state.range(1) == 0 ? "" : "rover");
+  measure(state, simulation);
+}
+BENCHMARK(step_with_doors)
+    ->ArgNames({"robots", "driven_surfaces"})
+    ->Args({50, 0})
+    ->Args({50, 1})
+    ->Iterations(4800)
     ->Unit(benchmark::kMicrosecond);
 
 void world_at(benchmark::State& state) {

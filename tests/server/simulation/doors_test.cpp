@@ -171,6 +171,150 @@ TEST(RealDoor, PushesAnAgentThatStandsInItsWay) {
   EXPECT_GT((body(simulation, "crate").T_map_body.translation() - Eigen::Vector3d(1.5, 0.2, 0)).norm(), 0.1);
 }
 
+/// An agent that goes from the far side through the door, pushing it the way it opens.
+AgentDefinition through_the_door(AgentKind kind) {
+  AgentDefinition walker = moving("walker", kind, 3.3, 0.1, BehaviourKind::go, 0.8);
+  walker.T_map_base = Transform<Map, Base>::planar(3.3, 0.1, std::numbers::pi);
+  walker.behaviour.waypoints = {{0, 0.1}};
+  return walker;
+}
+
+SimulationOptions with_door(DoorSettings settings, int level = 1) {
+  settings.name = "door 3";
+  SimulationOptions options;
+  options.level = level;
+  options.doors = {settings};
+  return options;
+}
+
+TEST(HungDoor, IsPushedOpenByWhomeverGoesThroughAndStaysWhereItIsLeft) {
+  for (const AgentKind kind : {AgentKind::person, AgentKind::robot}) {
+    Simulation simulation = make(two_rooms(true));
+    ASSERT_TRUE(state_of(simulation).dynamic) << "a drawn door moves by itself at level 3 too";
+    spawn(simulation, through_the_door(kind));
+    run(simulation, 12);
+    const auto events = simulation.take_events();
+    const auto opened = of_kind(events, EventKind::door_opened);
+    ASSERT_EQ(opened.size(), 1U);
+    EXPECT_EQ(opened[0].subject, "walker");
+    EXPECT_EQ(opened[0].object, "door 3");
+    EXPECT_EQ(opened[0].pair, PairKind::virtual_virtual);
+    EXPECT_EQ(of_kind(events, EventKind::door_space_left).size(), 1U);
+    EXPECT_EQ(of_kind(events, EventKind::goal_reached).size(), 1U);
+    const double left_at = state_of(simulation).opening;
+    EXPECT_GT(left_at, 20 * kDegree);
+    EXPECT_LE(left_at, 91 * kDegree);
+    run(simulation, 2);
+    EXPECT_NEAR(state_of(simulation).opening, left_at, 1 * kDegree);
+  }
+}
+
+TEST(HungDoor, IsAWallToWhoDoesNotOpenDoors) {
+  Simulation simulation = make(two_rooms(true));
+  AgentDefinition walker = through_the_door(AgentKind::person);
+  walker.behaviour.opens_doors = false;
+  spawn(simulation, walker);
+  run(simulation, 20);
+  const auto unreachable = of_kind(simulation.take_events(), EventKind::goal_unreachable);
+  ASSERT_EQ(unreachable.size(), 1U);
+  EXPECT_THAT(unreachable[0].text, testing::HasSubstr("closed: 'door 3'"));
+  EXPECT_NEAR(state_of(simulation).opening, 0, 1 * kDegree);
+}
+
+TEST(HungDoor, AllMoveAtLevelsOneAndTwoButThoseThatAreLocked) {
+  for (const bool locked : {false, true}) {
+    DoorSettings settings;
+    settings.locked = locked;
+    Simulation simulation = make(two_rooms(), with_door(settings));
+    EXPECT_EQ(state_of(simulation).dynamic, !locked);
+    EXPECT_TRUE(state_of(simulation).known);
+    spawn(simulation, through_the_door(AgentKind::person));
+    run(simulation, 12);
+    if (locked)
+      EXPECT_EQ(state_of(simulation).opening, 0);
+    else
+      EXPECT_GT(state_of(simulation).opening, 20 * kDegree);
+  }
+}
+
+TEST(HungDoor, ACloserShutsItAtItsOwnPace) {
+  DoorSettings settings;
+  settings.closer = 15;
+  settings.angle = 80 * kDegree;
+  Simulation simulation = make(two_rooms(), with_door(settings));
+  EXPECT_NEAR(state_of(simulation).opening, 80 * kDegree, 1e-9);
+  run(simulation, 1);
+  EXPECT_GT(state_of(simulation).opening, 80 * kDegree - 0.9) << "its damper allows 0.8 rad/s";
+  run(simulation, 3);
+  EXPECT_NEAR(state_of(simulation).opening, 0, 1 * kDegree);
+  EXPECT_EQ(of_kind(simulation.take_events(), EventKind::door_closed).size(), 1U);
+  run(simulation, 2);
+  EXPECT_NEAR(state_of(simulation).opening, 0, 1 * kDegree);
+}
+
+TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
+  for (const double holds : {5.0, 0.0}) {
+    DoorSettings settings;
+    settings.break_impulse = holds;
+    Simulation simulation = make(two_rooms(), with_door(settings));
+    // The real robot drives on, against the side to which the door does not open.
+    std::vector<LaserRequest> requests;
+    for (int i = 0; i < 240; ++i)
+      simulation.step(real_at(1.65 + 0.4 * i / 240, 0.2, 0, {0.4, 0, 0}), requests);
+    run(simulation, 2, real_at(2.05, 0.2));
+    const auto events = simulation.take_events();
+    const auto broken = of_kind(events, EventKind::door_unhinged);
+    if (holds == 0) {
+      EXPECT_TRUE(broken.empty()) << "nothing breaks it";
+      continue;
+    }
+    ASSERT_EQ(broken.size(), 1U);
+    EXPECT_EQ(broken[0].subject, "pioneer");
+    EXPECT_EQ(broken[0].object, "door 3");
+    EXPECT_GT(broken[0].impulse, holds);
+    EXPECT_TRUE(state_of(simulation).unhinged);
+    const Status refused = simulation.command(say("door 3", 0.5), std::nullopt);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_THAT(refused.error().message, testing::HasSubstr("off its hinge"));
+  }
+}
+
+TEST(HungDoor, StandsAtOnceWhereTheInstructorPutsIt) {
+  Simulation simulation = make(two_rooms(true));
+  ASSERT_TRUE(simulation.command(say("door 3", 70 * kDegree), std::nullopt).ok());
+  run(simulation, 2);
+  EXPECT_NEAR(state_of(simulation).opening, 70 * kDegree, 0.5 * kDegree);
+  const DoorState state = state_of(simulation);
+  EXPECT_NEAR(state.T_map_leaf.translation().x(), 2 - 0.5 * std::sin(state.opening), 1e-3);
+  EXPECT_NEAR(state.T_map_leaf.translation().y(), -0.5 + 0.5 * std::cos(state.opening), 1e-3);
+  EXPECT_NEAR(state.T_map_leaf.translation().z(), 1, 1e-3);
+}
+
+TEST(HungDoor, HasLeversOnBothSidesAwayFromItsHinge) {
+  Simulation simulation = make(two_rooms(true));
+  for (const auto& each : simulation.scene()->bodies) {
+    if (each->entity != "door 3") continue;
+    EXPECT_TRUE(each->injectable);
+    ASSERT_EQ(each->shapes.size(), 3U);
+    for (std::size_t i = 1; i < 3; ++i) EXPECT_GT(each->shapes[i].T_body_shape.translation().x(), 0.3);
+  }
+}
+
+TEST(HungDoor, MovesTheSameOnEachRun) {
+  std::vector<double> first;
+  for (int round = 0; round < 3; ++round) {
+    Simulation simulation = make(two_rooms(true));
+    spawn(simulation, through_the_door(AgentKind::person));
+    std::vector<double> angles;
+    for (int i = 0; i < 100; ++i) {
+      run(simulation, 0.05);
+      angles.push_back(state_of(simulation).opening);
+    }
+    if (round == 0) first = angles;
+    EXPECT_EQ(angles, first);
+  }
+}
+
 TEST(DoorSpace, WhoEntersAndLeavesIsSaid) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 85 * kDegree);

@@ -1,0 +1,161 @@
+// Crowds through the whole tick: one real robot that stands, simulated ones that wander, their lasers of 361
+// beams at 10 Hz cast and published, MR_WORLD and MR_EVENTS. Prints how many times real time that is on one
+// thread, scans published a second, and percentiles of a step. Agents are upright single bodies with
+// velocity motors that friction bounds, at 240 Hz.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "server/tick.hpp"
+
+namespace {
+
+using namespace parhelion;
+
+constexpr std::int64_t kStart = 1'700'000'000'000'000;
+constexpr double kSpacing = 4;  // m between agents at the start
+
+/// The preset of an LMS-200 that scans ten times a second, in a share folder of its own.
+std::string ten_hertz() {
+  const auto share = std::filesystem::temp_directory_path() / "parhelion-bench-share";
+  std::filesystem::create_directories(share / "fusion/scan/presets");
+  std::ofstream(share / "fusion/scan/presets/ten-hertz.yaml")
+      << "range_min: 0.02 m\nrange_max: 80 m\nno_return: 81.83 m\ntoo_close: 0 m\nbeam_interval: 18 us\n"
+         "scan_period: 100 ms\nnoise_sigma: 5 mm\nquantization: 10 mm\nbeams: 361\nangle_first: -90 deg\n"
+         "angle_step: 0.5 deg\n";
+  setenv("PARHELION_SHARE", share.c_str(), 1);
+  return "ten-hertz";
+}
+
+ModelEntity box(const std::string& name, EntityLabel label, double x, double y, double length, double width) {
+  ModelEntity entity;
+  entity.name = name;
+  entity.label = label;
+  entity.T_map_body = Transform<Map, Body>::planar(x, y, 0, 1.25);
+  entity.size = {length, width, 2.5};
+  return entity;
+}
+
+/// `agents` on a grid about the real robot, of which the first `lasers` carry one; half of those without are
+/// persons. Outer walls, and a pillar for each four agents.
+Configuration hall(int agents, int lasers) {
+  Scenario scenario;
+  scenario.name = "crowd";
+  scenario.most_agents = 10'000;
+  const int columns = static_cast<int>(std::ceil(std::sqrt(agents + 1)));
+  const double half = columns * kSpacing / 2;
+  SemanticModel model;
+  model.map_id = "hall";
+  for (const double sign : {-1.0, 1.0}) {
+    model.entities.push_back(
+        box(sign < 0 ? "wall 1" : "wall 2", EntityLabel::wall, sign * (half + 1), 0, 0.2, 2 * half));
+    model.entities.push_back(
+        box(sign < 0 ? "wall 3" : "wall 4", EntityLabel::wall, 0, sign * (half + 1), 2 * half, 0.2));
+  }
+  const std::string laser = ten_hertz();
+  int made = 0;
+  for (int cell = 0; cell < columns * columns && made < agents; ++cell) {
+    const double x = (cell % columns + 0.5) * kSpacing - half, y = (cell / columns + 0.5) * kSpacing - half;
+    if (std::hypot(x, y) < 2.5) continue;
+    if (cell % 4 == 0)
+      model.entities.push_back(
+          box("pillar " + std::to_string(cell), EntityLabel::wall, x + 2, y + 2, 0.4, 0.4));
+    AgentDefinition agent;
+    agent.kind = made >= lasers && made % 2 == 1 ? AgentKind::person : AgentKind::robot;
+    agent.name = "agent_" + std::to_string(made);
+    agent.T_map_base = Transform<Map, Base>::planar(x, y, 0.7 * made);
+    agent.behaviour.kind = BehaviourKind::wander;
+    if (made < lasers) agent.laser = laser;
+    scenario.agents.push_back(agent);
+    ++made;
+  }
+  RobotDescription robot;
+  robot.laser = *load_laser_preset(laser);
+  robot.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
+  return *configure(scenario, robot, model);
+}
+
+Message message(const char* channel, std::int64_t utime, const auto& item) {
+  Message made{channel, ArrivalTime::from_utime(utime), {}};
+  encode(item, made.payload);
+  return made;
+}
+
+class StepClock : public StageObserver {
+ public:
+  void begin() { last_ = std::chrono::steady_clock::now(); }
+  void ended(Stage stage) override {
+    const auto now = std::chrono::steady_clock::now();
+    if (stage == Stage::physics_step)
+      us.push_back(std::chrono::duration<double, std::micro>(now - last_).count());
+    last_ = now;
+  }
+  std::vector<double> us;
+
+ private:
+  std::chrono::steady_clock::time_point last_;
+};
+
+void crowd(benchmark::State& bench) {
+  const Configuration configuration =
+      hall(static_cast<int>(bench.range(0)), static_cast<int>(bench.range(1)));
+  auto made = make_state(configuration, ArrivalTime::from_utime(kStart));
+  if (!made) return bench.SkipWithError(made.error().message.c_str());
+  State& state = **made;
+  Outputs outputs;
+  StepClock clock;
+  std::int64_t utime = kStart;
+  std::size_t scans = 0;
+  const auto run = [&](double seconds_of_it) {
+    const std::int64_t end = utime + static_cast<std::int64_t>(seconds_of_it * 1e6);
+    for (; utime < end; utime += 50'000) {
+      const SensorTime stamp = SensorTime::from_utime(utime);
+      PoseEstimate pose;
+      pose.stamp = stamp;
+      pose.covariance = PoseCovariance::Identity() * 1e-6;
+      pose.state = SlamState::tracking;
+      pose.map_id = "hall";
+      for (const Message& input :
+           {message("ODOMETRY", utime + 100, Odometry{stamp, Transform<Odom, Base>::planar(0, 0, 0)}),
+            message("POSE_COV", utime + 200, pose)}) {
+        outputs.clear();
+        clock.begin();
+        tick(configuration, input, state, outputs, clock);
+        for (const Outputs::Entry& entry : outputs.entries()) scans += entry.channel.ends_with("_SCAN");
+      }
+    }
+  };
+  run(2);
+  clock.us.clear();
+  scans = 0;
+  double simulated = 0;
+  for (auto _ : bench) {
+    run(1);
+    simulated += 1;
+  }
+  std::sort(clock.us.begin(), clock.us.end());
+  bench.counters["x_real_time"] = benchmark::Counter(simulated, benchmark::Counter::kIsRate);
+  bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(scans), benchmark::Counter::kIsRate);
+  bench.counters["step_p50_us"] = clock.us[clock.us.size() / 2];
+  bench.counters["step_p99_us"] = clock.us[clock.us.size() * 99 / 100];
+}
+BENCHMARK(crowd)
+    ->ArgNames({"agents", "lasers"})
+    ->Args({50, 50})
+    ->Args({100, 100})
+    ->Args({100, 0})
+    ->Args({1000, 50})
+    ->Iterations(5)
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+
+BENCHMARK_MAIN();
