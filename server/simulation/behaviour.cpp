@@ -69,10 +69,9 @@ void Simulation::State::gather_obstacles(const Agent& agent, double range) {
   } else {
     near.clear();
     building->near(p, range, agent.floor + 0.02, agent.floor + agent.form.size.z(), near);
-    const bool pushes =
-        agent.definition.behaviour.opens_doors && agent.definition.behaviour.kind != BehaviourKind::wander;
+    const bool wanders = agent.definition.behaviour.kind == BehaviourKind::wander;
     for (const FixedObstacle* obstacle : near) {
-      if (!(pushes && obstacle->gives_way)) steering.obstacles.push_back(&obstacle->footprint);
+      if (wanders || !walks_through(agent, *obstacle)) steering.obstacles.push_back(&obstacle->footprint);
     }
   }
   for (const Footprint& disc : real_discs) {

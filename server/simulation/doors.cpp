@@ -17,6 +17,7 @@ constexpr double kLeafDensity = 250;  // kg/m^3: two boards and a honeycomb
 constexpr double kLeastMass = 5, kMostMass = 120;                               // kg
 constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  // m
 constexpr double kCloserSpeed = 0.8;  // rad/s that a closer's damper allows
+constexpr double kPassable = 0.9;     // rad: open so far, it lets one through
 constexpr double kShut = 0.002;       // rad
 constexpr double kPullWindow = 0.02;  // s in which an impulse breaks a hinge
 
@@ -99,6 +100,17 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
   return door;
 }
 
+bool Door::gives_way_to(const Eigen::Vector2d& p) const {
+  if (!dynamic || unhinged) return false;
+  if (std::abs(opening()) > kPassable) return true;
+  const Transform<Map, Body> T_map_closed = leaf_at(drawn, hinge, hinge.closed);
+  const double z = T_map_closed.translation().z();
+  const double side = (T_map_closed.inverse() * Eigen::Vector3d(p.x(), p.y(), z)).y();
+  // Pushed from its left, the leaf turns to the right of a hinge that is behind it.
+  const bool turns_up = (side < 0) == (hinge.axis.x() < 0);
+  return (turns_up ? hinge.upper - hinge.closed : hinge.closed - hinge.lower) > kPassable;
+}
+
 std::vector<Shape> leaf_shapes(const Door& door) {
   const Eigen::Vector3d& size = door.drawn.size;
   std::vector<Shape> shapes{{ShapeKind::box, size, {}, door.drawn.material}};
@@ -165,6 +177,14 @@ void Simulation::State::put_leaf(Door& door, double angle) {
     physics.move_fixed(door.handle, door.rigid.T_map_body, door.rigid.velocity, door.rigid.rotation_rate);
   }
   building->move_leaf(door);
+}
+
+bool Simulation::State::walks_through(const Agent& agent, const FixedObstacle& leaf) const {
+  if (!leaf.gives_way || !agent.definition.behaviour.opens_doors) return false;
+  const auto door = std::find_if(doors.begin(), doors.end(), [&](const Door& each) {
+    return &building->obstacles()[each.obstacle] == &leaf;
+  });
+  return door != doors.end() && door->gives_way_to(agent.pose.position());
 }
 
 /// Friction of the hinge, and a closer that pulls with its torque as fast as its damper allows: less by the

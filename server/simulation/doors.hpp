@@ -62,6 +62,8 @@ struct Door {
   std::vector<std::string> inside;  ///< of its free space, ascending
 
   double opening() const { return opening_of(hinge, angle); }
+  /// Whether somebody at p (map, m) who walks on against it pushes it open, and far enough to pass.
+  bool gives_way_to(const Eigen::Vector2d& p) const;
 };
 
 /// A door of the model, standing as its rules say; body, obstacle and handle are the building's to set.

@@ -26,11 +26,6 @@ std::string place_text(const Eigen::Vector2d& p) {
   return text;
 }
 
-/// Whether it opens that leaf by walking on.
-bool walks_through(const Agent& agent, const FixedObstacle& leaf) {
-  return leaf.gives_way && agent.definition.behaviour.opens_doors;
-}
-
 double room_of(const Agent& agent) { return agent.form.footprint.bound + kRouteRoom; }
 
 Twist2 face(const Agent& agent, const Eigen::Vector2d& p) {

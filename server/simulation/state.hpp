@@ -219,6 +219,8 @@ struct Simulation::State {
   /// Before the physics: leaves that are said to stand elsewhere, closers.
   void move_doors();
   void work_hinge(Door& door);
+  /// Whether the agent opens that leaf by walking on.
+  bool walks_through(const Agent& agent, const FixedObstacle& leaf) const;
   /// Off its hinge, with the impulse that broke it (N s).
   void unhinge(Door& door, double impulse);
   /// After it: where the leaves are now, and what broke.

@@ -221,6 +221,18 @@ TEST(HungDoor, IsAWallToWhoDoesNotOpenDoors) {
   EXPECT_NEAR(state_of(simulation).opening, 0, 1 * kDegree);
 }
 
+TEST(HungDoor, IsAWallToWhoWouldHaveToPullIt) {
+  Simulation simulation = make(two_rooms(true));
+  AgentDefinition walker = moving("walker", AgentKind::person, 0.5, 0.1, BehaviourKind::go, 0.8);
+  walker.behaviour.waypoints = {{3.2, 0.1}};
+  spawn(simulation, walker);
+  run(simulation, 10);
+  EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_unreachable).size(), 1U);
+  ASSERT_TRUE(simulation.command(say("door 3", 85 * kDegree), std::nullopt).ok());
+  run(simulation, 15);
+  EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_reached).size(), 1U) << "it stands open now";
+}
+
 TEST(HungDoor, AllMoveAtLevelsOneAndTwoButThoseThatAreLocked) {
   for (const bool locked : {false, true}) {
     DoorSettings settings;
