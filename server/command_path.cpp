@@ -2,6 +2,7 @@
 // (promise 3).
 #include <algorithm>
 
+#include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -19,6 +20,11 @@ VirtualContactResult limit_now(const Configuration& configuration, SimulationTim
   if (state.teleop && state.real) {
     const Twist2& twist = state.teleop->twist;
     const double lookahead = contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
+    // What is simulated itself is held back by the physics.
+    if (simulates_trainee(configuration.scenario)) {
+      input.clearance.distance = lookahead;
+      return limit(configuration.scenario.contact, configuration.robot, input, state.contact);
+    }
     input.clearance = state.simulation.clearance(state.real->T_map_base, twist, lookahead);
   }
   return limit(configuration.scenario.contact, configuration.robot, input, state.contact);
@@ -41,6 +47,8 @@ void send_command(const Configuration& configuration, SimulationTime now, State&
   const VirtualContactResult result = limit_now(configuration, now, state);
   state.last_command = now;
   encode(result.command, outputs.add(configuration.channels.bus(channel::mr_cmd)));
+  if (simulates_trainee(configuration.scenario))
+    state.simulation.teleop(configuration.robot.name, result.command.twist);
   note_hold(configuration, now, result.reason, state, outputs);
 }
 
@@ -64,17 +72,34 @@ Joints joint_stop(const Configuration& configuration, SimulationTime now, const 
   return stop;
 }
 
-void stop_joints(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+/// A simulated robot obeys what goes out, as a real one does.
+void send_joint_command(const Configuration& configuration, SimulationTime now, const Joints& command,
+                        State& state, Outputs& outputs) {
   state.last_joint_command = now;
-  encode(joint_stop(configuration, now, state),
-         outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
+  encode(command, outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
+  if (!simulates_trainee(configuration.scenario)) return;
+  const Status done = state.simulation.joint_command(configuration.robot.name, command);
+  if (!done) refuse({configuration.channels.bus(channel::joint_cmd) + ": " + done.error().message}, state);
+}
+
+void stop_joints(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  send_joint_command(configuration, now, joint_stop(configuration, now, state), state, outputs);
+}
+
+/// What must not appear on the trainee's robot is checked against where that is, simulated or real; itself
+/// excepted.
+std::optional<RealRobotState> robot_in_the_way(const Configuration& configuration,
+                                               const AgentCommand& command, const State& state) {
+  if (!simulates_trainee(configuration.scenario)) return state.real;
+  if (command.agent.name == configuration.robot.name) return std::nullopt;
+  return trainee_state(configuration, state);
 }
 
 }  // namespace
 
 Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
                         Outputs& outputs) {
-  const Status done = state.simulation.command(command, state.real);
+  const Status done = state.simulation.command(command, robot_in_the_way(configuration, command, state));
   if (done.ok() && command.action == AgentCommand::Action::spawn)
     state.kinds[command.agent.name] = command.agent.kind;
   publish_simulation_events(configuration, state, outputs);
@@ -110,6 +135,16 @@ void answer_teleop(const Configuration& configuration, const Message& input, Sta
   send_command(configuration, simulation_time(input.arrival), state, outputs);
 }
 
+void stop_robot(const Configuration& configuration, const std::string& robot, ArrivalTime now, State& state,
+                Outputs& outputs) {
+  if (robot != configuration.robot.name) return state.simulation.teleop(robot, {});
+  if (!state.teleop) return;  // nobody has moved it
+  state.teleop = TwistCommand{{now.ns}, {}};
+  state.teleop_arrival = now;
+  send_command(configuration, simulation_time(now), state, outputs);
+  if (!state.joint_command.names.empty()) stop_joints(configuration, simulation_time(now), state, outputs);
+}
+
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
   const auto silent = [&](ArrivalTime last, SimulationTime said) {
     return now - said >= repeat &&
@@ -134,11 +169,15 @@ void answer_joint_command(const Configuration& configuration, const Message& inp
   }
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
-  state.last_joint_command = now;
-  encode(state.joint_command, outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
+  send_joint_command(configuration, now, state.joint_command, state, outputs);
 }
 
-void drive_agent(const Message& input, std::string_view agent, State& state) {
+void drive_agent(const Configuration& configuration, const Message& input, std::string_view agent,
+                 State& state) {
+  if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
+    return refuse({input.channel + ": this is the trainee's robot; send " +
+                   configuration.channels.bus(channel::teleop)},
+                  state);
   TwistCommand command;
   if (const Status read = decode(input.channel, input.payload, command); !read)
     return refuse(read.error(), state);

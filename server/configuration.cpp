@@ -15,22 +15,30 @@ constexpr std::string_view teleop_suffix = "_TELEOP";
 ChannelMap::ChannelMap(const Scenario& scenario)
     : renamed_(scenario.channels.begin(), scenario.channels.end()) {
   std::vector<std::pair<const char*, InputKind>> known = {
-      {channel::robot, InputKind::robot},
-      {channel::scan, InputKind::scan},
-      {channel::odometry, InputKind::odometry},
-      {channel::camera, InputKind::camera},
-      {channel::depth, InputKind::depth},
-      {channel::imu, InputKind::imu},
       {channel::teleop, InputKind::teleop},
-      {channel::joint_state, InputKind::joint_state},
       {channel::joint_cmd, InputKind::joint_command},
-      {channel::mr_agent_cmd, InputKind::agent_command},
+      {channel::operators, InputKind::operators},
       {channel::loop, InputKind::loop},
+      {channel::mr_agent_cmd, InputKind::agent_command},
       {channel::mr_model, InputKind::model},
-      {channel::pose_cov, InputKind::pose_cov},
   };
-  // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV.
-  if (scenario.pose) known.back() = {channel::pose, InputKind::pose};
+  const bool simulated = simulates_trainee(scenario);
+  if (!simulated) {
+    known.insert(known.end(), {{channel::robot, InputKind::robot},
+                               {channel::scan, InputKind::scan},
+                               {channel::odometry, InputKind::odometry},
+                               {channel::camera, InputKind::camera},
+                               {channel::depth, InputKind::depth},
+                               {channel::imu, InputKind::imu},
+                               {channel::joint_state, InputKind::joint_state}});
+  }
+  // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV; of a simulated
+  // robot only where SLAM is to say it.
+  if (!simulated && scenario.pose) {
+    known.push_back({channel::pose, InputKind::pose});
+  } else if (!simulated || (scenario.trainee && scenario.trainee->slam)) {
+    known.push_back({channel::pose_cov, InputKind::pose_cov});
+  }
   for (const auto& [canonical, kind] : known) inputs_.push_back({canonical, kind, bus(canonical)});
 }
 
@@ -64,15 +72,47 @@ std::vector<std::string> ChannelMap::inputs() const {
 }
 
 Status check_level(const Scenario& scenario) {
-  if (scenario.level == 3) return {};
-  return Error{"scenario '" + scenario.name + "': level " + std::to_string(scenario.level) +
-               " is not supported yet, only level 3 (a real robot, live or recorded)"};
+  const std::string who = "scenario '" + scenario.name + "': level " + std::to_string(scenario.level) + " ";
+  if (!simulates_trainee(scenario)) {
+    if (!scenario.trainee) return {};
+    return Error{who +
+                 "has a real robot: 'trainee' is for levels 1 and 2; remove it, or make what the trainee "
+                 "drives one of the 'agents' (kind: robot, behaviour: teleop)"};
+  }
+  if (!scenario.trainee || scenario.trainee->model.empty()) {
+    return Error{who +
+                 "needs the trainee's robot, which is simulated; add 'trainee: {model: rover, pose: {x: 0 "
+                 "m, y: 0 m}}'"};
+  }
+  if (!scenario.robot.empty())
+    return Error{who + "simulates the robot that 'trainee' names by its model; remove 'robot'"};
+  if (scenario.pose)
+    return Error{who + "knows the pose of its robot; remove 'pose', or say 'slam: true' in 'trainee'"};
+  if (scenario.mapping)
+    return Error{who + "has no depth camera to map with; remove 'mapping', or map at level 3"};
+  return {};
+}
+
+Result<RobotDescription> trainee_description(const Scenario& scenario, const RobotModels& models) {
+  const Trainee& trainee = *scenario.trainee;
+  std::string known;
+  for (const auto& model : models) {
+    if (model->name != trainee.model) {
+      known += (known.empty() ? "" : ", ") + model->name;
+      continue;
+    }
+    RobotDescription description = model->description;
+    description.name = trainee.name;
+    return description;
+  }
+  return Error{"scenario '" + scenario.name + "': no robot model '" + trainee.model +
+               "' for the trainee; known: " + (known.empty() ? "none" : known)};
 }
 
 Status check_robot(const RobotDescription& robot) {
   if (!robot.laser) {
     return Error{"robot description '" + robot.name +
-                 "' has no laser: level 3 injects into its scans; add a 'laser' section"};
+                 "' has no laser: its scans are what the server answers; add a 'laser' section"};
   }
   if (robot.footprint.size() < 3) {
     return Error{"robot description '" + robot.name + "' has a footprint of " +
@@ -83,10 +123,16 @@ Status check_robot(const RobotDescription& robot) {
 }
 
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
-                                const SemanticModel& model) {
+                                const SemanticModel& model, RobotModels robot_models) {
   if (const Status level = check_level(scenario); !level) return level.error();
-  if (const Status usable = check_robot(robot); !usable) return usable.error();
-  return Configuration{scenario, robot, model, ChannelMap(scenario)};
+  Configuration configuration{scenario, robot, model, ChannelMap(scenario), std::move(robot_models)};
+  if (simulates_trainee(scenario)) {
+    auto description = trainee_description(scenario, configuration.robot_models);
+    if (!description) return description.error();
+    configuration.robot = std::move(*description);
+  }
+  if (const Status usable = check_robot(configuration.robot); !usable) return usable.error();
+  return configuration;
 }
 
 SessionHeader session_header(const Configuration& configuration, SensorTime start) {
@@ -102,6 +148,8 @@ SessionHeader session_header(const Configuration& configuration, SensorTime star
   header.seed = configuration.scenario.seed;
   header.version = version_text();
   header.input_channels = configuration.channels.inputs();
+  for (const auto& each : configuration.robot_models)
+    header.robot_models.push_back({each->name, each->urdf, each->yaml});
   return header;
 }
 
@@ -112,7 +160,14 @@ Result<Configuration> configuration_from(const SessionHeader& header, const std:
   if (!robot) return robot.error();
   const auto model = parse_model(header.model_yaml, origin + " (MR_SESSION model)");
   if (!model) return model.error();
-  return configure(*scenario, *robot, *model);
+  RobotModels robot_models;
+  for (const RobotModelTexts& texts : header.robot_models) {
+    auto each =
+        parse_robot_model(texts.urdf, texts.yaml, origin + " (MR_SESSION robot model " + texts.name + ")");
+    if (!each) return each.error();
+    robot_models.push_back(std::make_shared<const RobotModel>(std::move(*each)));
+  }
+  return configure(*scenario, *robot, *model, std::move(robot_models));
 }
 
 std::string version_text() {

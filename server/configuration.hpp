@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "protocols/scenario.hpp"
 #include "protocols/status.hpp"
 #include "protocols/telemetry.hpp"
+#include "server/simulation/robot_model.hpp"
 
 namespace parhelion {
 
@@ -32,6 +34,7 @@ enum class InputKind : std::uint8_t {
   agent_teleop,
   loop,
   model,
+  operators,  ///< who drives whom
 };
 
 /// Canonical channel names to those on the bus, both ways.
@@ -56,21 +59,29 @@ class ChannelMap {
   std::vector<std::pair<std::string, std::string>> renamed_;
 };
 
+using RobotModels = std::vector<std::shared_ptr<const RobotModel>>;
+
 struct Configuration {
   Scenario scenario;
-  RobotDescription robot;
+  RobotDescription robot;  ///< at levels 1 and 2 that of the trainee's model, with the trainee's name
   SemanticModel model;
   ChannelMap channels{Scenario{}};
+  RobotModels robot_models;  ///< what AgentDefinition::model and Trainee::model name
 };
 
-/// Whether this server can run such a scenario, and such a robot: level 3, which needs a laser and a
-/// footprint.
+/// Levels 1 and 2: the robot that the trainee drives is simulated, and its sensors are outputs.
+inline bool simulates_trainee(const Scenario& scenario) { return scenario.level < 3; }
+/// Its description. Error: none of the models has the name; the message says which there are.
+Result<RobotDescription> trainee_description(const Scenario& scenario, const RobotModels& models);
+
+/// Whether this server can run such a scenario (levels 1 and 2 need a trainee's robot, and take nothing that
+/// only a real one has), and such a robot: it needs a laser and a footprint.
 Status check_level(const Scenario& scenario);
 Status check_robot(const RobotDescription& robot);
 
 /// Checks that the parts fit together, as check_level and check_robot say.
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
-                                const SemanticModel& model);
+                                const SemanticModel& model, RobotModels robot_models = {});
 
 /// MR_SESSION for a configuration, and back. It says nothing of where the files lie.
 SessionHeader session_header(const Configuration& configuration, SensorTime start);

@@ -22,8 +22,10 @@ bool is_scan(InputKind kind) { return kind == InputKind::scan; }
 
 }  // namespace
 
-Inbox::Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits)
-    : bus_(bus), channels_(channels), guard_(guard), limits_(limits), thread_([this] { run(); }) {}
+Inbox::Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits, const SentMessages* sent)
+    : bus_(bus), channels_(channels), guard_(guard), limits_(limits), sent_(sent), thread_([this] {
+        run();
+      }) {}
 
 Inbox::~Inbox() { close(); }
 
@@ -57,7 +59,7 @@ void Inbox::push(Message message) {
   Arrived arrived;
   arrived.received = steady_now();
   const InputKind kind = channels_.kind(message.channel);
-  if (kind == InputKind::none) return;
+  if (kind == InputKind::none) return note_foreign(message);
   // What is no scan at all is not sent on in place of one.
   if (kind == InputKind::scan && claims_to_be_scan(message.payload))
     arrived.ticket = guard_.watch(message.payload);
@@ -71,6 +73,14 @@ void Inbox::push(Message message) {
   }
   queue_.push_back(std::move(arrived));
   changed_.notify_all();
+}
+
+void Inbox::note_foreign(const Message& message) {
+  if (sent_ == nullptr) return;
+  const auto channel = sent_->foreign(message.channel, message.payload);
+  if (!channel) return;
+  const std::lock_guard lock(mutex_);
+  foreign_.insert(*channel);
 }
 
 /// False: it is the new input that goes.
@@ -147,6 +157,13 @@ std::uint64_t Inbox::dropped() const {
 std::uint64_t Inbox::take_given_up() {
   const std::lock_guard lock(mutex_);
   return std::exchange(given_up_, 0);
+}
+
+std::vector<std::int64_t> Inbox::take_foreign() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::int64_t> channels(foreign_.begin(), foreign_.end());
+  foreign_.clear();
+  return channels;
 }
 
 std::string Inbox::fault() const {

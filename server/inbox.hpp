@@ -6,11 +6,14 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
+#include <vector>
 
 #include "protocols/bus/bus.hpp"
 #include "server/configuration.hpp"
 #include "server/guard.hpp"
+#include "server/sent_messages.hpp"
 #include "server/wall_clock.hpp"
 
 namespace parhelion {
@@ -33,7 +36,9 @@ struct InboxLimits {
 /// goes out as it came; where none waits, the newest command goes, which nobody has acknowledged.
 class Inbox {
  public:
-  Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits = {});
+  /// `sent`: what is on its channels and not ours is counted, by take_foreign().
+  Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits = {},
+        const SentMessages* sent = nullptr);
   ~Inbox();
 
   /// Takes what the bus holds, then receives no more; what waits can still be taken.
@@ -48,11 +53,14 @@ class Inbox {
   std::uint64_t dropped() const;
   /// Scans given up to the guard since the last call: the session log lacks them.
   std::uint64_t take_given_up();
+  /// Channels (indices in sensor_channels()) on which others have published since the last call, ascending.
+  std::vector<std::int64_t> take_foreign();
   std::string fault() const;  ///< why receiving has ended, or empty
 
  private:
   void run();
   void push(Message message);
+  void note_foreign(const Message& message);
   bool make_room(InputKind kind, std::size_t size);
   void drop(std::deque<Arrived>::iterator waiting);
   void forget(const Arrived& leaving);
@@ -62,11 +70,13 @@ class Inbox {
   const ChannelMap& channels_;
   Guard& guard_;
   const InboxLimits limits_;
+  const SentMessages* sent_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Arrived> queue_;
   std::size_t others_ = 0, bytes_ = 0;  // in the queue, as in the limits
   std::uint64_t dropped_ = 0, given_up_ = 0;
+  std::set<std::int64_t> foreign_;
   std::string fault_;
   const WallTime wall_start_ = wall_now(), steady_start_ = steady_now();
   ArrivalTime last_;

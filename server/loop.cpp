@@ -42,11 +42,12 @@ class Session {
           std::optional<LogWriter> log)
       : configuration_(configuration),
         options_(options),
-        outbox_(&bus, std::move(log)),
+        sent_(configuration),
+        outbox_(&bus, std::move(log), &sent_),
         mr_scan_(configuration.channels.bus(channel::mr_scan)),
         guard_(options.guard,
                [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
-        inbox_(bus, configuration.channels, guard_, options.inbox),
+        inbox_(bus, configuration.channels, guard_, options.inbox, &sent_),
         renderer_(configuration.model, render_nice) {
     if (configuration.scenario.mapping && options.update_site)
       mapper_.emplace(options.update_site, configuration, mapping_nice);
@@ -64,6 +65,7 @@ class Session {
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
   void note_given_up();
+  void note_foreign_messages();
   void send_frames();
   void take_answers();
   void offer_view(const Message& message);
@@ -78,6 +80,7 @@ class Session {
 
   const Configuration& configuration_;
   const ServeOptions& options_;
+  SentMessages sent_;
   Outbox outbox_;
   const std::string mr_scan_;
   Guard guard_;
@@ -318,7 +321,14 @@ void Session::take_models() {
 void Session::housekeeping() {
   if (steady_now() - last_housekeeping_ < status_period) return;
   last_housekeeping_ = steady_now();
+  note_foreign_messages();
   publish_status(last_);
+}
+
+/// Once a second each channel: whoever speaks for the robot is news, not each of the words.
+void Session::note_foreign_messages() {
+  for (const std::int64_t channel : inbox_.take_foreign())
+    decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
 }
 
 /// On a thread of its own: a slow disk holds up no scan.
@@ -396,6 +406,11 @@ Result<Report> serve(Bus& bus, const Configuration& configuration, const ServeOp
     const bool newest_only = kind == InputKind::teleop || kind == InputKind::camera;
     if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)
       return subscribed.error();
+  }
+  // On those of a simulated robot's sensors nobody else may speak: heard only to notice it.
+  const SentMessages sensors(configuration);
+  for (const std::string& own : sensors.channels()) {
+    if (const Status subscribed = bus.subscribe(own, 64); !subscribed) return subscribed.error();
   }
   std::optional<LogWriter> log;
   if (!options.session.empty()) {

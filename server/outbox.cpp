@@ -2,7 +2,8 @@
 
 namespace parhelion {
 
-Outbox::Outbox(Bus* bus, std::optional<LogWriter> log) : bus_(bus), log_(std::move(log)) {}
+Outbox::Outbox(Bus* bus, std::optional<LogWriter> log, SentMessages* sent)
+    : bus_(bus), sent_(sent), log_(std::move(log)) {}
 
 void Outbox::write(std::span<const Message> messages) {
   if (!log_ || !log_error_.empty()) return;
@@ -15,7 +16,9 @@ void Outbox::send(const Message* input, std::span<const Outputs::Entry> outputs,
   if (bus_ == nullptr) return;
   for (const Outputs::Entry& output : outputs) {
     // A receiver that is not there is no reason to stop; the bus counts what it could not send.
-    if (output.channel != published) (void)bus_->publish(output.channel, output.payload);
+    if (output.channel == published) continue;
+    if (sent_ != nullptr) sent_->add(output.channel, output.payload);
+    (void)bus_->publish(output.channel, output.payload);
   }
 }
 

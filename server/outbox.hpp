@@ -15,6 +15,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/sha256.hpp"
 #include "server/outputs.hpp"
+#include "server/sent_messages.hpp"
 
 namespace parhelion {
 
@@ -22,7 +23,8 @@ namespace parhelion {
 class Outbox {
  public:
   /// Either may be absent: no bus in a silent replay, no log where none is wanted.
-  Outbox(Bus* bus, std::optional<LogWriter> log);
+  /// `sent`: told of each message before it goes out.
+  Outbox(Bus* bus, std::optional<LogWriter> log, SentMessages* sent = nullptr);
 
   /// One input and what it led to, in one write; then the outputs go out. Where the write fails (disk full),
   /// scans go out all the same, commands are answered with a refusal, and the session is marked incomplete.
@@ -51,6 +53,7 @@ class Outbox {
 
   mutable std::mutex mutex_;
   Bus* bus_;
+  SentMessages* sent_;
   std::optional<LogWriter> log_;
   std::string log_error_;
   std::map<std::string, Sha256> hashes_;

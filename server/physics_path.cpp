@@ -4,7 +4,6 @@
 #include <cmath>
 #include <exception>
 
-#include "server/bodies_in_sweep.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -40,53 +39,6 @@ void note_pose(const Configuration& configuration, SimulationTime t, State& stat
   event.subject = configuration.robot.name;
   if (known) event.position = state.real->T_map_base.translation();
   publish_event(configuration, event, state, outputs);
-}
-
-/// An agent's own scan: the building and all bodies but its own, the real robot included; its stamp is the
-/// last beam's.
-void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state,
-                  Outputs& outputs) {
-  AgentScanPath& own = state.agent_laser;
-  const Sweep sweep = beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.beam_time);
-  const SimulationTime start = request.stamp - (sweep.end - sweep.start);
-  // All lasers of a step share its world, and those of one kind its start.
-  const auto holds = [](const WorldSnapshot& world, SimulationTime t) {
-    return world.scene && world.stamp == t;
-  };
-  if (!holds(own.world_end, request.stamp) && !state.simulation.at(request.stamp, own.world_end)) return;
-  if (!holds(own.world_start, start) && !state.simulation.at(start, own.world_start))
-    own.world_start = own.world_end;
-  bodies_in_sweep(
-      own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
-        const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
-        return !is_own && is_cast_as_body(body);
-      });
-  LaserMotion laser{request.T_map_laser, request.T_map_laser};
-  if (const auto carrier =
-          std::find_if(own.world_end.bodies.begin(), own.world_end.bodies.end(),
-                       [&](const BodyState& b) { return b.id == request.own_bodies.front(); });
-      carrier != own.world_end.bodies.end()) {
-    const auto T_body_laser = carrier->T_map_body.inverse() * request.T_map_laser;
-    for (const BodyState& before : own.world_start.bodies) {
-      if (before.id == carrier->id && before.epoch == carrier->epoch) {
-        laser.T_map_laser_start = before.T_map_body * T_body_laser;
-      }
-    }
-  }
-  const BeamSet beams{static_cast<float>(request.laser.angle_first),
-                      static_cast<float>(request.laser.angle_step), own.beam_time};
-  own.body_hits.resize(own.beam_time.size());
-  own.building_hits.resize(own.beam_time.size());
-  const double range_max = request.laser.convention.range_max;
-  state.caster.cast_bodies(laser, beams, own.motions, range_max, own.body_hits);
-  state.caster.cast_building(laser, beams, range_max, own.building_hits);
-  // Keyed apart from the real scans, whose sequence numbers stay below 2^32.
-  const NoiseKey key{configuration.scenario.seed,
-                     (std::uint64_t{request.own_bodies.front()} + 1) << 32 | ++own.sequence};
-  const SensorTime stamp{request.stamp.ns - sweep.end.ns};
-  simulate_scan(request.laser, key, own.body_hits, own.building_hits, stamp, own.scan);
-  state.simulation.give_scan(request.agent, own.scan);
-  encode(own.scan, outputs.add("MR_AGENT_" + request.agent + "_SCAN"));
 }
 
 bool world_due(const Configuration& configuration, const State& state) {
@@ -127,7 +79,8 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
     state.simulation.set_real_obstacles(state.obstacles);
   }
   state.laser_requests.clear();
-  state.simulation.step(state.real, state.laser_requests);
+  const bool simulated = simulates_trainee(configuration.scenario);
+  state.simulation.step(simulated ? std::nullopt : state.real, state.laser_requests);
   state.relocalized = false;
   ++state.step;
   observer.ended(Stage::physics_step);
@@ -135,7 +88,9 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   run_scripts(configuration, next, state, outputs);
   for (const LaserRequest& request : state.laser_requests)
     answer_laser(configuration, request, state, outputs);
+  publish_sensors(configuration, next, state, outputs);
   watch_silence(configuration, next, state, outputs);
+  watch_operators(configuration, next, state, outputs);
   watch_waiting_image(configuration, next, state, outputs);
   if (world_due(configuration, state)) publish_world(configuration, state, outputs);
   observer.ended(Stage::agents);

@@ -61,6 +61,7 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
   }
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};
+  RobotModels robot_models = recorded ? recorded->robot_models : RobotModels{};
   std::optional<RobotDescription> robot;
   if (recorded) robot = recorded->robot;  // which may have come from a file, so ROBOT does not count
   if (options.scenario) {
@@ -68,7 +69,12 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
     if (!files) return files.error();
     scenario = std::move(files->scenario);
     model = std::move(files->model);
+    robot_models = std::move(files->robot_models);
     if (files->robot) robot = std::move(files->robot);
+  } else if (options.robot && simulates_trainee(scenario)) {
+    return Error{*options.robot +
+                 ": the trainee's robot of this session is simulated, and its model in the log " +
+                 "describes it; leave --robot out"};
   } else if (options.robot) {
     auto given = load_usable_robot(*options.robot);
     if (!given) return given.error();
@@ -84,7 +90,7 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
                  ": no ROBOT message; give --robot FILE (extrinsics, range limits, beam times)"};
   }
   if (options.seed) scenario.seed = *options.seed;
-  return configure(scenario, *robot, model);
+  return configure(scenario, *robot, model, std::move(robot_models));
 }
 
 }  // namespace parhelion

@@ -175,19 +175,6 @@ Verdict try_inject(const Configuration& configuration, const Message& input, Sta
   return {Degraded::fault, fault.what()};
 }
 
-void note_change(const Configuration& configuration, const Message& input, const Verdict& verdict,
-                 State& state, Outputs& outputs) {
-  const bool live = verdict.why == Degraded::no;
-  if (live == state.scan.live) return;
-  state.scan.live = live;
-  Event event;
-  event.stamp = simulation_time(input.arrival);
-  event.kind = live ? EventKind::injection_restored : EventKind::injection_degraded;
-  event.subject = configuration.robot.name;
-  event.text = verdict.text;
-  publish_event(configuration, event, state, outputs);
-}
-
 void degrade(const Verdict& verdict, State& state) {
   ScanPath& path = state.scan;
   path.info.live = false;
@@ -281,10 +268,23 @@ void answer_scan(const Configuration& configuration, const Message& input, State
   ++state.tally.scans_out;
   encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
   observer.ended(Stage::encode);
-  note_change(configuration, input, verdict, state, outputs);
+  note_injection(configuration, path.last_scan, verdict.text, state, outputs);
   // Without a model everything real is unexplained, and there is nothing to tell people from walls.
   if (verdict.why == Degraded::no && (state.model ? *state.model : configuration.model).entities.size() > 0)
     note_unexplained(configuration, moment, state);
+}
+
+void note_injection(const Configuration& configuration, SimulationTime now, const std::string& reason,
+                    State& state, Outputs& outputs) {
+  const bool live = reason.empty();
+  if (live == state.scan.live) return;
+  state.scan.live = live;
+  Event event;
+  event.stamp = now;
+  event.kind = live ? EventKind::injection_restored : EventKind::injection_degraded;
+  event.subject = configuration.robot.name;
+  event.text = reason;
+  publish_event(configuration, event, state, outputs);
 }
 
 void substitute_raw_scan(const Configuration& configuration, const Message& input, State& state,

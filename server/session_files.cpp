@@ -18,6 +18,7 @@ std::string place_of(const std::string& path, const std::string& key) {
 
 /// The same of the agent or the script that `message`, from make_state, is about.
 std::string place_of_item(const std::string& path, const Scenario& scenario, const std::string& message) {
+  if (message.starts_with("scenario trainee")) return place_of(path, "trainee");
   const auto text = yaml::read_text(path);
   const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
   const auto line = [&](const char* list, const char* what, const auto& named) {
@@ -30,6 +31,39 @@ std::string place_of_item(const std::string& path, const Scenario& scenario, con
   const int agent = line("agents", "scenario agent", scenario.agents);
   const int script = line("scripts", "script", scenario.scripts);
   return path + ":" + std::to_string(std::max({1, agent, script})) + ": ";
+}
+
+/// `model`: a name, or the path of a file, which the model's name replaces.
+Status add_robot_model(const std::string& place, std::string& model, RobotModels& models) {
+  const auto called = [&](const std::string& name) {
+    return std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
+  };
+  if (model.empty() || called(model) != models.end()) return {};
+  auto read = load_robot_model(model);
+  if (!read) return Error{place + read.error().message};
+  const auto same = called(read->name);
+  if (same != models.end() && ((*same)->urdf != read->urdf || (*same)->yaml != read->yaml))
+    return Error{place + "robot model " + model + " is called '" + read->name +
+                 "' as another one is; rename it in its URDF"};
+  model = read->name;
+  if (same == models.end()) models.push_back(std::make_shared<const RobotModel>(std::move(*read)));
+  return {};
+}
+
+Status load_robot_models(const std::string& path, SessionFiles& files) {
+  for (std::string name : shipped_robot_models()) {
+    if (Status added = add_robot_model("", name, files.robot_models); !added) return added;
+  }
+  Scenario& scenario = files.scenario;
+  if (scenario.trainee) {
+    Status added = add_robot_model(place_of(path, "trainee"), scenario.trainee->model, files.robot_models);
+    if (!added) return added;
+  }
+  for (AgentDefinition& agent : scenario.agents) {
+    Status added = add_robot_model(place_of(path, "agents"), agent.model, files.robot_models);
+    if (!added) return added;
+  }
+  return {};
 }
 
 }  // namespace
@@ -53,6 +87,16 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
     auto model = load_model(files.scenario.model);
     if (!model) return model.error();
     files.model = std::move(*model);
+  }
+  if (const Status loaded = load_robot_models(path, files); !loaded) return loaded.error();
+  if (simulates_trainee(files.scenario)) {
+    if (!robot.empty())
+      return Error{place_of(path, "trainee") +
+                   "the trainee's robot is simulated: its model describes it; leave " + robot + " out"};
+    auto description = trainee_description(files.scenario, files.robot_models);
+    if (!description) return Error{place_of(path, "trainee") + description.error().message};
+    files.robot = std::move(*description);
+    return files;
   }
   const std::string& robot_file = robot.empty() ? files.scenario.robot : robot;
   if (robot_file.empty()) return files;

@@ -12,11 +12,13 @@ struct SessionFiles {
   Scenario scenario;
   SemanticModel model;                    ///< empty where the scenario names none
   std::optional<RobotDescription> robot;  ///< none: the ROBOT channel says it
+  RobotModels robot_models;               ///< all shipped ones, and those that the scenario names
 };
 
 /// Reads the scenario at `path`, the model that it names, and the robot description at `robot` or, where that
-/// is empty, the one that the scenario names. Errors name file and line; also for what is well written but
-/// cannot be run.
+/// is empty, the one that the scenario names; at levels 1 and 2 that of the trainee's robot model. Where the
+/// scenario names a robot model by its file, the model's own name takes its place. Errors name file and line;
+/// also for what is well written but cannot be run.
 Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot);
 
 /// A robot description that a session can use.

@@ -1,5 +1,8 @@
 #include "server/state.hpp"
 
+#include "server/sensor_path.hpp"
+#include "server/tick.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -28,6 +31,8 @@ State::State(Simulation simulation_, const Configuration& configuration)
   caster.set_building(BuildingTree(configuration.model, BuildingTree::Doors::left_out));
 }
 
+State::~State() = default;
+
 std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose* why) {
   auto pose = state.track.at(t, why);
   if (!pose) return pose;
@@ -46,6 +51,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   options.most_agents = static_cast<std::size_t>(configuration.scenario.most_agents);
   options.level = configuration.scenario.level;
   options.doors = configuration.scenario.doors;
+  options.robot_models = configuration.robot_models;
   if (configuration.scenario.mapping) options.building_bodies = bodies_of_later_buildings;
   auto simulation =
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
@@ -55,6 +61,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   std::vector<std::string> trainees{configuration.robot.name};
   if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);
   state->scripts = Scripts(configuration.scenario.scripts, std::move(trainees), simulation_time(start));
+  if (const Status begun = spawn_trainee(configuration, *state); !begun) return begun.error();
   for (const AgentDefinition& agent : configuration.scenario.agents) {
     if (const Status spawned = state->simulation.spawn(agent, std::nullopt); !spawned) {
       return Error{"scenario agent '" + agent.name + "': " + spawned.error().message};

@@ -93,8 +93,17 @@ struct WaitingImage {
 /// Where the encoders said last that each joint is, and when that arrived. At most 256 joints are kept.
 using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
 
+struct SimulatedSensors;
+
+/// Whom an operator drives, by what the console says.
+struct DrivingOperator {
+  std::string robot;
+  ArrivalTime heard;  ///< of the newest word
+};
+
 struct State {
   State(Simulation simulation_, const Configuration& configuration);
+  ~State();
 
   Simulation simulation;
   PoseTrack track;
@@ -105,6 +114,7 @@ struct State {
   InjectionGate gate;
   ScanPath scan;
   AgentScanPath agent_laser;
+  std::unique_ptr<SimulatedSensors> sensors;  ///< of the trainee's robot where it is simulated
   std::vector<LaserRequest> laser_requests;
   std::vector<RealObstacle> obstacles;
   SimulationTime obstacles_seen;  ///< arrival of the scan that showed them
@@ -125,8 +135,9 @@ struct State {
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   HoldReason held = HoldReason::none;
   Scripts scripts;
-  std::map<std::string, AgentKind> kinds;  ///< of the agents, for MR_WORLD
-  std::uint64_t scene_published = 0;       ///< version of the scene in the last MR_WORLD
+  std::map<std::string, DrivingOperator> operators;  ///< by their names, those that drive
+  std::map<std::string, AgentKind> kinds;            ///< of the agents, for MR_WORLD
+  std::uint64_t scene_published = 0;                 ///< version of the scene in the last MR_WORLD
   WorldMessage world_message;
 
   std::shared_ptr<const SemanticModel> model;   ///< of MR_MODEL; null: the configuration's still holds

@@ -115,16 +115,20 @@ void obey(const Configuration& configuration, const Message& input, State& state
       state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
       break;
     case LoopDecision::Kind::foreign_message:
+      advance(configuration, input.arrival, state, outputs, observer);
+      return note_foreign_message(configuration, simulation_time(input.arrival), decision.count, state,
+                                  outputs);
     case LoopDecision::Kind::ended:
       break;
   }
   advance(configuration, input.arrival, state, outputs, observer);
 }
 
-void dispatch(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
-              StageObserver& observer) {
-  std::string_view agent;
-  switch (configuration.channels.kind(input.channel, &agent)) {
+}  // namespace
+
+void take_input(const Configuration& configuration, InputKind kind, std::string_view agent,
+                const Message& input, State& state, Outputs& outputs, StageObserver& observer) {
+  switch (kind) {
     case InputKind::scan:
       return answer_scan(configuration, input, state, outputs, observer);
     case InputKind::odometry:
@@ -148,9 +152,11 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
     case InputKind::agent_command:
       return answer_agent_command(configuration, input, state, outputs);
     case InputKind::agent_teleop:
-      return drive_agent(input, agent, state);
+      return drive_agent(configuration, input, agent, state);
     case InputKind::model:
       return change_model(configuration, input, state, outputs);
+    case InputKind::operators:
+      return take_operator_word(configuration, input, state, outputs);
     case InputKind::robot:  // read before the session started; a change needs a new session
     case InputKind::loop:   // obeyed by tick
     case InputKind::none:
@@ -158,16 +164,15 @@ void dispatch(const Configuration& configuration, const Message& input, State& s
   }
 }
 
-}  // namespace
-
 void tick(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
           StageObserver& observer) {
-  if (configuration.channels.kind(input.channel) == InputKind::loop)
-    return obey(configuration, input, state, outputs, observer);
+  std::string_view agent;
+  const InputKind kind = configuration.channels.kind(input.channel, &agent);
+  if (kind == InputKind::loop) return obey(configuration, input, state, outputs, observer);
   advance(configuration, input.arrival, state, outputs, observer);
   observer.ended(Stage::physics_wait);
   try {
-    dispatch(configuration, input, state, outputs, observer);
+    take_input(configuration, kind, agent, input, state, outputs, observer);
   } catch (const std::exception& fault) {
     refuse({input.channel + ": " + fault.what()}, state);
   }

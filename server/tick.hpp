@@ -42,7 +42,11 @@ void answer_agent_command(const Configuration& configuration, const Message& inp
 void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
 void answer_joint_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs);
-void drive_agent(const Message& input, std::string_view agent, State& state);
+/// Nothing moves that robot any more until it is driven again.
+void stop_robot(const Configuration& configuration, const std::string& robot, ArrivalTime now, State& state,
+                Outputs& outputs);
+void drive_agent(const Configuration& configuration, const Message& input, std::string_view agent,
+                 State& state);
 /// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD.
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
 /// command_path.cpp: does the command, or says why not.
@@ -50,6 +54,32 @@ Status do_agent_command(const Configuration& configuration, const AgentCommand& 
                         Outputs& outputs);
 /// script_path.cpp: what the scenario's scripts do at the newest step.
 void run_scripts(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// operator_path.cpp: whom an operator drives; the robot that is left, or whose console is lost, stops.
+void take_operator_word(const Configuration& configuration, const Message& input, State& state,
+                        Outputs& outputs);
+/// A console that has said nothing for a second is lost.
+void watch_operators(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// Somebody else's message on a channel that the simulated robot's sensors speak on: an event. `channel`:
+/// index in sensor_channels().
+void note_foreign_message(const Configuration& configuration, SimulationTime now, std::int64_t channel,
+                          State& state, Outputs& outputs);
+/// laser_path.cpp: into state.agent_laser.scan, its stamp the last beam's, with the hits that it was made of.
+/// False: the world at that instant is not known.
+bool simulate_laser(const Configuration& configuration, const LaserRequest& request, State& state);
+/// An agent's own scan, for its behaviour and for whoever listens.
+void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state,
+                  Outputs& outputs);
+/// sensor_path.cpp: what the sensors of a simulated trainee's robot measure at the newest step: outputs that
+/// are taken in at once, as a real robot's are when they arrive. Nothing at level 3.
+void publish_sensors(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// The trainee's robot into the world, with its sensors. Nothing at level 3.
+Status spawn_trainee(const Configuration& configuration, State& state);
+/// What a message of this kind leads to, the physics being where it should be. `agent`: of agent_teleop.
+void take_input(const Configuration& configuration, InputKind kind, std::string_view agent,
+                const Message& input, State& state, Outputs& outputs, StageObserver& observer);
+/// scan_path.cpp: a change between live and degraded (`reason` not empty) is an event.
+void note_injection(const Configuration& configuration, SimulationTime now, const std::string& reason,
+                    State& state, Outputs& outputs);
 /// physics_path.cpp: what the physics says, to MR_EVENTS and MR_WORLD.
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs);
 void publish_simulation_events(const Configuration& configuration, State& state, Outputs& outputs);

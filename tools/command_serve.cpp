@@ -49,11 +49,11 @@ std::string session_after(const std::string& session) {
 Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, const ServeOptions& options) {
   const auto files = load_session_files(arguments.scenario, arguments.robot);
   if (!files) return files.error();
-  if (files->robot) return configure(files->scenario, *files->robot, files->model);
+  if (files->robot) return configure(files->scenario, *files->robot, files->model, files->robot_models);
   const auto robot = wait_for_robot(bus, files->scenario, options);
   if (!robot) return robot.error();
   if (!*robot) return Error{"stopped before a robot description came"};
-  return configure(files->scenario, **robot, files->model);
+  return configure(files->scenario, **robot, files->model, files->robot_models);
 }
 
 Exit run_once(const Arguments& arguments) {

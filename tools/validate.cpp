@@ -46,8 +46,8 @@ Verdict validate_scenario(const std::string& path) {
   }
   if (!files->robot)
     verdict.notes.push_back("names no robot description: serve and replay take the one on channel ROBOT");
-  const auto configuration =
-      configure(files->scenario, files->robot ? *files->robot : any_robot(), files->model);
+  const auto configuration = configure(files->scenario, files->robot ? *files->robot : any_robot(),
+                                       files->model, files->robot_models);
   const Status begun = configuration ? check_start(*configuration, path) : configuration.error();
   if (!begun) verdict.errors.push_back(begun.error().message);
   return verdict;

@@ -101,7 +101,7 @@ TEST_F(Validate, WhatServeAndReplayRefuseIsRefusedInTheirWords) {
   file("no_footprint.yaml", "laser: {preset: lms-200, pose: {x: 0 m}}\n");
   file("no_laser.yaml", "name: r\n");
   const std::pair<const char*, const char*> cases[] = {
-      {"name: x\nlevel: 1\n", "s.yaml:2: scenario 'x': level 1 is not supported yet"},
+      {"name: x\nlevel: 1\n", "s.yaml:2: scenario 'x': level 1 needs the trainee's robot"},
       {"robot: no_footprint.yaml\n", "no_footprint.yaml:1: robot description 'robot' has a footprint of 0"},
       {"robot: no_laser.yaml\n", "no_laser.yaml:1: robot description 'r' has no laser"},
       {"name: x\nagents:\n  - {name: a, kind: box, pose: {x: 1 m}}\n"

@@ -1,0 +1,52 @@
+// The sensors of the trainee's robot where that is simulated (levels 1 and 2).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/bus/bus.hpp"
+#include "protocols/joints.hpp"
+#include "protocols/robot.hpp"
+#include "server/imu_model.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/wheel_odometry.hpp"
+
+namespace parhelion {
+
+struct Configuration;
+struct State;
+
+/// Which of its messages is due at a step: the first that lies at or after each multiple of its period. A
+/// loop that skipped steps sends it once.
+class Cadence {
+ public:
+  explicit Cadence(double rate) : rate_(rate) {}
+  bool due(Duration since_start);
+
+ private:
+  double rate_;  ///< Hz
+  std::int64_t last_ = -1;
+};
+
+struct SimulatedSensors {
+  SimulatedSensors(const Configuration& configuration, const RobotModel& model, SimulationTime start);
+
+  SimulationTime start;
+  Cadence robot, imu_clock, joints_clock, bumper_clock, odometry_clock, pose_clock, scan_clock;
+  WheelOdometry odometry;
+  std::optional<ImuModel> imu;
+  std::uint32_t imu_epoch = 0;
+  std::vector<std::string> bumpers;   ///< links, as the model lists them
+  std::vector<std::string> touching;  ///< of the last BUMPER
+  LaserRequest laser;                 ///< what stays the same from scan to scan
+  Joints joints;                      // scratch
+  Message message;                    // scratch: what is sent is taken in from here
+};
+
+/// The trainee's simulated robot as agents must reckon with it; nullopt at level 3.
+std::optional<RealRobotState> trainee_state(const Configuration& configuration, const State& state);
+
+}  // namespace parhelion
