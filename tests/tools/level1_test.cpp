@@ -1,0 +1,101 @@
+// The shipped level 1 scenario as a user runs it: serve as a process, driven over LCM.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "server/wall_clock.hpp"
+#include "tests/server/synthetic.hpp"
+#include "tests/tools/process.hpp"
+
+namespace parhelion {
+namespace {
+
+/// A group of its own for each test process.
+std::string url() { return "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
+
+class Level1Test : public testing::Test {
+ protected:
+  void SetUp() override {
+    auto bus = open_network_bus(url());
+    ASSERT_TRUE(bus.ok()) << bus.error().message;
+    bus_ = std::move(*bus);
+    for (const char* name : {channel::scan, channel::odometry, channel::mr_scan, channel::mr_events})
+      ASSERT_TRUE(bus_->subscribe(name, 2000).ok());
+  }
+
+  /// Sends TELEOP twenty times a second until `done` or a minute has gone.
+  bool drive(test::Process& server, const Twist2& twist, const std::function<bool()>& done) {
+    const WallTime deadline = steady_now() + seconds(60);
+    WallTime said;
+    while (!done() && server.running() && steady_now() < deadline) {
+      if (steady_now() - said >= milliseconds(50)) {
+        said = steady_now();
+        const Message command = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, twist});
+        EXPECT_TRUE(bus_->publish(command.channel, command.payload).ok());
+      }
+      hear();
+    }
+    return done();
+  }
+  void hear() {
+    Message message;
+    const auto received = bus_->receive(message, milliseconds(20));
+    if (!received.ok() || !*received) return;
+    ++count_[message.channel];
+    Event event;
+    if (message.channel == channel::mr_events && decode(message.channel, message.payload, event).ok())
+      events_.push_back(event);
+  }
+  /// To `who`: as the event's subject or object.
+  bool happened(EventKind kind, const std::string& who = "trainee") const {
+    return std::any_of(events_.begin(), events_.end(), [&](const Event& event) {
+      return event.kind == kind && (event.subject == who || event.object == who);
+    });
+  }
+
+  test::Folder folder_;
+  std::unique_ptr<Bus> bus_;
+  std::map<std::string, int> count_;
+  std::vector<Event> events_;
+};
+
+nlohmann::json report_of(const std::string& path) { return nlohmann::json::parse(test::text_of(path)); }
+
+TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameBytes) {
+  const std::string scenario = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml";
+  const auto valid = test::run({"validate", scenario}, folder_ / "validate.txt");
+  EXPECT_EQ(valid.exit, 0) << valid.output;
+  test::Process server({"serve", scenario, "-o", folder_ / "session.lcm", "--report", folder_ / "live.json",
+                        "--url", url(), "--no-restart"},
+                       folder_ / "serve.txt");
+  const auto said = [this] { return test::text_of(folder_ / "serve.txt"); };
+  ASSERT_TRUE(drive(server, {}, [this] {
+    return count_[channel::scan] > 10 && count_[channel::odometry] > 10 && count_[channel::mr_scan] > 10;
+  })) << said();
+  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::movement_started); })) << said();
+  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::collision_started, "door 1"); }))
+      << said();
+  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::door_opened, "door 1"); }))
+      << said();
+  EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::zone_entered, "second room"); }))
+      << said();
+
+  // Who else speaks for the robot is noticed, and its word is not taken.
+  const Message foreign = test::message(channel::odometry, 0, Odometry{{wall_now().ns}, {}});
+  ASSERT_TRUE(bus_->publish(foreign.channel, foreign.payload).ok());
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::foreign_publisher, channel::odometry); }))
+      << said();
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::movement_stopped); })) << said();
+  server.signal(SIGINT);
+  EXPECT_EQ(server.wait(), 0) << said();
+
+  const auto replayed = test::run(
+      {"replay", folder_ / "session.lcm", "-o", folder_ / "again.lcm", "--report", folder_ / "again.json"},
+      folder_ / "replay.txt");
+  ASSERT_EQ(replayed.exit, 0) << replayed.output;
+  EXPECT_EQ(report_of(folder_ / "again.json")["hash"], report_of(folder_ / "live.json")["hash"]);
+}
+
+}  // namespace
+}  // namespace parhelion
