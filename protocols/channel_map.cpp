@@ -24,9 +24,10 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
 
 std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
   std::vector<std::string> names{
-      channel::robot,          channel::scan,      channel::odometry,     channel::pose_cov, channel::pose,
-      channel::reference_pose, channel::camera,    channel::depth,        channel::imu,      channel::teleop,
-      channel::joint_state,    channel::joint_cmd, channel::mr_agent_cmd, channel::operators};
+      channel::robot,     channel::scan,         channel::lines,          channel::odometry,
+      channel::pose_cov,  channel::pose,         channel::reference_pose, channel::camera,
+      channel::depth,     channel::imu,          channel::teleop,         channel::joint_state,
+      channel::joint_cmd, channel::mr_agent_cmd, channel::operators};
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
   return names;
 }

@@ -5,6 +5,7 @@ namespace parhelion::channel {
 
 inline constexpr const char* robot = "ROBOT";
 inline constexpr const char* scan = "SCAN";
+inline constexpr const char* lines = "LINES";
 inline constexpr const char* odometry = "ODOMETRY";
 inline constexpr const char* pose_cov = "POSE_COV";
 inline constexpr const char* pose = "POSE";

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "protocols/share.hpp"
+#include "protocols/yaml/head.hpp"
 #include "protocols/yaml/laser.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/robot.hpp"
@@ -56,51 +57,12 @@ void write_intrinsics(yaml::Writer& writer, const CameraIntrinsics& camera) {
   writer.line("distortion", "[" + list + "]");
 }
 
-std::vector<HeadJoint> read_head(const Node& node, yaml::Problems& problems) {
-  std::vector<HeadJoint> head;
-  const Node* list = node.find("head");
-  if (list == nullptr) return head;
-  for (const Node& item : list->items) {
-    HeadJoint& joint = head.emplace_back();
-    yaml::read(item, "joint", joint.joint);
-    if (const Node* point = item.find("point")) joint.point = yaml::vector3(*point);
-    const Node& axis = *item.find("axis");
-    for (int i = 0; i < 3; ++i) joint.axis[i] = axis.items[static_cast<std::size_t>(i)].number;
-    const double length = joint.axis.norm();
-    if (!(std::abs(length - 1) < 0.01)) {
-      problems.add(axis.line, "'axis': expected a direction of length 1 such as [0, 0, 1], found length " +
-                                  yaml::format_number(length));
-    } else if (std::abs(length - 1) > 1e-12) {
-      joint.axis /= length;
-    }
-    const auto same = [&](const HeadJoint& other) { return other.joint == joint.joint; };
-    if (std::count_if(head.begin(), head.end(), same) > 1)
-      problems.add(item.line, "'joint': '" + yaml::printable(joint.joint) + "' is in the head twice");
-  }
-  return head;
-}
-
-void write_head(yaml::Writer& writer, const std::vector<HeadJoint>& head) {
-  if (head.empty()) return;
-  writer.open("head");
-  for (const HeadJoint& joint : head) {
-    writer.begin_item();
-    writer.text("joint", joint.joint);
-    writer.line("point", yaml::format_lengths(joint.point.data(), 3));
-    writer.line("axis", "[" + yaml::format_number(joint.axis.x()) + ", " +
-                            yaml::format_number(joint.axis.y()) + ", " + yaml::format_number(joint.axis.z()) +
-                            "]");
-    writer.end_item();
-  }
-  writer.close();
-}
-
 CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
   CameraDescription camera;
   camera.intrinsics = read_intrinsics(node, problems);
   camera.T_base_optical =
       Transform<Base, CameraOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
-  camera.head = read_head(node, problems);
+  camera.head = yaml::read_head(node, problems);
   yaml::read(node, "readout", camera.readout);
   yaml::read(node, "source", camera.source);
   return camera;
@@ -111,7 +73,7 @@ DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
   depth.intrinsics = read_intrinsics(node, problems);
   depth.T_base_optical =
       Transform<Base, DepthOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
-  depth.head = read_head(node, problems);
+  depth.head = yaml::read_head(node, problems);
   yaml::read(node, "range_min", depth.range_min);
   yaml::read(node, "range_max", depth.range_max);
   yaml::read(node, "source", depth.source);
@@ -182,12 +144,36 @@ void write_attitude(yaml::Writer& writer, const AttitudeLimits& limits) {
   writer.close();
 }
 
+void read_lasers(const Node& node, RobotDescription& robot, yaml::Problems& problems) {
+  if (const Node* laser = node.find("laser")) {
+    robot.laser = yaml::read_laser(*laser, problems);
+    if (const Node* head = laser->find("head"))
+      problems.add(head->line, "the laser of SCAN is fixed to the base; joints turn 'line_laser' only");
+  }
+  if (const Node* laser = node.find("line_laser"))
+    robot.line_laser = {yaml::read_laser(*laser, problems), yaml::read_head(*laser, problems)};
+}
+
+void write_lasers(yaml::Writer& writer, const RobotDescription& robot) {
+  if (robot.laser) {
+    writer.open("laser");
+    yaml::write_laser(writer, *robot.laser);
+    writer.close();
+  }
+  if (robot.line_laser) {
+    writer.open("line_laser");
+    yaml::write_laser(writer, robot.line_laser->laser);
+    yaml::write_head(writer, robot.line_laser->head);
+    writer.close();
+  }
+}
+
 }  // namespace
 
 RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   RobotDescription robot;
   yaml::read(node, "name", robot.name);
-  if (const Node* laser = node.find("laser")) robot.laser = yaml::read_laser(*laser, problems);
+  read_lasers(node, robot, problems);
   if (const Node* camera = node.find("camera")) robot.camera = read_camera(*camera, problems);
   if (const Node* depth = node.find("depth")) robot.depth = read_depth(*depth, problems);
   if (const Node* imu = node.find("imu")) yaml::read(*imu, "pose", robot.imu.emplace().T_base_imu, problems);
@@ -212,7 +198,7 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   if (robot.camera) {
     writer.open("camera");
     writer.line("pose", yaml::format_camera_isometry(robot.camera->T_base_optical.isometry()));
-    write_head(writer, robot.camera->head);
+    yaml::write_head(writer, robot.camera->head);
     write_intrinsics(writer, robot.camera->intrinsics);
     writer.quantity("readout", robot.camera->readout, Quantity::time);
     writer.text("source", robot.camera->source);
@@ -221,7 +207,7 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
   if (robot.depth) {
     writer.open("depth");
     writer.line("pose", yaml::format_camera_isometry(robot.depth->T_base_optical.isometry()));
-    write_head(writer, robot.depth->head);
+    yaml::write_head(writer, robot.depth->head);
     write_intrinsics(writer, robot.depth->intrinsics);
     writer.quantity("range_min", robot.depth->range_min, Quantity::length);
     writer.quantity("range_max", robot.depth->range_max, Quantity::length);
@@ -262,7 +248,7 @@ Result<RobotDescription> load_robot_description(const std::string& path) {
 std::string to_yaml(const RobotDescription& robot) {
   yaml::Writer writer;
   writer.text("name", robot.name);
-  if (robot.laser) yaml::write_laser(writer, *robot.laser);
+  write_lasers(writer, robot);
   write_cameras(writer, robot);
   if (robot.imu) {
     writer.open("imu");

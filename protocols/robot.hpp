@@ -30,11 +30,19 @@ struct ImuDescription {
   Transform<Base, Imu> T_base_imu;
 };
 
+/// A laser on LINES whose scan lines are swept over the site, for mapping: by the joints of its head, or,
+/// where it lies on its side, by driving.
+struct LineLaserDescription {
+  LaserDescription laser;       ///< its pose with all joints of `head` at zero
+  std::vector<HeadJoint> head;  ///< from the base outwards; none: fixed to the base
+};
+
 struct RobotDescription {
   enum class VelocityFrame { body, local };  ///< what pose_t.vel is expressed in
 
   std::string name = "robot";
   std::optional<LaserDescription> laser;
+  std::optional<LineLaserDescription> line_laser;
   std::optional<CameraDescription> camera;
   std::optional<DepthCameraDescription> depth;
   std::optional<ImuDescription> imu;       ///< none: no attitude, whatever comes on IMU

@@ -29,6 +29,7 @@ ChannelMap::ChannelMap(const Scenario& scenario)
                                {channel::odometry, InputKind::odometry},
                                {channel::camera, InputKind::camera},
                                {channel::depth, InputKind::depth},
+                               {channel::lines, InputKind::lines},
                                {channel::imu, InputKind::imu},
                                {channel::joint_state, InputKind::joint_state}});
   }

@@ -27,6 +27,7 @@ enum class InputKind : std::uint8_t {
   imu,
   camera,
   depth,
+  lines,
   teleop,
   joint_state,
   joint_command,

@@ -14,8 +14,8 @@ constexpr Duration poll = milliseconds(50);  // how soon the thread notices that
 constexpr int most_at_end = 4096;  // a sender that never pauses does not keep the server from ending
 
 bool may_be_dropped(InputKind kind) {
-  return kind == InputKind::camera || kind == InputKind::depth || kind == InputKind::odometry ||
-         kind == InputKind::pose_cov || kind == InputKind::none;
+  return kind == InputKind::camera || kind == InputKind::depth || kind == InputKind::lines ||
+         kind == InputKind::odometry || kind == InputKind::pose_cov || kind == InputKind::none;
 }
 
 bool is_scan(InputKind kind) { return kind == InputKind::scan; }

@@ -1,5 +1,6 @@
 #include "server/live_site.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -72,6 +73,24 @@ std::uint64_t key_of(const Cube& cube) {
   return key;
 }
 
+/// What the surfaces say of a view's place, weighed against its pose (one step of a Kalman filter): along a
+/// corridor the pose is believed, across it the walls are.
+Eigen::Isometry3d as_far_as_determined(const Registration& found, const LiveSiteOptions& options) {
+  const Eigen::AngleAxisd turn(found.T_target_source.rotation());
+  Eigen::Matrix<double, 6, 1> moved;
+  moved << found.T_target_source.translation(), turn.angle() * turn.axis();
+  Eigen::Matrix<double, 6, 6> of_pose = Eigen::Matrix<double, 6, 6>::Zero();
+  of_pose.diagonal().head<3>().setConstant(options.pose_sigma * options.pose_sigma);
+  of_pose.diagonal().tail<3>().setConstant(options.turn_sigma * options.turn_sigma);
+  moved = of_pose * (of_pose + found.covariance).ldlt().solve(moved);
+  const Eigen::Vector3d rotation = moved.tail<3>();
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  if (rotation.norm() > 0)
+    result.linear() = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()).toRotationMatrix();
+  result.translation() = moved.head<3>();
+  return result;
+}
+
 std::string live(const std::string& name) { return name.empty() ? name : "live " + name; }
 
 }  // namespace
@@ -80,23 +99,36 @@ LiveSite::LiveSite(SemanticModel start, const LiveSiteOptions& options)
     : start_(std::move(start)), options_(options) {}
 
 Result<std::optional<SemanticModel>> LiveSite::add(const SiteView& view) {
-  if (cloud_.viewpoints.size() >= std::numeric_limits<std::uint16_t>::max() ||
+  const auto cloud = seen(view);
+  if (!cloud) return cloud.error();
+  if (cloud_.viewpoints.size() + cloud->viewpoints.size() > std::numeric_limits<std::uint16_t>::max() ||
       cloud_.size() >= options_.most_points)
     return Error{"the live cloud is full: " + std::to_string(cloud_.size()) + " points of " +
-                 std::to_string(cloud_.viewpoints.size()) + " views"};
-  const auto pixels = decode_depth(view.depth);
-  if (!pixels) return pixels.error();
-  const auto measured =
-      cloud_from_depth(pixels->millimetres, view.camera.intrinsics, {options_.pixel_step, 0, options_.range});
-  if (!measured) return measured.error();
-  PointCloud<Map> seen = transformed(view.T_map_optical, *measured);
-  if (seen.size() < kLeastNew) return std::optional<SemanticModel>();
-  const auto T_map_seen = correction(seen);
+                 std::to_string(cloud_.viewpoints.size()) + " viewpoints"};
+  if (cloud->size() < kLeastNew) return std::optional<SemanticModel>();
+  const auto T_map_seen = correction(*cloud);
   if (!T_map_seen) return T_map_seen.error();
-  if (merge(transformed(*T_map_seen, seen)) < kLeastNew) return std::optional<SemanticModel>();
+  if (merge(transformed(*T_map_seen, *cloud)) < kLeastNew) return std::optional<SemanticModel>();
   auto made = model();
   if (!made) return made.error();
   return std::optional<SemanticModel>(std::move(*made));
+}
+
+/// What the view shows, where its poses say.
+Result<PointCloud<Map>> LiveSite::seen(const SiteView& view) const {
+  if (const auto* swept = std::get_if<LineView>(&view)) {
+    LaserDescription laser = swept->laser;
+    laser.convention.range_max =
+        std::min(laser.convention.range_max, static_cast<float>(options_.line_range));
+    return cloud_from_lines(swept->lines, laser, swept->body);
+  }
+  const auto& [depth, camera, T_map_optical] = std::get<DepthView>(view);
+  const auto pixels = decode_depth(depth);
+  if (!pixels) return pixels.error();
+  const auto measured =
+      cloud_from_depth(pixels->millimetres, camera.intrinsics, {options_.pixel_step, 0, options_.range});
+  if (!measured) return measured.error();
+  return transformed(T_map_optical, *measured);
 }
 
 Result<Transform<Map, Map>> LiveSite::correction(const PointCloud<Map>& seen) const {
@@ -104,38 +136,41 @@ Result<Transform<Map, Map>> LiveSite::correction(const PointCloud<Map>& seen) co
   for (const Eigen::Vector3f& p : seen.points) bounds.extend(p);
   const Eigen::Vector3f around = Eigen::Vector3f::Constant(static_cast<float>(kAround));
   bounds = {bounds.min() - around, bounds.max() + around};
-  PointCloud<Target> target;
+  PointCloud<Map> near;
   for (std::size_t i = 0; i < cloud_.size(); ++i) {
     if (!bounds.contains(cloud_.points[i])) continue;
-    target.points.push_back(cloud_.points[i]);
-    target.scans.push_back(cloud_.scans[i]);
+    near.points.push_back(cloud_.points[i]);
+    near.scans.push_back(cloud_.scans[i]);
   }
-  if (target.size() < kLeastTarget) return Transform<Map, Map>();
-  target.viewpoints = cloud_.viewpoints;
+  if (near.size() < kLeastTarget) return Transform<Map, Map>();
+  near.viewpoints = cloud_.viewpoints;
+  // About the view's middle, where a correction is to be small, not about the map's origin.
+  const Eigen::Vector3d centre = bounds.center().cast<double>();
+  const Transform<Target, Map> T_target_map(Eigen::Quaterniond::Identity(), -centre);
   RegistrationOptions options;
   options.max_distance = options_.largest_correction;
-  options.doubt_turns = false;  // the pose is surer than that
-  options.threads = 1;          // the tick needs the other core
-  const auto found = register_pair(target, renamed<Source>(seen), Transform<Target, Source>(), options);
+  options.doubt_turns = false;  // the pose is surer than that, and
+  options.other_starts = false;
+  options.threads = 1;  // the tick needs the other core
+  const auto found =
+      register_pair(transformed(T_target_map, near), renamed<Source>(transformed(T_target_map, seen)),
+                    Transform<Target, Source>(), options);
   if (!found) return found.error();
-  if (!found->converged) {
-    if (found->overlap < options.min_overlap) return Transform<Map, Map>();  // new ground
-    return Error{"the view was not matched: " + found->why};
-  }
-  const Eigen::Isometry3d& moved = found->T_target_source.isometry();
-  // Measured where the view is, not at the map's origin.
-  const Eigen::Vector3d centre = bounds.center().cast<double>();
-  const double shift = (moved * centre - centre).norm();
+  if (!found->converged && found->overlap < options.min_overlap) return Transform<Map, Map>();  // new ground
+  if (!found->converged && !found->undetermined) return Error{"the view was not matched: " + found->why};
+  const Eigen::Isometry3d moved =
+      found->converged ? found->T_target_source.isometry() : as_far_as_determined(*found, options_);
+  const double shift = moved.translation().norm();
   const double turn = Eigen::AngleAxisd(moved.linear()).angle();
   if (shift > options_.largest_correction || turn > options_.largest_turn)
     return Error{"the view fits " + std::to_string(shift) + " m and " + std::to_string(turn) +
                  " rad from where its pose says: left out"};
-  return Transform<Map, Map>(moved);
+  return Transform<Map, Map>(Eigen::Translation3d(centre) * moved * Eigen::Translation3d(-centre));
 }
 
 std::size_t LiveSite::merge(const PointCloud<Map>& seen) {
-  const auto scan = static_cast<std::uint16_t>(cloud_.viewpoints.size());
-  cloud_.viewpoints.push_back(seen.viewpoints.empty() ? Eigen::Vector3d::Zero() : seen.viewpoints.front());
+  const std::size_t first_scan = cloud_.viewpoints.size();
+  cloud_.viewpoints.insert(cloud_.viewpoints.end(), seen.viewpoints.begin(), seen.viewpoints.end());
   const auto near = static_cast<float>(options_.spacing);
   const auto is_there = [&](const Eigen::Vector3f& p, const Cube& cube) {
     for (int i = 0; i < 27; ++i) {
@@ -146,12 +181,13 @@ std::size_t LiveSite::merge(const PointCloud<Map>& seen) {
     return false;
   };
   std::size_t added = 0;
-  for (const Eigen::Vector3f& p : seen.points) {
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Eigen::Vector3f& p = seen.points[i];
     const Cube cube = cube_of(p, options_.spacing);
     if (is_there(p, cube)) continue;
     point_in_[key_of(cube)] = static_cast<std::uint32_t>(cloud_.size());
     cloud_.points.push_back(p);
-    cloud_.scans.push_back(scan);
+    cloud_.scans.push_back(static_cast<std::uint16_t>(first_scan + (seen.scans.empty() ? 0 : seen.scans[i])));
     ++added;
   }
   return added;

@@ -1,4 +1,5 @@
-// The site as the robot's depth camera adds to it: cloud and model, brought up to date view by view.
+// The site as the robot's depth camera and swept laser add to it: cloud and model, brought up to date view by
+// view.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,12 +16,15 @@
 namespace parhelion {
 
 struct LiveSiteOptions {
-  int pixel_step = 2;                   ///< every n-th pixel of every n-th row of a depth image
-  double range = 6;                     ///< m along the optical axis; structured light is noise beyond
-  double spacing = 0.03;                ///< m, points that are kept lie this far apart
+  int pixel_step = 2;      ///< every n-th pixel of every n-th row of a depth image
+  double range = 6;        ///< m along the optical axis; structured light is noise beyond
+  double line_range = 20;  ///< m, of scan lines; beyond, what a pose is off by a degree is too far
+  double spacing = 0.03;   ///< m, points that are kept lie this far apart
   std::size_t most_points = 2'000'000;  ///< of the cloud; then it grows no more
   double largest_correction = 0.3;      ///< m, of a view against its pose: more is a wrong match
   double largest_turn = 0.09;           ///< rad, the same
+  double pose_sigma = 0.05;             ///< m, 1 sigma of a pose where a view's surfaces leave it open
+  double turn_sigma = 0.01;             ///< rad, the same
   double explained = 0.15;              ///< m, this near a part of the model a point or an entity is not new
 };
 
@@ -39,6 +43,7 @@ class LiveSite {
   const PointCloud<Map>& cloud() const { return cloud_; }
 
  private:
+  Result<PointCloud<Map>> seen(const SiteView& view) const;
   Result<Transform<Map, Map>> correction(const PointCloud<Map>& seen) const;
   std::size_t merge(const PointCloud<Map>& seen);
   Result<SemanticModel> model() const;

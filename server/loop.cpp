@@ -9,6 +9,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "server/guard.hpp"
 #include "server/inbox.hpp"
+#include "server/line_sweep.hpp"
 #include "server/render_thread.hpp"
 #include "server/site_mapper.hpp"
 #include "server/tick.hpp"
@@ -49,8 +50,12 @@ class Session {
                [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
         inbox_(bus, configuration.channels, guard_, options.inbox, &sent_),
         renderer_(configuration.model, render_nice) {
-    if (configuration.scenario.mapping && options.update_site)
-      mapper_.emplace(options.update_site, configuration, mapping_nice);
+    if (!configuration.scenario.mapping || !options.update_site) return;
+    mapper_.emplace(options.update_site, configuration, mapping_nice);
+    const RobotDescription& robot = configuration.robot;
+    if (robot.line_laser) lines_.emplace(*robot.line_laser, robot);
+    if (robot.laser && !lies_level(*robot.laser))
+      scan_lines_.emplace(LineLaserDescription{*robot.laser, {}}, robot);
   }
 
   Result<Report> operator()();
@@ -69,6 +74,8 @@ class Session {
   void send_frames();
   void take_answers();
   void offer_view(const Message& message);
+  void offer_depth();
+  void offer_line(LineSweep& sweep, const Scan& line);
   void take_models();
   void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
   Message note(LoopDecision::Kind kind, std::uint64_t sequence);
@@ -88,6 +95,8 @@ class Session {
   RenderThread renderer_;
   std::optional<SiteMapper> mapper_;
   std::optional<Transform<Map, DepthOptical>> last_view_;
+  std::optional<LineSweep> lines_;       ///< of LINES
+  std::optional<LineSweep> scan_lines_;  ///< of SCAN, where its laser is mounted on its side
   std::unique_ptr<State> state_;
   Outputs outputs_;
   StageClock stages_;
@@ -217,6 +226,7 @@ void Session::handle_scan(const Arrived& arrived) {
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_,
                fired ? &*fired : nullptr);
   send_frames();
+  if (scan_lines_ && state_->scan.have_real) offer_line(*scan_lines_, state_->scan.real);
 }
 
 void Session::step_on_time() {
@@ -281,9 +291,21 @@ void Session::take_answers() {
   }
 }
 
-/// A depth image from somewhere new goes to the mapper, where its place is known.
 void Session::offer_view(const Message& message) {
-  if (!mapper_ || configuration_.channels.kind(message.channel) != InputKind::depth) return;
+  if (!mapper_) return;
+  const InputKind kind = configuration_.channels.kind(message.channel);
+  if (kind == InputKind::depth) offer_depth();
+  if (kind == InputKind::lines && lines_ && state_->line) offer_line(*lines_, *state_->line);
+}
+
+/// Lines go to the mapper where together they have swept over something.
+void Session::offer_line(LineSweep& sweep, const Scan& line) {
+  sweep.add(line);
+  while (auto view = sweep.take(*state_)) mapper_->submit(std::move(*view));
+}
+
+/// A depth image from somewhere new goes to the mapper, where its place is known.
+void Session::offer_depth() {
   if (!state_->depth || !configuration_.robot.depth) return;
   const DepthCameraDescription& camera = *configuration_.robot.depth;
   const auto pose = robot_pose(*state_, state_->depth->stamp);
@@ -296,7 +318,7 @@ void Session::offer_view(const Message& message) {
     if (moved.translation().norm() < view_distance && !turned) return;
   }
   last_view_ = T_map_optical;
-  mapper_->submit({*state_->depth, camera, T_map_optical});
+  mapper_->submit(DepthView{*state_->depth, camera, T_map_optical});
 }
 
 /// A model that is ready is an input like any other: stamped, logged, and what replay obeys.
@@ -368,6 +390,10 @@ Report Session::report() {
 std::string Session::mapping_note() const {
   if (!mapper_) return "none: no mapper was given";
   std::string note = to_text(mapper_->counts());
+  const std::uint64_t left_out =
+      (lines_ ? lines_->left_out() : 0) + (scan_lines_ ? scan_lines_->left_out() : 0);
+  if (left_out > 0)
+    note += "; " + std::to_string(left_out) + " scan lines without a pose or an encoder's word";
   if (model_swap_us_.count() == 0) return note;
   char times[160];
   std::snprintf(

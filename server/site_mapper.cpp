@@ -11,6 +11,11 @@
 
 namespace parhelion {
 
+SensorTime stamp_of(const SiteView& view) {
+  if (const auto* depth = std::get_if<DepthView>(&view)) return depth->depth.stamp;
+  return std::get<LineView>(view).lines.back().line.stamp;
+}
+
 SiteMapper::SiteMapper(UpdateSite update, const Configuration& configuration, int nice)
     : update_(std::move(update)), configuration_(configuration), thread_([this, nice] { run(nice); }) {}
 
@@ -55,7 +60,7 @@ Result<std::optional<SiteMapper::Ready>> SiteMapper::make(const SiteView& view, 
   if (!model) return model.error();
   if (!*model) return std::optional<Ready>();
   Ready ready;
-  ready.message = {view.depth.stamp, version, to_yaml(**model)};
+  ready.message = {stamp_of(view), version, to_yaml(**model)};
   auto prepared = prepare_model(ready.message, configuration_);
   if (!prepared) return prepared.error();
   ready.prepared = std::move(*prepared);

@@ -10,7 +10,10 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <variant>
+#include <vector>
 
+#include "fusion/cloud/sensor_cloud.hpp"
 #include "protocols/image.hpp"
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
@@ -20,11 +23,23 @@
 namespace parhelion {
 
 /// A depth image and where it was taken.
-struct SiteView {
+struct DepthView {
   Image depth;
   DepthCameraDescription camera;
   Transform<Map, DepthOptical> T_map_optical;  ///< at the image's stamp, as the pose track has it
 };
+
+/// Scan lines of a laser that was moved over the site meanwhile, in the order of time; at least one.
+struct LineView {
+  std::vector<PlacedLine> lines;
+  LaserDescription laser;
+  OwnBody body;
+};
+
+/// What the robot has seen of the site at once.
+using SiteView = std::variant<DepthView, LineView>;
+/// Of the image, or of the last line.
+SensorTime stamp_of(const SiteView& view);
 
 /// The whole model anew with one more view in it; nullopt: the view changes nothing. Called on the mapper's
 /// thread alone. Error: why the view was left out.

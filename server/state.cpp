@@ -18,6 +18,7 @@ std::vector<std::vector<HeadJoint>> heads(const RobotDescription& robot) {
   std::vector<std::vector<HeadJoint>> all;
   if (robot.camera) all.push_back(robot.camera->head);
   if (robot.depth) all.push_back(robot.depth->head);
+  if (robot.line_laser) all.push_back(robot.line_laser->head);
   return all;
 }
 

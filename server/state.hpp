@@ -147,6 +147,7 @@ struct State {
   std::uint64_t frame_sequence = 0;
   std::optional<WaitingImage> waiting_image;
   std::optional<Image> depth;  ///< the newest
+  std::optional<Scan> line;    ///< of LINES, the newest
 
   Tally tally;
 };

@@ -20,6 +20,16 @@ void take_imu(const Message& input, State& state) {
   if (state.robot_clock.add(input.arrival, sample.stamp)) state.attitude.add(sample);
 }
 
+/// Nothing of the tick's: the newest is for whoever maps.
+void take_line(const Configuration& configuration, const Message& input, State& state) {
+  if (!configuration.robot.line_laser)
+    return refuse({input.channel + ": the robot description has no 'line_laser'"}, state);
+  Scan line;
+  if (const Status read = decode(input.channel, input.payload, line); !read)
+    return refuse(read.error(), state);
+  state.line = std::move(line);
+}
+
 void take_joint_state(const Message& input, State& state) {
   constexpr std::size_t most_joints = 256;
   Joints& joints = state.joint_state;
@@ -147,6 +157,8 @@ void take_input(const Configuration& configuration, InputKind kind, std::string_
       return answer_image(configuration, input, state, outputs);
     case InputKind::depth:
       return take_depth(configuration, input, state, outputs);
+    case InputKind::lines:
+      return take_line(configuration, input, state);
     case InputKind::teleop:
       return answer_teleop(configuration, input, state, outputs);
     case InputKind::agent_command:

@@ -168,8 +168,9 @@ void add_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--axes", arguments.source.read.axes, "Axes of the files (default: by format)")
       ->transform(CLI::CheckedTransformer(axes));
   command.add_option("--robot", arguments.source.robot, "Robot description instead of a log's own");
-  command.add_option("--tilt-joint", arguments.source.tilt_joint,
-                     "Joint that turns a log's laser about its y axis");
+  command.add_option(
+      "--tilt-joint", arguments.source.tilt_joint,
+      "Joint that turns the laser of a log's SCAN about its y axis (LINES: see the robot description)");
   command.add_option("--pixel-step", arguments.source.pixel_step, "Every n-th pixel of depth images")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();

@@ -1,5 +1,6 @@
 // 3D scans from wherever they are: files of points, folders of them, folders of depth images with poses, LCM
-// logs with DEPTH images or with the scan lines of a laser that does not lie level.
+// logs with DEPTH images or with the scan lines of a laser that is swept over the site (LINES, or a SCAN that
+// does not lie level).
 #pragma once
 
 #include <filesystem>
@@ -23,7 +24,8 @@ struct ScanSourceOptions {
   double frame_distance = 0.10;                     ///< m
   double frame_angle = 5 * std::numbers::pi / 180;  ///< rad
   double line_distance = 4;  ///< m that the robot drives while scan lines go to one 3D scan
-  std::string tilt_joint;    ///< joint of JOINT_STATE that turns the laser about its own y axis; empty: none
+  std::string
+      tilt_joint;  ///< joint of JOINT_STATE that turns the laser of SCAN about its y axis; empty: none
 };
 
 struct OpenedScans {

@@ -1,6 +1,7 @@
-// LCM logs as 3D scans: DEPTH images, or SCAN where the laser does not lie level, placed by POSE_COV or POSE.
+// LCM logs as 3D scans: DEPTH images, LINES, or SCAN where the laser does not lie level, placed by POSE_COV
+// or POSE.
 #include <algorithm>
-#include <cmath>
+#include <map>
 
 #include "fusion/cloud/sensor_cloud.hpp"
 #include "fusion/pose/joint_track.hpp"
@@ -46,6 +47,14 @@ class Track {
   std::vector<Sample> samples_;
 };
 
+/// A laser whose scan lines become 3D scans.
+struct Sweep {
+  LaserDescription laser;
+  std::vector<HeadJoint> head;
+  std::vector<Scan> lines;  ///< of the 3D scan that grows
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();
+};
+
 class LogScans {
  public:
   LogScans(const std::filesystem::path& path, const ScanSourceOptions& options, OpenedScans& opened)
@@ -56,12 +65,12 @@ class LogScans {
       return status;
     if (!estimates_.empty()) poses_ = std::move(estimates_);
     poses_.sort();
-    tilts_.sort();
+    for (auto& [name, track] : joints_) track.sort();
     if (Status status = check(); !status) return status;
     const std::size_t before = opened_.scans.size();
     if (Status status = each_event([this](const Message& event) { return take_scan(event); }); !status)
       return status;
-    if (Status status = finish_lines(); !status) return status;
+    for (auto& [channel, sweep] : sweeps_) finish(sweep);
     if (damaged_ > 0) note(std::to_string(damaged_) + " damaged events passed over");
     if (without_pose_ > 0) note(std::to_string(without_pose_) + " images or scan lines left out: no pose");
     if (opened_.scans.size() > before) return {};
@@ -95,12 +104,11 @@ class LogScans {
       PoseStamped pose;
       if (!decode(event.channel, event.payload, pose)) return ++damaged_, Status();
       poses_.add(pose.stamp, pose.T_map_base);
-    } else if (event.channel == channel::joint_state && !options_.tilt_joint.empty()) {
+    } else if (event.channel == channel::joint_state) {
       Joints joints;
       if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
-      const auto named = std::find(joints.names.begin(), joints.names.end(), options_.tilt_joint);
-      if (named == joints.names.end() || joints.positions.empty()) return {};
-      tilts_.add(joints.stamp, joints.positions[static_cast<std::size_t>(named - joints.names.begin())]);
+      for (std::size_t i = 0; i < std::min(joints.names.size(), joints.positions.size()); ++i)
+        joints_[joints.names[i]].add(joints.stamp, joints.positions[i]);
     }
     return {};
   }
@@ -125,30 +133,43 @@ class LogScans {
     if (poses_.empty()) {
       return Error{name_ + ": has no poses (POSE_COV or POSE); `parhelion slam --log` adds them"};
     }
-    if (!options_.tilt_joint.empty() && tilts_.empty()) {
+    if (!options_.tilt_joint.empty() && !joints_.contains(options_.tilt_joint)) {
       return Error{name_ + ": JOINT_STATE never names the joint " + options_.tilt_joint};
     }
-    if (robot_->depth) joints_.emplace(std::vector<std::vector<HeadJoint>>{robot_->depth->head});
-    // Lines of a laser that lies level stay in one plane, which is no 3D scan.
-    constexpr double level = 0.94;  // cosine of 20 degrees
-    lines_ = robot_->laser &&
-             (!options_.tilt_joint.empty() || std::abs(robot_->laser->T_base_laser.rotation()(2, 2)) < level);
+    find_sweeps();
     return {};
+  }
+
+  /// Lines of a laser that lies level stay in one plane, which is no 3D scan.
+  void find_sweeps() {
+    if (robot_->laser && !options_.tilt_joint.empty()) {
+      const Transform<Base, Laser>& T_base_laser = robot_->laser->T_base_laser;
+      const HeadJoint tilt{options_.tilt_joint, T_base_laser.translation(),
+                           T_base_laser.rotation() * Eigen::Vector3d::UnitY()};
+      sweeps_[channel::scan] = {*robot_->laser, {tilt}, {}, {}};
+    } else if (robot_->laser && !lies_level(*robot_->laser)) {
+      sweeps_[channel::scan] = {*robot_->laser, {}, {}, {}};
+    }
+    if (robot_->line_laser)
+      sweeps_[channel::lines] = {robot_->line_laser->laser, robot_->line_laser->head, {}, {}};
   }
 
   std::optional<Transform<Map, Base>> base_at(SensorTime t) const {
     return poses_.at(t, [](const auto& a, const auto& b, double s) { return interpolate(a, b, s); });
   }
 
+  Result<Eigen::Isometry3d> turn_at(const std::vector<HeadJoint>& head, SensorTime t) const {
+    return head_turn(head, [&](const std::string& joint) -> std::optional<double> {
+      const auto track = joints_.find(joint);
+      if (track == joints_.end()) return std::nullopt;
+      return track->second.at(t, [](double a, double b, double s) { return a + s * (b - a); });
+    });
+  }
+
   Status take_scan(const Message& event) {
-    if (event.channel == channel::joint_state && joints_) {
-      Joints joints;
-      if (!decode(event.channel, event.payload, joints)) return ++damaged_, Status();
-      joints_->add(joints);
-    }
     if (event.channel == channel::depth && robot_->depth) return take_depth(event);
-    if (event.channel == channel::scan && lines_) return take_line(event);
-    return {};
+    const auto sweep = sweeps_.find(event.channel);
+    return sweep == sweeps_.end() ? Status() : take_line(sweep->second, event);
   }
 
   Status take_depth(const Message& event) {
@@ -156,7 +177,7 @@ class LogScans {
     if (!decode(event.channel, event.payload, image)) return ++damaged_, Status();
     const auto T_map_base = base_at(image.stamp);
     if (!T_map_base) return ++without_pose_, Status();
-    const auto turn = head_turn(robot_->depth->head, *joints_, image.stamp);
+    const auto turn = turn_at(robot_->depth->head, image.stamp);
     if (!turn) return ++without_pose_, Status();
     const Transform<Map, DepthOptical> T_map_optical =
         *T_map_base * Transform<Base, Base>(*turn) * robot_->depth->T_base_optical;
@@ -175,43 +196,36 @@ class LogScans {
     return {};
   }
 
-  Status take_line(const Message& event) {
+  Status take_line(Sweep& sweep, const Message& event) {
     Scan line;
     if (!decode(event.channel, event.payload, line)) return ++damaged_, Status();
     const auto T_map_base = base_at(line.stamp);
-    if (!T_map_base) return ++without_pose_, Status();
+    const auto turn = turn_at(sweep.head, line.stamp);
+    if (!T_map_base || !turn) return ++without_pose_, Status();
     const Eigen::Vector3d here = T_map_base->translation();
-    if (!chunk_.empty() && (here - chunk_start_).norm() > options_.line_distance) {
-      if (Status status = finish_lines(); !status) return status;
-    }
-    if (chunk_.empty()) chunk_start_ = here;
-    chunk_.push_back(std::move(line));
+    if (!sweep.lines.empty() && (here - sweep.start).norm() > options_.line_distance) finish(sweep);
+    if (sweep.lines.empty()) sweep.start = here;
+    leave_out_body(line, sweep.laser, Transform<Base, Base>(*turn) * sweep.laser.T_base_laser,
+                   {robot_->footprint, robot_->height});
+    sweep.lines.push_back(std::move(line));
     return {};
   }
 
-  Status finish_lines() {
-    if (chunk_.empty()) return {};
-    const auto pose_at = [this](SensorTime t) -> std::optional<Transform<Scanner, Laser>> {
+  void finish(Sweep& sweep) {
+    if (sweep.lines.empty()) return;
+    const Transform<Scanner, Map> T_scanner_map(Eigen::Quaterniond::Identity(), -sweep.start);
+    const auto pose_at = [&](SensorTime t) -> std::optional<Transform<Scanner, Laser>> {
       const auto T_map_base = base_at(t);
-      if (!T_map_base) return std::nullopt;
-      double tilt = 0;
-      if (!tilts_.empty()) {
-        const auto angle = tilts_.at(t, [](double a, double b, double s) { return a + s * (b - a); });
-        if (!angle) return std::nullopt;
-        tilt = *angle;
-      }
-      const Transform<Laser, Laser> turned(
-          Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitY())), Eigen::Vector3d::Zero());
-      const Transform<Scanner, Map> T_scanner_map(Eigen::Quaterniond::Identity(), -chunk_start_);
-      return T_scanner_map * (*T_map_base * robot_->laser->T_base_laser * turned);
+      const auto turn = turn_at(sweep.head, t);
+      if (!T_map_base || !turn) return std::nullopt;
+      return T_scanner_map * (*T_map_base * Transform<Base, Base>(*turn) * sweep.laser.T_base_laser);
     };
-    auto scan = cloud_from_lines(chunk_, *robot_->laser, pose_at);
-    const SensorTime stamp = chunk_.front().stamp;
-    chunk_.clear();
-    if (!scan) return note(std::string("scan lines left out: ") + scan.error().message), Status();
+    auto scan = cloud_from_lines(sweep.lines, sweep.laser, pose_at);
+    const SensorTime stamp = sweep.lines.front().stamp;
+    sweep.lines.clear();
+    if (!scan) return note(std::string("scan lines left out: ") + scan.error().message);
     without_pose_ += scan->without_pose;
-    add(stamp, std::move(scan->cloud), chunk_start_);
-    return {};
+    add(stamp, std::move(scan->cloud), sweep.start);
   }
 
   void add(SensorTime stamp, PointCloud<Scanner> cloud, const Eigen::Vector3d& place) {
@@ -228,12 +242,9 @@ class LogScans {
   OpenedScans& opened_;
   std::optional<RobotDescription> robot_;
   Track<Transform<Map, Base>> poses_, estimates_;
-  Track<double> tilts_;
-  std::optional<JointTrack> joints_;  ///< of a head that turns the camera
-  bool lines_ = false;
+  std::map<std::string, Track<double>> joints_;  ///< all that JOINT_STATE names
+  std::map<std::string, Sweep> sweeps_;          ///< by channel
   std::optional<Eigen::Isometry3d> last_image_;
-  std::vector<Scan> chunk_;
-  Eigen::Vector3d chunk_start_ = Eigen::Vector3d::Zero();
   std::uint64_t damaged_ = 0, without_pose_ = 0;
 };
 

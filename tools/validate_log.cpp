@@ -75,6 +75,7 @@ const std::map<std::string, Check, std::less<>> checks{{"planar_lidar_t", decode
 /// What a channel carries by its canonical name; others may carry anything.
 const std::map<std::string, std::string, std::less<>> types_by_channel{{channel::robot, "robot_t"},
                                                                        {channel::scan, "planar_lidar_t"},
+                                                                       {channel::lines, "planar_lidar_t"},
                                                                        {channel::odometry, "pose2D_t"},
                                                                        {channel::pose_cov, "pose_cov_t"},
                                                                        {channel::pose, "pose_t"},

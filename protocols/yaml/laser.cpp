@@ -73,7 +73,7 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
 }  // namespace
 
 LaserDescription read_preset(const Node& map, Problems& problems) {
-  for (const char* key : {"pose", "preset"}) {
+  for (const char* key : {"pose", "head", "preset"}) {
     if (const Node* node = map.find(key)) {
       problems.add(node->line, std::string("a preset has no '") + key +
                                    "': that belongs to the robot that carries the laser");
@@ -106,7 +106,6 @@ LaserDescription read_laser(const Node& map, Problems& problems) {
 }
 
 void write_laser(Writer& writer, const LaserDescription& laser) {
-  writer.open("laser");
   if (!laser.preset.empty()) writer.text("preset", laser.preset);
   writer.line("pose", format_isometry(laser.T_base_laser.isometry()));
   const RangeConvention& convention = laser.convention;
@@ -127,7 +126,6 @@ void write_laser(Writer& writer, const LaserDescription& laser) {
   writer.quantity("angle_first", laser.angle_first, Quantity::angle);
   writer.quantity("angle_step", laser.angle_step, Quantity::angle);
   if (!laser.source.empty()) writer.text("source", laser.source);
-  writer.close();
 }
 
 }  // namespace parhelion::yaml

@@ -13,6 +13,7 @@ namespace parhelion::yaml {
 LaserDescription read_laser(const Node& map, Problems& problems);
 /// A preset file on its own; no pose, no preset of its own.
 LaserDescription read_preset(const Node& map, Problems& problems);
+/// What stands in the map `laser` or `line_laser`, without opening it.
 void write_laser(Writer& writer, const LaserDescription& laser);
 
 }  // namespace parhelion::yaml

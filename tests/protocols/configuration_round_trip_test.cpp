@@ -367,6 +367,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   RobotDescription a;
   a.name = text();
   if (*rc::gen::arbitrary<bool>()) a.laser = any_laser();
+  if (*rc::gen::arbitrary<bool>()) a.line_laser = LineLaserDescription{any_laser(), any_head()};
   if (*rc::gen::arbitrary<bool>()) {
     a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(), any_head(),
                                  between(0, 60), text()};
@@ -390,6 +391,11 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   RC_ASSERT(a.name == b->name && a.source == b->source);
   RC_ASSERT(a.laser.has_value() == b->laser.has_value());
   if (a.laser) RC_ASSERT(same(*a.laser, *b->laser));
+  RC_ASSERT(a.line_laser.has_value() == b->line_laser.has_value());
+  if (a.line_laser) {
+    RC_ASSERT(same(a.line_laser->laser, b->line_laser->laser));
+    RC_ASSERT(same(a.line_laser->head, b->line_laser->head));
+  }
   RC_ASSERT(a.camera.has_value() == b->camera.has_value());
   if (a.camera) {
     RC_ASSERT(same(a.camera->intrinsics, b->camera->intrinsics));

@@ -23,6 +23,7 @@ Configuration mapping_configuration() {
   depth.intrinsics.height = 2;
   depth.intrinsics.fx = depth.intrinsics.fy = 3;
   configuration.robot.depth = depth;
+  configuration.robot.line_laser = {*configuration.robot.laser, {}};
   return configuration;
 }
 
@@ -38,9 +39,13 @@ Image depth_image(std::int64_t utime) {
   return image;
 }
 
-/// The synthetic drive with a depth image after each fourth scan.
+/// The synthetic drive with a depth image after each fourth scan and a line after each.
 std::vector<Message> drive_with_depth(double duration) {
   std::vector<Message> images;
+  for (double t = 0.05; t < duration; t += 0.1) {
+    const auto utime = test::start_us + static_cast<std::int64_t>(t * 1e6);
+    images.push_back(test::message(channel::lines, utime + 10'000, test::scan_at(t)));
+  }
   for (double t = 0.4; t < duration; t += 0.4) {
     const auto utime = test::start_us + static_cast<std::int64_t>(t * 1e6);
     images.push_back(test::message(channel::depth, utime + 40'000, depth_image(utime)));
@@ -62,7 +67,7 @@ TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSam
   options.stop = [&] { return stop.load(); };
   options.say = [&](const std::string&) { started = true; };
   options.update_site = [&](const SiteView& view) -> Result<std::optional<SemanticModel>> {
-    EXPECT_EQ(view.depth.width, 4);
+    EXPECT_EQ(std::get<DepthView>(view).depth.width, 4);
     SemanticModel model = test::room();
     model.entities[3] = test::wall("wall 4", 5 - 0.01 * ++updates, 0, std::numbers::pi / 2, 7.8);
     return std::optional(model);

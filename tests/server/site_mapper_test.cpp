@@ -13,7 +13,7 @@ namespace parhelion {
 namespace {
 
 SiteView view(int number) {
-  SiteView view;
+  DepthView view;
   view.depth.stamp = SensorTime::from_utime(test::start_us + number);
   return view;
 }
@@ -43,7 +43,7 @@ TEST(SiteMapper, TakesTheNewestViewFirstAndCountsWhatGaveWay) {
           begun.set_value();
           gate.wait();
         }
-        order.push_back(seen.depth.stamp.utime() - test::start_us);
+        order.push_back(stamp_of(seen).utime() - test::start_us);
         return std::optional(test::room());
       },
       configuration, 5);

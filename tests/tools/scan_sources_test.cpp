@@ -110,13 +110,21 @@ TEST(ScanSources, scan_lines_across_the_way_become_3d_scans_of_some_metres_each)
   }
 }
 
-/// A robot that stands in a hall of 20 x 2 x 2.5 m and nods its level laser by 0.7 rad up and down.
-void write_nodding_log(const std::string& path) {
+/// A robot that stands in a hall of 20 x 2 x 2.5 m and nods its level laser by 0.7 rad up and down; the lines
+/// come on `channel`. Its own rear is in the way of the first five beams, 0.6 m long and wide.
+void write_nodding_log(const std::string& path, const char* lines) {
   RobotDescription robot;
-  robot.laser.emplace();
-  robot.laser->T_base_laser = Transform<Base, Laser>::planar(0, 0, 0, 0.5);
-  robot.laser->convention.range_min = 0.05F;
-  robot.laser->convention.range_max = 30;
+  LaserDescription laser;
+  laser.T_base_laser = Transform<Base, Laser>::planar(0, 0, 0, 0.5);
+  laser.convention.range_min = 0.05F;
+  laser.convention.range_max = 30;
+  if (lines == std::string(channel::lines)) {
+    robot.line_laser = {laser, {{"nod", {0, 0, 0.5}, Eigen::Vector3d::UnitY()}}};
+  } else {
+    robot.laser = laser;
+  }
+  robot.footprint = {{-0.3, -0.3}, {0.3, -0.3}, {0.3, 0.3}, {-0.3, 0.3}};
+  robot.height = 1;
   auto writer = LogWriter::create(path, true);
   ASSERT_TRUE(writer.ok());
   std::int64_t arrival = 1'000'000;
@@ -145,29 +153,41 @@ void write_nodding_log(const std::string& path) {
                    z = -std::cos(angle) * std::sin(tilt);
       const auto to = [](double plane, double along) { return along * plane > 0 ? plane / along : 1e9; };
       const double range = std::min({to(10, x), to(1, y), to(-1, y), to(2, z), to(-0.5, z)});
-      line.ranges.push_back(static_cast<float>(range));
+      line.ranges.push_back(k < 5 ? 0.3F : static_cast<float>(range));
     }
-    write("SCAN", line);
+    write(lines, line);
+  }
+}
+
+void expect_hall(const OpenedScans& opened) {
+  ASSERT_EQ(opened.scans.size(), 1U);
+  EXPECT_EQ(opened.scans[0].cloud.size(), 71U * 96U) << "without the robot itself";
+  for (const Eigen::Vector3f& p : opened.scans[0].cloud.points) {
+    const float off = std::min(
+        {std::abs(std::abs(p.y()) - 1), std::abs(p.z()), std::abs(p.z() - 2.5F), std::abs(p.x() - 10)});
+    ASSERT_LT(off, 2e-3F) << p.transpose();
   }
 }
 
 TEST(ScanSources, scan_lines_of_a_nodding_laser_are_placed_by_its_joint) {
   const TemporaryFolder folder;
-  write_nodding_log(folder / "hall.lcm");
+  write_nodding_log(folder / "hall.lcm", channel::scan);
   EXPECT_FALSE(open_scans({folder / "hall.lcm"}, {})) << "a level laser makes no 3D scan";
   ScanSourceOptions options;
   options.tilt_joint = "nod";
   const auto opened = open_scans({folder / "hall.lcm"}, options);
   ASSERT_TRUE(opened) << opened.error().message;
-  ASSERT_EQ(opened->scans.size(), 1U);
-  EXPECT_EQ(opened->scans[0].cloud.size(), 71U * 101U);
-  for (const Eigen::Vector3f& p : opened->scans[0].cloud.points) {
-    const float off = std::min(
-        {std::abs(std::abs(p.y()) - 1), std::abs(p.z()), std::abs(p.z() - 2.5F), std::abs(p.x() - 10)});
-    ASSERT_LT(off, 2e-3F) << p.transpose();
-  }
+  expect_hall(*opened);
   options.tilt_joint = "neck";
   EXPECT_FALSE(open_scans({folder / "hall.lcm"}, options));
+}
+
+TEST(ScanSources, lines_of_a_laser_on_a_head_are_placed_as_the_robot_description_says) {
+  const TemporaryFolder folder;
+  write_nodding_log(folder / "hall.lcm", channel::lines);
+  const auto opened = open_scans({folder / "hall.lcm"}, {});
+  ASSERT_TRUE(opened) << opened.error().message;
+  expect_hall(*opened);
 }
 
 TEST(ScanSources, depth_images_of_a_log_stand_where_those_of_its_folder_do) {

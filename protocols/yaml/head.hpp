@@ -1,0 +1,17 @@
+// The joints that carry a sensor, in a robot description.
+#pragma once
+
+#include <vector>
+
+#include "protocols/image.hpp"
+#include "protocols/yaml/document.hpp"
+#include "protocols/yaml/writer.hpp"
+
+namespace parhelion::yaml {
+
+/// Under the key `head` of a sensor; empty where it is not there.
+std::vector<HeadJoint> read_head(const Node& sensor, Problems& problems);
+/// Nothing where there are no joints.
+void write_head(Writer& writer, const std::vector<HeadJoint>& head);
+
+}  // namespace parhelion::yaml
