@@ -122,7 +122,7 @@ Result<PointCloud<Map>> LiveSite::seen(const SiteView& view) const {
         std::min(laser.convention.range_max, static_cast<float>(options_.line_range));
     return cloud_from_lines(swept->lines, laser, swept->body);
   }
-  const auto& [depth, camera, T_map_optical] = std::get<DepthView>(view);
+  const auto& [depth, camera, T_map_optical] = std::get<PlacedDepth>(view);
   const auto pixels = decode_depth(depth);
   if (!pixels) return pixels.error();
   const auto measured =

@@ -318,7 +318,7 @@ void Session::offer_depth() {
     if (moved.translation().norm() < view_distance && !turned) return;
   }
   last_view_ = T_map_optical;
-  mapper_->submit(DepthView{*state_->depth, camera, T_map_optical});
+  mapper_->submit(PlacedDepth{*state_->depth, camera, T_map_optical});
 }
 
 /// A model that is ready is an input like any other: stamped, logged, and what replay obeys.

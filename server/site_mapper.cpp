@@ -12,7 +12,7 @@
 namespace parhelion {
 
 SensorTime stamp_of(const SiteView& view) {
-  if (const auto* depth = std::get_if<DepthView>(&view)) return depth->depth.stamp;
+  if (const auto* depth = std::get_if<PlacedDepth>(&view)) return depth->depth.stamp;
   return std::get<LineView>(view).lines.back().line.stamp;
 }
 

@@ -23,7 +23,7 @@
 namespace parhelion {
 
 /// A depth image and where it was taken.
-struct DepthView {
+struct PlacedDepth {
   Image depth;
   DepthCameraDescription camera;
   Transform<Map, DepthOptical> T_map_optical;  ///< at the image's stamp, as the pose track has it
@@ -37,7 +37,7 @@ struct LineView {
 };
 
 /// What the robot has seen of the site at once.
-using SiteView = std::variant<DepthView, LineView>;
+using SiteView = std::variant<PlacedDepth, LineView>;
 /// Of the image, or of the last line.
 SensorTime stamp_of(const SiteView& view);
 

@@ -32,8 +32,8 @@ DepthCameraDescription depth_camera() {
 
 /// What the camera measures of a floor, a wall across and a wall at its right, from `really`; the view says
 /// it was at `said`.
-DepthView view(const Transform<Map, DepthOptical>& really, const Transform<Map, DepthOptical>& said) {
-  DepthView result{{}, depth_camera(), said};
+PlacedDepth view(const Transform<Map, DepthOptical>& really, const Transform<Map, DepthOptical>& said) {
+  PlacedDepth result{{}, depth_camera(), said};
   const CameraIntrinsics& lens = result.camera.intrinsics;
   std::vector<std::uint16_t> millimetres;
   for (int v = 0; v < lens.height; ++v) {
@@ -125,7 +125,7 @@ TEST(LiveSite, TheSameViewAgainIsNothingNew) {
 TEST(LiveSite, AnImageThatCannotBeDecodedChangesNothing) {
   LiveSite site(known());
   const auto at = camera_at(0, 0, 0);
-  DepthView broken = view(at, at);
+  PlacedDepth broken = view(at, at);
   broken.depth.bytes.resize(100);
   const auto refused = site.add(broken);
   ASSERT_FALSE(refused.ok());

@@ -67,7 +67,7 @@ TEST(MappingLoop, TheModelGrowsWhileScansAreAnsweredAndTheSessionReplaysToTheSam
   options.stop = [&] { return stop.load(); };
   options.say = [&](const std::string&) { started = true; };
   options.update_site = [&](const SiteView& view) -> Result<std::optional<SemanticModel>> {
-    EXPECT_EQ(std::get<DepthView>(view).depth.width, 4);
+    EXPECT_EQ(std::get<PlacedDepth>(view).depth.width, 4);
     SemanticModel model = test::room();
     model.entities[3] = test::wall("wall 4", 5 - 0.01 * ++updates, 0, std::numbers::pi / 2, 7.8);
     return std::optional(model);

@@ -13,7 +13,7 @@ namespace parhelion {
 namespace {
 
 SiteView view(int number) {
-  DepthView view;
+  PlacedDepth view;
   view.depth.stamp = SensorTime::from_utime(test::start_us + number);
   return view;
 }
