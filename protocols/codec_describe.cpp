@@ -169,8 +169,8 @@ std::string say(const ScanInfo& info) {
 }
 
 std::string say(const LoopDecision& decision) {
-  constexpr std::array<const char*, 5> kinds = {"guard_fired", "steps_skipped", "frame_dropped",
-                                                "scans_left_out", "ended"};
+  constexpr std::array<const char*, 6> kinds = {"guard_fired",    "steps_skipped", "frame_dropped",
+                                                "scans_left_out", "ended",         "foreign_message"};
   return format("%s %lld", kinds.at(static_cast<std::size_t>(decision.kind)),
                 static_cast<long long>(decision.count));
 }

@@ -265,6 +265,14 @@ TEST(Describe, WhatATerminalWouldObeyIsWrittenInHex) {
             "unknown type, fingerprint 0x1111111111111111, 9 bytes");
 }
 
+TEST(Describe, EachDecisionOfTheLoopHasAName) {
+  for (int kind = 0; kind <= static_cast<int>(LoopDecision::Kind::foreign_message); ++kind) {
+    std::vector<std::uint8_t> bytes;
+    encode(LoopDecision{test::sample_stamp, static_cast<LoopDecision::Kind>(kind), 3}, bytes);
+    EXPECT_NE(describe("LOOP", bytes).find(" 3"), std::string::npos) << describe("LOOP", bytes);
+  }
+}
+
 TEST(Allocation, AScanAndAnImageAllocateNothingAfterTheFirst) {
   Scan scan = test::sample_scan(), decoded;
   Image image = test::sample_depth(), seen;
