@@ -45,7 +45,7 @@ enum class EventKind : std::uint8_t {
   roll_limit,
   yaw_rate_warning,  ///< value: rad/s
   yaw_rate_limit,
-  gripped,  ///< object: what the gripper holds
+  gripped,  ///< object: what the gripper holds; so far nothing says this nor the next three
   lifted,   ///< value: m over where it lay
   dropped,
   placed,  ///< object: the container
@@ -53,7 +53,7 @@ enum class EventKind : std::uint8_t {
   zone_left,
   collision_predicted,  ///< along the present motion; value: s until it
   tipping_predicted,    ///< value: s until it
-  hazard_set_off,       ///< text: by what
+  hazard_set_off,       ///< text: by what; so far nothing says this nor the next four
   radio_lost,           ///< value: dBm at the receiver
   radio_restored,
   battery_low,  ///< value: share that is left, 0..1

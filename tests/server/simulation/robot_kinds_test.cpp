@@ -75,6 +75,8 @@ TEST(RobotKinds, OnlyTheCarCannotTurnOnTheSpot) {
     } else {
       EXPECT_GT(at.T_map_base.yaw(), 0.8) << kind.model;
     }
+    // Surfaces that skid do not turn about the base: measured 0.27 m (hauler) and 0.39 m (crawler). What this
+    // excludes is a robot that drives off instead of turning.
     EXPECT_LT(at.T_map_base.translation().norm(), 0.45) << kind.model;
   }
 }
