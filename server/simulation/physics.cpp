@@ -11,6 +11,8 @@ namespace {
 
 constexpr double kGravity = 9.81;      // m/s^2
 constexpr double kHullMargin = 0.002;  // m: what Bullet adds around a convex hull
+constexpr double kLean = 2e-4;         // rad: less than any friction cares about
+constexpr double kPress = 1e-4;        // m: what stands on a thing is pressed on it to find where
 constexpr double kStanding = 0.5;      // of a normal's z: a wheel stands on it rather than runs against it
 
 }  // namespace
@@ -96,6 +98,43 @@ void Physics::World::wake_neighbours(const btRigidBody& body) {
   }
 }
 
+void Physics::World::settle() {
+  std::erase_if(put_down, [&](PhysicsHandle handle) {
+    const auto& body = bodies[static_cast<std::size_t>(handle)].body;
+    return !body || body->isActive();
+  });
+  if (put_down.empty()) return;
+  for (const PhysicsHandle handle : put_down) world.updateSingleAabb(at(handle).body.get());
+  broadphase.calculateOverlappingPairs(&dispatcher);
+  for (const PhysicsHandle handle : put_down) meet_neighbours(*at(handle).body);
+  put_down.clear();
+}
+
+void Physics::World::meet_neighbours(btRigidBody& body) {
+  const btTransform rest = body.getWorldTransform();
+  btBroadphasePairArray& pairs = world.getPairCache()->getOverlappingPairArray();
+  body.forceActivationState(ACTIVE_TAG);
+  // Leaning towards each corner in turn, a little lower: one look finds the deepest corner only.
+  for (const double about_x : {-kLean, kLean}) {
+    for (const double about_y : {-kLean, kLean}) {
+      const btMatrix3x3 lean(btQuaternion(about_y, about_x, 0));
+      body.setWorldTransform(btTransform(lean * rest.getBasis(), rest.getOrigin() - btVector3(0, 0, kPress)));
+      for (int i = 0; i < pairs.size(); ++i) {
+        if (pairs[i].m_pProxy0->m_clientObject == &body || pairs[i].m_pProxy1->m_clientObject == &body)
+          dispatcher.getNearCallback()(pairs[i], dispatcher, world.getDispatchInfo());
+      }
+    }
+  }
+  body.setWorldTransform(rest);
+  body.forceActivationState(ISLAND_SLEEPING);
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+    if (manifold.getBody0() == &body || manifold.getBody1() == &body)
+      manifold.refreshContactPoints(manifold.getBody0()->getWorldTransform(),
+                                    manifold.getBody1()->getWorldTransform());
+  }
+}
+
 void Physics::World::collect_contacts() {
   contacts.clear();
   for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
@@ -173,6 +212,7 @@ PhysicsHandle Physics::add_free(ShapeKind kind, const Eigen::Vector3d& size, dou
   body.setDamping(0.02, 0.1);
   // It was put down at rest: it sleeps where it stands, exactly, until something touches it.
   body.forceActivationState(ISLAND_SLEEPING);
+  world_->put_down.push_back(handle);
   return handle;
 }
 
@@ -260,7 +300,10 @@ void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_b
   world_->broadphase.getOverlappingPairCache()->cleanProxyFromPairs(body.getBroadphaseHandle(),
                                                                     &world_->dispatcher);
   world_->world.updateSingleAabb(&body);
-  if (rigid.group == kFree) body.forceActivationState(ISLAND_SLEEPING);
+  if (rigid.group == kFree) {
+    body.forceActivationState(ISLAND_SLEEPING);
+    world_->put_down.push_back(handle);
+  }
   if (rigid.group == kRobot) body.activate(true);
 }
 
@@ -320,6 +363,7 @@ void Physics::drive(PhysicsHandle handle, const Twist2& twist, double friction) 
 }
 
 void Physics::step() {
+  world_->settle();
   world_->world.stepSimulation(world_->step, 0);
   world_->collect_contacts();
   world_->collect_runners();

@@ -72,6 +72,10 @@ struct Physics::World {
            joints[static_cast<std::size_t>(handle)]);
     return *joints[static_cast<std::size_t>(handle)];
   }
+  /// What was put down since the last step gets its contacts before it sleeps on: Bullet wakes by nearness,
+  /// after it has looked for contacts, and what has none would fall for a step.
+  void settle();
+  void meet_neighbours(btRigidBody& body);
   void collect_contacts();
   /// What the rolling surfaces met in the newest step.
   void collect_runners();
@@ -85,6 +89,7 @@ struct Physics::World {
   std::vector<RigidBody> bodies;                   // by handle
   std::vector<std::unique_ptr<PartJoint>> joints;  // by handle
   std::vector<PhysicsContact> contacts;
+  std::vector<PhysicsHandle> put_down;  // since the last step, at rest
 };
 
 }  // namespace parhelion

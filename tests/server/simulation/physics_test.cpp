@@ -220,6 +220,27 @@ TEST(Physics, WhatRestsOnABodyFallsWhenThatGoesAway) {
   }
 }
 
+TEST(Physics, WhatRestsIsNotMovedByWhatPassesNearIt) {
+  Simulation simulation = make(room(8));
+  spawn(simulation, agent("crate", AgentKind::box, 0, 0));
+  spawn(simulation, agent("barrel", AgentKind::barrel, 0, 1.2));
+  AgentDefinition walker = moving("walker", AgentKind::person, -2, 0.66, BehaviourKind::patrol, 1);
+  walker.behaviour.waypoints = {{-2, 0.66}, {2, 0.66}};
+  spawn(simulation, walker);
+  double nearest = 10;
+  for (int i = 0; i < 240 * 8; ++i) {
+    run(simulation, 1.0 / 240);
+    nearest = std::min(nearest, simulation.pose_of("walker")->translation().norm());
+    // What is near is awake: its contacts hold it to less than a laser can tell.
+    ASSERT_LT(simulation.pose_of("crate")->translation().norm(), 1e-3) << "step " << i;
+    ASSERT_LT((simulation.pose_of("barrel")->translation() - Eigen::Vector3d(0, 1.2, 0)).norm(), 1e-3)
+        << "step " << i;
+  }
+  EXPECT_LT(nearest, 0.8) << "it did pass";
+  for (const Event& event : simulation.take_events())
+    EXPECT_TRUE(event.kind != EventKind::movement_started || event.subject == "walker") << event.subject;
+}
+
 TEST(Physics, BadOptionsAndModelsAreRefusedByName) {
   SemanticModel model = room(5);
   model.entities[2].size.x() = -1;
