@@ -11,7 +11,8 @@ constexpr double kTouch = 0.001;        // m: nearer is contact
 constexpr double kMostMargin = 0.10;    // m, as of contacts
 constexpr double kUnderfoot = 0.02;     // m over base_link: lower is driven over
 constexpr double kMostSpeed = 3.0;      // m/s of another that is seen coming
-constexpr double kMostClimb = 0.30;     // m: steps up to there are climbed by tracks
+constexpr double kMostClimb = 0.30;     // m: over their own plane steps are climbed by tracks
+constexpr double kFlight = 0.8;         // slope of the steepest stairs
 constexpr double kClosingSpeed = 0.02;  // m/s: slower, it stands
 constexpr double kSameJoints = 0.005;   // rad and m: less is the same stance
 
@@ -34,9 +35,11 @@ void Simulation::State::look_at_building(const Looking& from, std::optional<Ahea
                        fastest_point_speed(*from.own.local, from.own.twist) * CollisionPrediction::kRearm;
   building->near(from.center, range, from.bottom, from.top, near);
   for (const FixedObstacle* obstacle : near) {
-    if (from.climbs && obstacle->label == EntityLabel::stairs &&
-        obstacle->top < from.bottom - kUnderfoot + kMostClimb)
-      continue;
+    if (obstacle->label == EntityLabel::stairs && from.climb > 0) {
+      // The further ahead, the higher a flight may be that begins here.
+      const double gap = std::max(0.0, signed_distance(from.placed, obstacle->footprint));
+      if (obstacle->top < from.bottom + from.climb + kFlight * gap) continue;
+    }
     const bool lost = std::any_of(doors.begin(), doors.end(), [&](const Door& door) {
       return door.handle == obstacle->handle && !door.known;
     });
@@ -107,7 +110,7 @@ void Simulation::State::foresee_real(const ObservedMotion& motion) {
     const Looking from{&real.name,      {&real.footprint, planar_pose(motion.T_map_base), twist},
                        real.placed,     real.placed.center,
                        margin,          z + kUnderfoot,
-                       z + real.height, false,
+                       z + real.height, 0,
                        false,           !real.sensed};
     foresight.collision.update(body, motion, twist, look_ahead(from, nullptr), events);
   }
@@ -127,6 +130,9 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
   const RobotModel& model = agent.robot->model();
   if (foresight.collision.due(motion.stamp, twist)) {
     const double z = motion.T_map_base.translation().z();
+    // On a flight of stairs the robot leans as the flight does.
+    const double lean = std::hypot(R_base_map(0, 2), R_base_map(1, 2)) / std::max(0.1, R_base_map(2, 2));
+    const bool climbs = model.drive.kind == DriveKind::tracked;
     const Looking from{&agent.definition.name,
                        {&agent.form.footprint, agent.pose, twist},
                        agent.placed,
@@ -134,7 +140,7 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
                        kTouch,
                        z + kUnderfoot,
                        z + agent.form.size.z(),
-                       model.drive.kind == DriveKind::tracked,
+                       climbs ? kMostClimb + lean * agent.form.footprint.bound : 0,
                        !agent.trainee,
                        false};
     foresight.collision.update(body, motion, twist, look_ahead(from, &agent), events);

@@ -9,11 +9,10 @@
 namespace parhelion {
 namespace {
 
-constexpr double kGravity = 9.81;      // m/s^2
-constexpr double kHullMargin = 0.002;  // m: what Bullet adds around a convex hull
-constexpr double kLean = 2e-4;         // rad: less than any friction cares about
-constexpr double kPress = 1e-4;        // m: what stands on a thing is pressed on it to find where
-constexpr double kStanding = 0.5;      // of a normal's z: a wheel stands on it rather than runs against it
+constexpr double kGravity = 9.81;  // m/s^2
+constexpr double kLean = 2e-4;     // rad: less than any friction cares about
+constexpr double kPress = 1e-4;    // m: what stands on a thing is pressed on it to find where
+constexpr double kStanding = 0.5;  // of a normal's z: a wheel stands on it rather than runs against it
 
 }  // namespace
 
@@ -155,7 +154,7 @@ void Physics::World::collect_contacts() {
         if (at(contact.b).part) contact.shape_b = point.m_index1;
         touching = true;
       }
-      const bool rolls = point.m_contactPointFlags & BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+      const bool rolls = point.m_contactPointFlags & kRollingPoint;
       rolling = rolling && rolls;
       standing = standing && rolls && std::abs(point.m_normalWorldOnB.z()) > kStanding;
     }

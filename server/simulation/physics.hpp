@@ -33,12 +33,15 @@ struct PhysicsContact {
   bool rolling = false;  ///< all that touches is the surface of wheels or tracks
 };
 
+constexpr double kHullMargin = 0.002;  ///< m: what Bullet adds around a convex hull
+
 /// A shape of a robot's part.
 struct PartShape {
-  Shape shape;                        ///< in the part's frame; not read where there is a hull
-  std::vector<Eigen::Vector3d> hull;  ///< corners of a convex hull, m, in the part's frame
-  double friction = 0.6;              ///< against anything
-  int runner = -1;                    ///< index of the runner that it is the surface of; -1: none
+  Shape shape;  ///< in the part's frame; not read where there is a hull
+  std::vector<Eigen::Vector3d>
+      hull;               ///< corners of a convex hull, m, part's frame; it ends kHullMargin outside
+  double friction = 0.6;  ///< against anything
+  int runner = -1;        ///< index of the runner that it is the surface of; -1: none
 };
 
 /// A wheel or track of a part: the points of its shapes move along the surface, so that friction drives the

@@ -7,8 +7,6 @@
 namespace parhelion {
 namespace {
 
-constexpr double kHullMargin = 0.002;  // m: what Bullet adds around a convex hull
-
 std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part) {
   if (!part.hull.empty()) {
     auto hull = std::make_unique<btConvexHullShape>();

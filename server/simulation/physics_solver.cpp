@@ -47,9 +47,16 @@ void prepare(btManifoldPoint& point, const btCollisionObject* a, const btCollisi
   point.m_combinedFriction = first.part && second.part ? std::min(friction(first), friction(second))
                              : first.part              ? friction(first)
                                                        : friction(second);
-  point.m_contactPointFlags &= ~BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
-  if (!first.runner && !second.runner) return;
-  point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+  point.m_contactPointFlags &= ~(kRollingPoint | BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED);
+  if (!first.runner && !second.runner) {
+    if (a->isStaticOrKinematicObject() || b->isStaticOrKinematicObject()) return;
+    // Directions that do not turn with what little slips: what a gripper holds does not creep.
+    btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
+    point.m_contactMotion1 = point.m_contactMotion2 = 0;
+    point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
+    return;
+  }
+  point.m_contactPointFlags |= kRollingPoint | BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
   point.m_lateralFrictionDir1 = first.runner ? first.rolling : second.rolling;
   point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(point.m_normalWorldOnB);
   // No slip: v_a + s_a t_a = v_b + s_b t_b; the solver asks for (v_a - v_b) along each direction.
@@ -96,7 +103,7 @@ struct RowRunners {
 
 RowRunners runners_of(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
   const auto& point = *static_cast<const btManifoldPoint*>(row.m_originalContactPoint);
-  if (!(point.m_contactPointFlags & BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED)) return {};
+  if (!(point.m_contactPointFlags & kRollingPoint)) return {};
   const auto find = [](const btSolverBody& body, int index) -> Runner* {
     PartSurfaces* part = body.m_originalBody ? part_of(body.m_originalBody) : nullptr;
     if (!part) return nullptr;

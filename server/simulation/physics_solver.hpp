@@ -12,6 +12,9 @@
 
 namespace parhelion {
 
+/// Of a contact point's flags, beside Bullet's own: a runner's surface is in it.
+constexpr int kRollingPoint = 1 << 20;
+
 /// A wheel or track while the solver works with it.
 struct Runner {
   btVector3 axis{0, 1, 0};  ///< it rolls about, to the left, in the inertial frame of its body

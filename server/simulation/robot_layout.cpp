@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace parhelion {
 namespace {
@@ -39,6 +40,29 @@ class Builder {
       first = false;
     }
   }
+  /// Corners of a shape for a hull around it; false: of a shape that has none.
+  static bool append_corners(const Shape& shape, const Eigen::Isometry3d& T_part_link,
+                             std::vector<Eigen::Vector3d>& hull) {
+    constexpr int kSides = 24;  // of what stands for a circle: 0.9 % of its radius off at most
+    const Eigen::Isometry3d T = T_part_link * shape.T_body_shape.isometry();
+    if (shape.kind == ShapeKind::box) {
+      const Eigen::Vector3d half = shape.size / 2 - Eigen::Vector3d::Constant(kHullMargin);
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3d corner(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+        hull.push_back(T * corner.cwiseProduct(half));
+      }
+      return true;
+    }
+    if (shape.kind != ShapeKind::cylinder) return false;
+    const double radius = shape.size.x() - kHullMargin, half = shape.size.z() / 2 - kHullMargin;
+    for (int i = 0; i < 2 * kSides; ++i) {
+      const double angle = 2 * std::numbers::pi * (i / 2) / kSides;
+      hull.push_back(
+          T * Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), i % 2 ? half : -half));
+    }
+    return true;
+  }
+
   std::optional<std::size_t> runner_of(std::size_t link) const {
     for (std::size_t i = 0; i < model_.drive.runners.size(); ++i) {
       if (model_.drive.runners[i].link == link) return i;
@@ -122,6 +146,30 @@ class Builder {
     add_node(link, node, Eigen::Isometry3d::Identity());
   }
 
+  /// What collides of a link. A belt is tight: it goes round all that its link is made of, and no edge in it
+  /// catches on steps.
+  void add_solids(std::size_t link, const Eigen::Isometry3d& T_part_link, int runner) {
+    const RobotLink& its = model_.links[link];
+    const std::size_t node = layout_.node_of_link[link], part = layout_.nodes[node].part;
+    const auto surface = runner_of(link);
+    const bool is_track = surface && model_.drive.runners[*surface].kind == RobotRunner::Kind::track;
+    const auto add = [&](PartShape& solid, const Eigen::Isometry3d& T_link_shape) {
+      solid.friction = its.friction;
+      solid.runner = runner;
+      layout_.parts[part].shapes.push_back(solid);
+      layout_.solids[part].push_back({link, node, layout_.T_node_link[link] * T_link_shape});
+    };
+    PartShape belt;
+    for (const Shape& shape : its.solid) {
+      if (is_track && append_corners(shape, T_part_link, belt.hull)) continue;
+      PartShape solid;
+      solid.shape = shape;
+      solid.shape.T_body_shape = Transform<Body, ShapeFrame>(T_part_link * shape.T_body_shape.isometry());
+      add(solid, shape.T_body_shape.isometry());
+    }
+    if (!belt.hull.empty()) add(belt, Eigen::Isometry3d::Identity());
+  }
+
   /// The link's shapes and mass into its node and part.
   void fill(std::size_t link) {
     const RobotLink& its = model_.links[link];
@@ -149,15 +197,7 @@ class Builder {
       layout_.runners[*runner] = {part, static_cast<std::size_t>(runner_index), node, in_node,
                                   T_base_link_[link].translation()};
     }
-    for (const Shape& shape : its.solid) {
-      PartShape solid;
-      solid.shape = shape;
-      solid.shape.T_body_shape = Transform<Body, ShapeFrame>(T_part_link * shape.T_body_shape.isometry());
-      solid.friction = its.friction;
-      solid.runner = runner_index;
-      to.shapes.push_back(solid);
-      layout_.solids[part].push_back({link, node, layout_.T_node_link[link] * shape.T_body_shape.isometry()});
-    }
+    add_solids(link, T_part_link, runner_index);
     if (its.mass > 0)
       masses_.push_back({part, its.mass, T_part_link * its.center,
                          T_part_link.linear() * its.inertia * T_part_link.linear().transpose()});

@@ -257,7 +257,7 @@ struct Simulation::State {
     Eigen::Vector2d center;
     double margin;       ///< m from the building that is a contact
     double bottom, top;  ///< m, z of what it can hit
-    bool climbs;         ///< steps are no obstacle
+    double climb;        ///< m over `bottom` up to which steps beside it are no obstacle
     bool is_virtual, unsensed;
   };
   void foresee_real(const ObservedMotion& motion);

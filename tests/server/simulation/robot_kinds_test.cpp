@@ -101,18 +101,6 @@ TEST(RobotKinds, TheCarGoesOnTheCircleOfItsSteering) {
   EXPECT_NEAR(at.rotation_rate.z() * radius, 0.5, 0.05);
 }
 
-/// A flight of steps from x = 1 m on, and a landing behind it.
-SemanticModel flight(int steps, double rise, double run) {
-  SemanticModel model = floor_of(30);
-  for (int i = 0; i < steps; ++i) {
-    const double top = rise * (i + 1), depth = i + 1 < steps ? run : 4;
-    model.entities.push_back(model_box("step " + std::to_string(i + 1), EntityLabel::stairs,
-                                       {1 + run * i + depth / 2, 0, top / 2}, {depth, 2, top}));
-    model.entities.back().part_of = "stairs 1";
-  }
-  return model;
-}
-
 TEST(RobotKinds, SmallWheelsDoNotClimbSteps) {
   for (const char* model : {"rover", "buggy"}) {
     Simulation simulation = make(flight(5, 0.17, 0.30), with_robots({model}));

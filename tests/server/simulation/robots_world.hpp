@@ -39,6 +39,18 @@ inline SemanticModel floor_of(double side) {
   return model;
 }
 
+/// A flight of steps from x = 1 m on, and a landing behind it.
+inline SemanticModel flight(int steps, double rise, double run) {
+  SemanticModel model = floor_of(30);
+  for (int i = 0; i < steps; ++i) {
+    const double top = rise * (i + 1), depth = i + 1 < steps ? run : 4;
+    model.entities.push_back(model_box("step " + std::to_string(i + 1), EntityLabel::stairs,
+                                       {1 + run * i + depth / 2, 0, top / 2}, {depth, 2, top}));
+    model.entities.back().part_of = "stairs 1";
+  }
+  return model;
+}
+
 /// Drives for a time, the twist said again at each step.
 inline void drive(Simulation& simulation, const std::string& name, const Twist2& twist, double duration) {
   std::vector<LaserRequest> requests;
