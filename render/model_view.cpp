@@ -11,14 +11,12 @@
 
 #include "render/egl_context.hpp"
 #include "render/layer_renderer.hpp"
+#include "render/model_view_camera.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr int kFineness = 2;  ///< drawn pixels per pixel of the picture
-constexpr int kTitle = 74, kLegend = 52;
 constexpr std::uint32_t kMeshEntity = 1023;
-constexpr double kFocal = 2.4;  ///< of the picture's width: far away, so that parallels stay nearly parallel
 
 struct Paint {
   EntityLabel label;
@@ -53,63 +51,8 @@ Material material_of(const Paint& paint) {
   return material;
 }
 
-bool drawn(const ModelEntity& e) {
-  return is_solid(e) && e.label != EntityLabel::ceiling && e.T_map_body.finite() && e.size.allFinite() &&
-         e.size.minCoeff() > 0;
-}
-
-Eigen::AlignedBox3d extent_of(const SemanticModel& model) {
-  Eigen::AlignedBox3d extent;
-  for (const ModelEntity& entity : model.entities) {
-    if (!drawn(entity)) continue;
-    const Eigen::Vector3d reach = entity.T_map_body.rotation().cwiseAbs() * entity.size / 2;
-    extent.extend(Eigen::Vector3d(entity.T_map_body.translation() - reach));
-    extent.extend(Eigen::Vector3d(entity.T_map_body.translation() + reach));
-  }
-  for (const ModelMesh& mesh : model.meshes) {
-    for (const Eigen::Vector3f& v : mesh.vertices) extent.extend(v.cast<double>());
-  }
-  return extent;
-}
-
-/// From where the whole extent is seen, filling the picture between title and legend.
-struct Camera {
-  Transform<Map, CameraOptical> T_map_optical;
-  CameraIntrinsics intrinsics;
-  Eigen::Vector3d forward;
-  double scale = 1;  ///< drawn units per metre: the depth buffer is finest near its near plane
-};
-
-Camera look_at(const Eigen::AlignedBox3d& extent, const ModelView& view) {
-  Camera camera;
-  const double radius = std::max(0.5, extent.sizes().norm() / 2);
-  camera.forward = -Eigen::Vector3d(std::cos(view.elevation) * std::cos(view.yaw),
-                                    std::cos(view.elevation) * std::sin(view.yaw), std::sin(view.elevation));
-  const Eigen::Vector3d right = camera.forward.cross(Eigen::Vector3d::UnitZ()).normalized();
-  Eigen::Matrix3d R;
-  R << right, camera.forward.cross(right), camera.forward;
-  const double distance = 2.2 * kFocal * radius;
-  const Eigen::Vector3d eye = extent.center() - distance * camera.forward;
-  camera.T_map_optical = Transform<Map, CameraOptical>(Eigen::Quaterniond(R), eye);
-  camera.scale = 2 / distance;
-  Eigen::AlignedBox2d seen;  // at focal length 1
-  for (int i = 0; i < 8; ++i) {
-    const Eigen::Vector3d p =
-        camera.T_map_optical.inverse() * extent.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
-    seen.extend(Eigen::Vector2d(p.head<2>() / p.z()));
-  }
-  CameraIntrinsics& c = camera.intrinsics;
-  c.width = view.width * kFineness;
-  c.height = view.height * kFineness;
-  const double room_x = 0.92 * c.width, room_y = 0.92 * (view.height - kTitle - kLegend) * kFineness;
-  c.fx = c.fy = std::min(room_x / seen.sizes().x(), room_y / seen.sizes().y());
-  c.cx = c.width / 2.0 - c.fx * seen.center().x();
-  c.cy = (kTitle + (view.height - kTitle - kLegend) / 2.0) * kFineness - c.fy * seen.center().y();
-  return camera;
-}
-
 /// Walls and what is in them, on the side of the camera and across its sight, would hide the inside.
-bool stands_before(const ModelEntity& e, const Eigen::AlignedBox3d& extent, const Camera& camera) {
+bool stands_before(const ModelEntity& e, const Eigen::AlignedBox3d& extent, const ModelViewCamera& camera) {
   switch (e.label) {
     case EntityLabel::wall:
     case EntityLabel::door:
@@ -144,7 +87,7 @@ class Viewer {
       : model_(model),
         view_(view),
         extent_(extent),
-        camera_(look_at(extent, view)),
+        camera_(look_at(model, extent, view)),
         projection_(camera_.intrinsics) {}
 
   Result<ModelViewPixels> draw() {
@@ -178,7 +121,7 @@ class Viewer {
     for (std::size_t i = 0; i < model_.entities.size(); ++i) {
       const ModelEntity& e = model_.entities[i];
       const Paint* paint = paint_of(e.label);
-      if (!drawn(e) || paint == nullptr) continue;
+      if (!in_model_view(e) || paint == nullptr) continue;
       const bool cut = view_.cut > 0 && stands_before(e, extent_, camera_);
       const auto shape = shown_part(e, cut ? floor + view_.cut : std::numeric_limits<double>::infinity());
       if (!shape) continue;
@@ -343,7 +286,7 @@ class Viewer {
   const SemanticModel& model_;
   const ModelView& view_;
   Eigen::AlignedBox3d extent_;
-  Camera camera_;
+  ModelViewCamera camera_;
   CameraProjection projection_;
   DrawList list_;
   Layer layer_;
@@ -356,7 +299,8 @@ class Viewer {
 Result<ModelViewPixels> draw_model_view(const SemanticModel& model, const ModelView& view) {
   if (view.width < 400 || view.height < 300 || view.width > 4000 || view.height > 4000)
     return Error{"3D view: expected 400 to 4000 by 300 to 4000 pixels"};
-  const Eigen::AlignedBox3d extent = extent_of(model);
+  Eigen::AlignedBox3d extent;
+  for (const Eigen::Vector3d& p : points_in_view(model)) extent.extend(p);
   if (extent.isEmpty()) return Error{"3D view: the model has nothing to draw"};
   if (!extent.min().allFinite() || !extent.max().allFinite())
     return Error{"3D view: the model's coordinates are not finite"};

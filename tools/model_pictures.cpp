@@ -8,6 +8,7 @@
 
 #include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/model_plan.hpp"
+#include "fusion/semantic/plan_view.hpp"
 #include "render/model_view.hpp"
 
 namespace parhelion {
@@ -49,61 +50,6 @@ std::string contents(const SemanticModel& model) {
   return words;
 }
 
-Eigen::AlignedBox2d plan_box(const ModelEntity& e) {
-  const Eigen::Vector2d half = (e.T_map_body.rotation().cwiseAbs() * e.size / 2).head<2>();
-  const Eigen::Vector2d centre = e.T_map_body.translation().head<2>();
-  return {centre - half, centre + half};
-}
-
-/// The floors and what stands within 3 m of them or of one another. What a scanner saw through a door at the
-/// end of a street would make the rest too small to be read.
-Eigen::AlignedBox2d main_part(const SemanticModel& model) {
-  constexpr double reach = 3;  // m
-  Eigen::AlignedBox2d part;
-  for (const ModelEntity& e : model.entities) {
-    if (e.label == EntityLabel::floor && is_solid(e)) part.extend(plan_box(e));
-  }
-  if (part.isEmpty()) return part;
-  for (bool grown = true; grown;) {
-    grown = false;
-    for (const ModelEntity& e : model.entities) {
-      const Eigen::AlignedBox2d box = plan_box(e);
-      if (e.deleted || part.contains(box) || part.exteriorDistance(box) > reach) continue;
-      part.extend(box);
-      grown = true;
-    }
-  }
-  return part;
-}
-
-/// The model without what lies far out, where that is most of its extent; `left_out` entities.
-SemanticModel as_shown(const SemanticModel& model, std::size_t& left_out) {
-  const Eigen::AlignedBox2d part = main_part(model);
-  Eigen::AlignedBox2d all = part;
-  for (const ModelEntity& e : model.entities) {
-    if (!e.deleted && e.label != EntityLabel::ceiling) all.extend(plan_box(e));
-  }
-  left_out = 0;
-  if (part.isEmpty() || all.volume() < 2 * part.volume()) return model;
-  SemanticModel shown = model;
-  left_out = std::erase_if(shown.entities, [&](const ModelEntity& e) {
-    return e.label != EntityLabel::ceiling && !part.contains(plan_box(e));
-  });
-  for (ModelMesh& mesh : shown.meshes) {
-    std::erase_if(mesh.triangles, [&](const auto& triangle) {
-      return std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t i) {
-        return !part.contains(mesh.vertices[i].head<2>().cast<double>().eval());
-      });
-    });
-    // A vertex that no triangle names must not widen the picture.
-    for (Eigen::Vector3f& v : mesh.vertices) {
-      const Eigen::Vector2d inside = v.head<2>().cast<double>().cwiseMax(part.min()).cwiseMin(part.max());
-      v.head<2>() = inside.cast<float>();
-    }
-  }
-  return shown;
-}
-
 Status write_png(const cv::Mat& picture, const std::filesystem::path& path) {
   if (cv::imwrite(path.string(), picture, {cv::IMWRITE_PNG_COMPRESSION, 9})) return {};
   return Error{path.string() + ": the picture cannot be written"};
@@ -120,21 +66,18 @@ Result<cv::Mat> solid_view(const SemanticModel& model, const std::string& name) 
 
 }  // namespace
 
-Status draw_model(const SemanticModel& whole, const std::string& name, ModelPicture what,
+Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
                   const std::filesystem::path& path, std::string* note) {
-  std::size_t left_out = 0;
-  const SemanticModel model = as_shown(whole, left_out);
   if (what == ModelPicture::solid) {
-    const auto solid = solid_view(model, name);
+    const auto solid = solid_view(main_part(model).model, name);
     return solid ? write_png(*solid, path) : Status(solid.error());
   }
   ModelPlan plan;
   plan.title = name + ": plan";
-  plan.subtitle = contents(whole);
-  if (left_out > 0) plan.subtitle += "; " + std::to_string(left_out) + " parts farther out are not shown";
+  plan.subtitle = contents(model);
   if (Status status = draw_model_plan(model, plan, path.string()); !status || what == ModelPicture::plan)
     return status;
-  const auto solid = solid_view(model, name);
+  const auto solid = solid_view(main_part(model).model, name);
   if (!solid) {
     if (note != nullptr) *note = "the 3D view is left out: " + solid.error().message;
     return {};

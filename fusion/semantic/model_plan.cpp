@@ -53,12 +53,12 @@ std::string metres(double value) {
 
 class Painter {
  public:
-  Painter(const SemanticModel& model, const ModelPlan& plan, const PlanView& view)
-      : model_(model),
+  Painter(const MainPart& shown, const ModelPlan& plan, const Eigen::AlignedBox2d& view)
+      : model_(shown.model),
         plan_(plan),
-        view_(view.box),
-        left_out_(view.left_out),
-        canvas_(plan.width, view.box, title_bar, PlanLegend::height),
+        view_(view),
+        left_out_(shown.left_out),
+        canvas_(plan.width, view, title_bar, PlanLegend::height),
         labels_(canvas_) {}
 
   bool paint(const std::string& path) {
@@ -289,11 +289,12 @@ class Painter {
 Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path) {
   if (plan.width < 400 || plan.width > 10'000)
     return Error{"plan: expected 400 <= width <= 10000 pixels, found " + std::to_string(plan.width)};
-  const PlanView view = plan_view(model);
-  if (view.box.isEmpty()) return Error{"plan: the model has nothing to draw"};
-  if (!view.box.min().allFinite() || !view.box.max().allFinite())
+  const MainPart shown = main_part(model);
+  const Eigen::AlignedBox2d view = plan_box(shown.model);
+  if (view.isEmpty()) return Error{"plan: the model has nothing to draw"};
+  if (!view.min().allFinite() || !view.max().allFinite())
     return Error{"plan: the model's coordinates are not finite"};
-  if (!Painter(model, plan, view).paint(path)) return Error{path + ": the picture cannot be written"};
+  if (!Painter(shown, plan, view).paint(path)) return Error{path + ": the picture cannot be written"};
   return {};
 }
 

@@ -82,8 +82,8 @@ std::string formatted(const char* format, Values... values) {
 
 class Drawing {
  public:
-  Drawing(const SemanticNet& net, const PlanView& view)
-      : net_(net), canvas_(2000, view.box, kTitle, PlanLegend::height), left_out_(view.left_out) {
+  Drawing(const SemanticNet& net, const Eigen::AlignedBox2d& view, const std::string& left_out)
+      : net_(net), canvas_(2000, view, kTitle, PlanLegend::height), left_out_(left_out) {
     for (const ModelEntity& entity : net.entities) place(entity);
   }
 
@@ -233,8 +233,9 @@ Status write_net(const SemanticNet& net, const std::string& folder) {
   dot.close();
   SemanticModel model;
   model.entities = net.entities;
-  const PlanView view = plan_view(model);
-  if (!dot || view.box.isEmpty() || !Drawing(net, view).write((into / "net.png").string()))
+  const MainPart shown = main_part(model);
+  const Eigen::AlignedBox2d view = plan_box(shown.model);
+  if (!dot || view.isEmpty() || !Drawing(net, view, shown.left_out).write((into / "net.png").string()))
     return Error{"semantic net: cannot write net.dot and net.png into " + folder +
                  ": give a folder that can be written"};
   return {};

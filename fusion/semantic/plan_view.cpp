@@ -1,7 +1,6 @@
 #include "fusion/semantic/plan_view.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <vector>
 
 #include "fusion/semantic/plan_outline.hpp"
@@ -9,76 +8,111 @@
 namespace parhelion {
 namespace {
 
-constexpr double kApart = 4;      ///< m between the main building and a piece that is not of it
-constexpr double kSmaller = 0.6;  ///< what is left out, is so where the rest would shrink below this share
-
 using Box = Eigen::AlignedBox2d;
 
-/// Boxes that are near each other, as one; the one with the largest sum of areas.
-Box main_building(const std::vector<Box>& boxes) {
-  std::vector<std::size_t> part(boxes.size());
-  std::iota(part.begin(), part.end(), std::size_t{0});
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-      for (std::size_t j = 0; j < boxes.size(); ++j) {
-        if (part[j] <= part[i] || boxes[i].exteriorDistance(boxes[j]) > kApart) continue;
-        part[j] = part[i];
-        changed = true;
-      }
+constexpr double kReach = 3;  ///< m
+
+Box box_of(const ModelEntity& entity) {
+  Box box;
+  for (const Eigen::Vector2d& p : outline_of(entity)) box.extend(p);
+  return box;
+}
+
+std::vector<Eigen::Vector2d> mesh_points(const SemanticModel& model) {
+  std::vector<Eigen::Vector2d> points;
+  for (const ModelMesh& mesh : model.meshes) {
+    for (const Eigen::Vector3f& v : mesh.vertices) points.emplace_back(v.x(), v.y());
+  }
+  return points;
+}
+
+/// Grown from the floors; where there are none, from the largest thing.
+Box main_box(const std::vector<Box>& floors, const std::vector<Box>& things) {
+  Box part;
+  for (const Box& floor : floors) part.extend(floor);
+  if (part.isEmpty() && !things.empty()) {
+    const auto reach = [](const Box& box) { return box.sizes().sum(); };
+    part = *std::max_element(things.begin(), things.end(),
+                             [&](const Box& a, const Box& b) { return reach(a) < reach(b); });
+  }
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (const Box& box : things) {
+      if (part.contains(box) || part.exteriorDistance(box) > kReach) continue;
+      part.extend(box);
+      grown = true;
     }
   }
-  std::vector<double> area(boxes.size(), 0);
-  std::vector<Box> whole(boxes.size());
-  for (std::size_t i = 0; i < boxes.size(); ++i) {
-    area[part[i]] += boxes[i].volume() + 0.1 * boxes[i].sizes().sum();
-    whole[part[i]].extend(boxes[i]);
+  return part;
+}
+
+/// Without the vertices that no triangle names any more: they would widen the picture.
+void keep_inside(const Box& part, ModelMesh& mesh) {
+  std::erase_if(mesh.triangles, [&](const auto& triangle) {
+    return std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t i) {
+      return !part.contains(mesh.vertices[i].head<2>().cast<double>().eval());
+    });
+  });
+  std::vector<std::int64_t> place(mesh.vertices.size(), -1);
+  std::vector<Eigen::Vector3f> kept;
+  for (auto& triangle : mesh.triangles) {
+    for (std::uint32_t& i : triangle) {
+      if (place[i] < 0) {
+        place[i] = static_cast<std::int64_t>(kept.size());
+        kept.push_back(mesh.vertices[i]);
+      }
+      i = static_cast<std::uint32_t>(place[i]);
+    }
   }
-  return whole[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())];
+  mesh.vertices = std::move(kept);
 }
 
 }  // namespace
+
+MainPart main_part(const SemanticModel& model) {
+  std::vector<Box> floors, things;
+  Box all;
+  for (const ModelEntity& entity : model.entities) {
+    if (!in_plan(entity)) continue;
+    (entity.label == EntityLabel::floor ? floors : things).push_back(box_of(entity));
+    all.extend(box_of(entity));
+  }
+  Box part = main_box(floors, things);
+  MainPart shown{model, ""};
+  if (part.isEmpty()) return shown;
+  const Box near(part.min().array() - kReach, part.max().array() + kReach);
+  for (const Eigen::Vector2d& p : mesh_points(model)) {
+    all.extend(p);
+    if (near.contains(p)) part.extend(p);
+  }
+  if (part.contains(all) || all.volume() < 2 * part.volume()) return shown;
+  const auto beyond = std::erase_if(shown.model.entities, [&](const ModelEntity& entity) {
+    return in_plan(entity) && !part.contains(box_of(entity));
+  });
+  std::erase_if(shown.model.entities, [&](const ModelEntity& entity) {
+    return entity.label == EntityLabel::wall_above_door && !part.contains(box_of(entity));
+  });
+  for (ModelMesh& mesh : shown.model.meshes) keep_inside(part, mesh);
+  shown.left_out =
+      beyond == 0 ? "what is farther out is not shown"
+                  : std::to_string(beyond) + (beyond == 1 ? " part" : " parts") + " farther out not shown";
+  return shown;
+}
 
 bool in_plan(const ModelEntity& e) {
   return !e.deleted && e.T_map_body.finite() && e.size.allFinite() && e.label != EntityLabel::ceiling &&
          e.label != EntityLabel::wall_above_door;
 }
 
-PlanView plan_view(const SemanticModel& model) {
-  std::vector<Box> boxes;
+Eigen::AlignedBox2d plan_box(const SemanticModel& model) {
   Box all;
   for (const ModelEntity& entity : model.entities) {
-    if (!in_plan(entity)) continue;
-    Box box;
-    for (const Eigen::Vector2d& p : outline_of(entity)) box.extend(p);
-    boxes.push_back(box);
-    all.extend(box);
+    if (in_plan(entity)) all.extend(box_of(entity));
   }
-  for (const ModelMesh& mesh : model.meshes) {
-    for (const Eigen::Vector3f& v : mesh.vertices) all.extend(Eigen::Vector2d(v.x(), v.y()));
-  }
-  PlanView view{all, ""};
-  if (all.isEmpty()) return view;
-  if (boxes.size() > 1 && boxes.size() < 4000) {
-    Box main = main_building(boxes);
-    const Box near(main.min().array() - kApart / 2, main.max().array() + kApart / 2);
-    for (const ModelMesh& mesh : model.meshes) {
-      for (const Eigen::Vector3f& v : mesh.vertices) {
-        const Eigen::Vector2d p(v.x(), v.y());
-        if (near.contains(p)) main.extend(p);
-      }
-    }
-    const auto beyond =
-        std::count_if(boxes.begin(), boxes.end(), [&](const Box& box) { return !main.intersects(box); });
-    if (main.sizes().maxCoeff() < kSmaller * all.sizes().maxCoeff()) {
-      view.box = main;
-      view.left_out = "cropped to the main building: " + std::to_string(beyond) +
-                      (beyond == 1 ? " piece" : " pieces") + " further off left out";
-    }
-  }
-  const double margin = std::max(0.8, 0.07 * view.box.sizes().maxCoeff());
-  view.box = Box(view.box.min().array() - margin, view.box.max().array() + margin);
-  return view;
+  for (const Eigen::Vector2d& p : mesh_points(model)) all.extend(p);
+  if (all.isEmpty()) return all;
+  const double margin = std::max(0.8, 0.07 * all.sizes().maxCoeff());
+  return {all.min().array() - margin, all.max().array() + margin};
 }
 
 }  // namespace parhelion

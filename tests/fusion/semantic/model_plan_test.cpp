@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
+#include "fusion/semantic/plan_view.hpp"
 #include "tests/model_box.hpp"
 
 namespace parhelion {
@@ -49,6 +50,39 @@ TEST(ModelPlan, ShowsWallsAndDoorsInTheirColours) {
   SemanticModel without = room();
   without.entities[3].deleted = true;
   EXPECT_EQ(pixels_near(drawn(without), door), 0U) << "what is deleted is not drawn";
+}
+
+std::vector<std::string> names(const SemanticModel& model) {
+  std::vector<std::string> all;
+  for (const ModelEntity& entity : model.entities) all.push_back(entity.name);
+  return all;
+}
+
+TEST(MainPart, IsWhatStandsNearTheFloorsAndNearOneAnother) {
+  SemanticModel model = room();
+  model.entities.push_back(test::model_box("porch", EntityLabel::wall, {5, 0, 1}, {0.1, 4, 2}));
+  model.entities.push_back(test::model_box("shed", EntityLabel::unknown, {7.5, 0, 1}, {0.5, 1, 2}));
+  model.entities.push_back(test::model_box("far wall", EntityLabel::wall, {30, 20, 1}, {6, 0.1, 2}));
+  model.meshes.resize(1);
+  model.meshes[0].vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {40, 9, 0}, {41, 9, 0}};
+  model.meshes[0].triangles = {{0, 1, 2}, {2, 3, 4}};
+  const MainPart shown = main_part(model);
+  EXPECT_THAT(names(shown.model),
+              testing::ElementsAre("floor", "wall 1", "wall 2", "door 1", "porch", "shed"));
+  EXPECT_EQ(shown.left_out, "1 part farther out not shown");
+  EXPECT_EQ(shown.model.meshes[0].triangles.size(), 1U);
+  EXPECT_LT(plan_box(shown.model).max().x(), 9.5) << "what is left out does not make the rest small";
+}
+
+TEST(MainPart, IsAllWhereLittleLiesFartherOut) {
+  SemanticModel model = room();
+  model.entities.push_back(test::model_box("hut", EntityLabel::unknown, {7.5, 0, 1}, {1, 1, 2}));
+  EXPECT_EQ(names(main_part(model).model).size(), 5U);
+  EXPECT_EQ(main_part(model).left_out, "");
+  model.entities = {test::model_box("wall", EntityLabel::wall, {0, 0, 1}, {5, 0, 2})};
+  EXPECT_EQ(main_part(model).model.entities.size(), 1U) << "a wall of no area";
+  EXPECT_TRUE(main_part({}).model.entities.empty());
+  EXPECT_TRUE(plan_box({}).isEmpty());
 }
 
 TEST(ModelPlan, SaysWhatIsWrong) {
