@@ -1,7 +1,9 @@
 // The bodies that exist over a whole sweep, with their poses at its two ends.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "fusion/scan/augment.hpp"
@@ -46,6 +48,25 @@ void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end, std::
     if (before == start.bodies.end() || before->id != state.id || before->epoch != state.epoch) continue;
     if (wanted(**definition, state))
       motions.push_back({definition->get(), before->T_map_body, state.T_map_body});
+  }
+}
+
+/// The bodies of an agent stand together in `motions`; each such row, and where it is over the sweep.
+inline void group_bodies(std::span<const BodyMotion> motions, std::vector<BodyGroup>& groups) {
+  groups.clear();
+  for (std::size_t first = 0, last = 0; first < motions.size(); first = last) {
+    Eigen::AlignedBox3d box;
+    const auto extend = [&box](const BodyMotion& motion) {
+      const Eigen::Vector3d reach = Eigen::Vector3d::Constant(bounding_radius(*motion.body));
+      if (!motion.T_map_body_start.finite() || !motion.T_map_body_end.finite()) return;
+      for (const auto& T : {motion.T_map_body_start, motion.T_map_body_end})
+        box.extend(Eigen::AlignedBox3d(T.translation() - reach, T.translation() + reach));
+    };
+    for (; last < motions.size() && motions[last].body->entity == motions[first].body->entity; ++last)
+      extend(motions[last]);
+    if (box.isEmpty()) continue;
+    groups.push_back({static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last), box.center(),
+                      box.diagonal().norm() / 2});
   }
 }
 

@@ -1,63 +1,114 @@
-// Simulated lasers: cast in the building and against all bodies but their own, as this type measures.
+// Simulated lasers: cast in the building and against all bodies but their own, as this type measures. Those
+// of a step are cast by several threads; what is done with the scans is done in the order of the requests.
 #include "server/bodies_in_sweep.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
 namespace {
 
+/// All that a laser with this sweep may meet; shared by those of a step that sweep alike. Nothing: the world
+/// is not known.
+std::optional<std::size_t> bring_sweep(SimulationTime start, SimulationTime end, State& state) {
+  AgentScanPath& own = state.agent_laser;
+  if (own.swept != end) own.sweep_count = 0;
+  own.swept = end;
+  for (std::size_t i = 0; i < own.sweep_count; ++i) {
+    if (own.sweeps[i].start == start) return i;
+  }
+  const auto holds = [](const WorldSnapshot& world, SimulationTime t) {
+    return world.scene && world.stamp == t;
+  };
+  if (!holds(own.world_end, end) && !state.simulation.at(end, own.world_end)) return std::nullopt;
+  if (!state.simulation.at(start, own.world_start)) own.world_start = own.world_end;
+  if (own.sweeps.size() == own.sweep_count) own.sweeps.emplace_back();
+  SweptWorld& sweep = own.sweeps[own.sweep_count];
+  sweep.start = start;
+  bodies_in_sweep(own.world_start, own.world_end, sweep.motions,
+                  [](const BodyDefinition& body, const BodyState&) { return is_cast_as_body(body); });
+  group_bodies(sweep.motions, sweep.groups);
+  return own.sweep_count++;
+}
+
 /// Where the laser was at both ends of its sweep, by how the body that carries it moved.
-LaserMotion laser_motion(const LaserRequest& request, const AgentScanPath& own) {
+LaserMotion laser_motion(const LaserRequest& request, const SweptWorld& sweep) {
   LaserMotion laser{request.T_map_laser, request.T_map_laser};
-  const BodyId carrier = request.own_bodies.front();
-  const auto of_carrier = [carrier](const BodyState& body) { return body.id == carrier; };
-  const auto now = std::find_if(own.world_end.bodies.begin(), own.world_end.bodies.end(), of_carrier);
-  const auto before = std::find_if(own.world_start.bodies.begin(), own.world_start.bodies.end(), of_carrier);
-  if (now == own.world_end.bodies.end() || before == own.world_start.bodies.end()) return laser;
-  if (before->epoch == now->epoch)
-    laser.T_map_laser_start = before->T_map_body * (now->T_map_body.inverse() * request.T_map_laser);
+  const auto carrier =
+      std::lower_bound(sweep.motions.begin(), sweep.motions.end(), request.own_bodies.front(),
+                       [](const BodyMotion& motion, BodyId wanted) { return motion.body->id < wanted; });
+  if (carrier == sweep.motions.end() || carrier->body->id != request.own_bodies.front()) return laser;
+  laser.T_map_laser_start =
+      carrier->T_map_body_start * (carrier->T_map_body_end.inverse() * request.T_map_laser);
   return laser;
+}
+
+/// The job of a request. Noise is keyed apart from the real scans, whose sequence numbers stay below 2^32.
+std::optional<LaserJob> job_of(const Configuration& configuration, const LaserRequest& request,
+                               State& state) {
+  AgentScanPath& own = state.agent_laser;
+  const Sweep sweep =
+      beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.benches.front().beam_time);
+  const auto swept = bring_sweep(request.stamp - (sweep.end - sweep.start), request.stamp, state);
+  if (!swept) return std::nullopt;
+  return LaserJob{
+      &request,
+      *swept,
+      laser_motion(request, own.sweeps[*swept]),
+      {configuration.scenario.seed, (std::uint64_t{request.own_bodies.front()} + 1) << 32 | ++own.sequence},
+      {request.stamp.ns - sweep.end.ns}};
+}
+
+void cast(const LaserJob& job, const SweptWorld& sweep, const RayCaster& building, LaserBench& bench,
+          Scan& scan) {
+  const LaserDescription& laser = job.request->laser;
+  const auto beams = static_cast<std::size_t>(laser.beams);
+  beam_times(laser, beams, bench.beam_time);
+  const BeamSet set{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+                    bench.beam_time};
+  const auto& own_bodies = job.request->own_bodies;
+  bench.groups.clear();
+  for (const BodyGroup& group : sweep.groups) {
+    const BodyId id = sweep.motions[group.first].body->id;
+    if (!std::binary_search(own_bodies.begin(), own_bodies.end(), id)) bench.groups.push_back(group);
+  }
+  bench.body_hits.resize(beams);
+  bench.building_hits.resize(beams);
+  bench.caster.share_building(building);
+  const double range_max = laser.convention.range_max;
+  bench.caster.cast_groups(job.laser, set, sweep.motions, bench.groups, range_max, bench.body_hits);
+  bench.caster.cast_building(job.laser, set, range_max, bench.building_hits);
+  simulate_scan(laser, job.key, bench.body_hits, bench.building_hits, job.stamp, scan);
 }
 
 }  // namespace
 
-bool simulate_laser(const Configuration& configuration, const LaserRequest& request, State& state) {
+bool simulate_laser(const Configuration& configuration, const LaserRequest& request, State& state,
+                    Scan& scan) {
   AgentScanPath& own = state.agent_laser;
-  const Sweep sweep = beam_times(request.laser, static_cast<std::size_t>(request.laser.beams), own.beam_time);
-  const SimulationTime start = request.stamp - (sweep.end - sweep.start);
-  // All lasers of a step share its world, and those of one kind its start.
-  const auto holds = [](const WorldSnapshot& world, SimulationTime t) {
-    return world.scene && world.stamp == t;
-  };
-  if (!holds(own.world_end, request.stamp) && !state.simulation.at(request.stamp, own.world_end))
-    return false;
-  if (!holds(own.world_start, start) && !state.simulation.at(start, own.world_start))
-    own.world_start = own.world_end;
-  bodies_in_sweep(
-      own.world_start, own.world_end, own.motions, [&](const BodyDefinition& body, const BodyState&) {
-        const bool is_own = std::binary_search(request.own_bodies.begin(), request.own_bodies.end(), body.id);
-        return !is_own && is_cast_as_body(body);
-      });
-  const LaserMotion laser = laser_motion(request, own);
-  const BeamSet beams{static_cast<float>(request.laser.angle_first),
-                      static_cast<float>(request.laser.angle_step), own.beam_time};
-  own.body_hits.resize(own.beam_time.size());
-  own.building_hits.resize(own.beam_time.size());
-  const double range_max = request.laser.convention.range_max;
-  state.caster.cast_bodies(laser, beams, own.motions, range_max, own.body_hits);
-  state.caster.cast_building(laser, beams, range_max, own.building_hits);
-  // Keyed apart from the real scans, whose sequence numbers stay below 2^32.
-  const NoiseKey key{configuration.scenario.seed,
-                     (std::uint64_t{request.own_bodies.front()} + 1) << 32 | ++own.sequence};
-  const SensorTime stamp{request.stamp.ns - sweep.end.ns};
-  simulate_scan(request.laser, key, own.body_hits, own.building_hits, stamp, own.scan);
+  const auto job = job_of(configuration, request, state);
+  if (!job) return false;
+  cast(*job, own.sweeps[job->sweep], state.caster, own.benches.front(), scan);
+  own.jobs.assign(1, *job);
   return true;
 }
 
-void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state,
-                  Outputs& outputs) {
-  if (!simulate_laser(configuration, request, state)) return;
-  state.simulation.give_scan(request.agent, state.agent_laser.scan);
-  encode(state.agent_laser.scan, outputs.add("MR_AGENT_" + request.agent + "_SCAN"));
+void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs) {
+  AgentScanPath& own = state.agent_laser;
+  own.jobs.clear();
+  for (const LaserRequest& request : state.laser_requests) {
+    if (const auto job = job_of(configuration, request, state)) own.jobs.push_back(*job);
+  }
+  if (own.jobs.empty()) return;
+  if (own.scans.size() < own.jobs.size()) own.scans.resize(own.jobs.size());
+  state.crew.run(static_cast<int>(own.jobs.size()), [&](int i, int worker) {
+    const auto at = static_cast<std::size_t>(i);
+    cast(own.jobs[at], own.sweeps[own.jobs[at].sweep], state.caster,
+         own.benches[static_cast<std::size_t>(worker)], own.scans[at]);
+  });
+  for (std::size_t i = 0; i < own.jobs.size(); ++i) {
+    const std::string& agent = own.jobs[i].request->agent;
+    state.simulation.give_scan(agent, own.scans[i]);
+    encode(own.scans[i], outputs.add("MR_AGENT_" + agent + "_SCAN"));
+  }
 }
 
 }  // namespace parhelion

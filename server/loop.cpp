@@ -17,8 +17,9 @@
 namespace parhelion {
 namespace {
 
-constexpr int render_nice = 10;         // rendering never takes a core from the tick
-constexpr int mapping_nice = 15;        // nor does mapping, or from rendering
+constexpr int laser_threads = 2;  // the tick's own and one beside it: what more there are draws and encodes
+constexpr int render_nice = 10;   // rendering never takes a core from the tick
+constexpr int mapping_nice = 15;  // nor does mapping, or from rendering
 constexpr double view_distance = 0.25;  // m and rad: a view from nearer by shows little more
 constexpr double view_angle = 0.25;
 constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
@@ -110,7 +111,7 @@ class Session {
 
 Status Session::start() {
   started_ = last_ = inbox_.stamp();
-  auto made = make_state(configuration_, started_);
+  auto made = make_state(configuration_, started_, laser_threads);
   if (!made) return made.error();
   state_ = std::move(*made);
   Outputs::Entry header{channel::mr_session, {}};

@@ -86,8 +86,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   observer.ended(Stage::physics_step);
   publish_simulation_events(configuration, state, outputs);
   run_scripts(configuration, next, state, outputs);
-  for (const LaserRequest& request : state.laser_requests)
-    answer_laser(configuration, request, state, outputs);
+  answer_lasers(configuration, state, outputs);
   publish_sensors(configuration, next, state, outputs);
   watch_silence(configuration, next, state, outputs);
   watch_operators(configuration, next, state, outputs);

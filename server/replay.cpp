@@ -92,7 +92,7 @@ Status Run::handle(Message message) {
   if (!state_) {
     // A session's physics began when its server did, a bare log's with its first input.
     first_ = preview_.session ? ArrivalTime{preview_.session->stamp.ns} : message.arrival;
-    auto made = make_state(configuration_, first_);
+    auto made = make_state(configuration_, first_, options_.threads);
     if (!made) return made.error();
     state_ = std::move(*made);
     Outputs::Entry header{channel::mr_session, {}};

@@ -94,14 +94,16 @@ void send_pose(const Configuration& configuration, SensorTime stamp, const Robot
 
 /// Whose body each beam hit: of what was drawn into the site, as in a scan that was injected into.
 void name_hits(State& state) {
-  const AgentScanPath& laser = state.agent_laser;
+  const AgentScanPath& path = state.agent_laser;
+  const LaserBench& laser = path.benches.front();
+  const SweptWorld& sweep = path.sweeps[path.jobs.front().sweep];
   ScanInfo& info = state.scan.info;
   info.agents.clear();
   info.beam_agent.assign(laser.body_hits.size(), -1);
   for (std::size_t i = 0; i < laser.body_hits.size(); ++i) {
     const RangeHit& hit = laser.body_hits[i];
     if (hit.body < 0 || hit.range > laser.building_hits[i].range) continue;
-    const BodyDefinition& body = *laser.motions[static_cast<std::size_t>(hit.body)].body;
+    const BodyDefinition& body = *sweep.motions[static_cast<std::size_t>(hit.body)].body;
     if (!body.injectable) continue;
     auto found = std::find(info.agents.begin(), info.agents.end(), body.entity);
     if (found == info.agents.end()) found = info.agents.insert(found, body.entity);
@@ -115,12 +117,11 @@ void send_scan(const Configuration& configuration, const RobotMotion& motion, Si
   SimulatedSensors& sensors = *state.sensors;
   sensors.laser.stamp = now;
   sensors.laser.T_map_laser = motion.T_map_base * sensors.laser.laser.T_base_laser;
-  if (!simulate_laser(configuration, sensors.laser, state)) return;
   ScanPath& path = state.scan;
-  const Scan& scan = state.agent_laser.scan;
+  Scan& scan = path.real;
+  if (!simulate_laser(configuration, sensors.laser, state, scan)) return;
   send(configuration, channel::scan, InputKind::none, scan, state, outputs);
   send(configuration, channel::mr_scan, InputKind::none, state, outputs);
-  path.real = scan;
   path.have_real = true;
   path.last_scan = now;
   ++path.sequence;

@@ -24,12 +24,14 @@ std::vector<std::vector<HeadJoint>> heads(const RobotDescription& robot) {
 
 }  // namespace
 
-State::State(Simulation simulation_, const Configuration& configuration)
+State::State(Simulation simulation_, const Configuration& configuration, int threads)
     : simulation(std::move(simulation_)),
       track(configuration.robot, track_options(configuration)),
       attitude(configuration.robot.imu),
-      joints(heads(configuration.robot)) {
+      joints(heads(configuration.robot)),
+      crew(threads) {
   caster.set_building(BuildingTree(configuration.model, BuildingTree::Doors::left_out));
+  agent_laser.benches.resize(static_cast<std::size_t>(crew.size()));
 }
 
 State::~State() = default;
@@ -44,7 +46,8 @@ std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose
   return pose;
 }
 
-Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start) {
+Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start,
+                                          int threads) {
   SimulationOptions options;
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
@@ -58,7 +61,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
   if (!simulation) return simulation.error();
   if (const Status known = check_scripts(configuration); !known) return known.error();
-  auto state = std::make_unique<State>(std::move(*simulation), configuration);
+  auto state = std::make_unique<State>(std::move(*simulation), configuration, std::max(1, threads));
   std::vector<std::string> trainees{configuration.robot.name};
   if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);
   state->scripts = Scripts(configuration.scenario.scripts, std::move(trainees), simulation_time(start));

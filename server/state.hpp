@@ -17,6 +17,7 @@
 #include "protocols/codec.hpp"
 #include "server/clock_offset.hpp"
 #include "server/configuration.hpp"
+#include "server/crew.hpp"
 #include "server/injection_gate.hpp"
 #include "server/model_version.hpp"
 #include "server/percentiles.hpp"
@@ -73,14 +74,40 @@ struct ScanPath {
   SimulationTime last_scan;  ///< arrival of the last scan
 };
 
-/// One simulated laser of an agent.
-struct AgentScanPath {
-  std::vector<float> beam_time;
-  std::vector<RangeHit> body_hits, building_hits;
+/// All that any laser of a step may meet, over a sweep that began at `start`.
+struct SweptWorld {
+  SimulationTime start;
   std::vector<BodyMotion> motions;
+  std::vector<BodyGroup> groups;  ///< of each agent
+};
+
+/// What one thread casts a simulated laser with.
+struct LaserBench {
+  RayCaster caster;
+  std::vector<float> beam_time;
+  std::vector<BodyGroup> groups;  ///< all but its own
+  std::vector<RangeHit> body_hits, building_hits;
+};
+
+/// A simulated laser that is to be cast: reads the state, and writes to its bench and scan alone.
+struct LaserJob {
+  const LaserRequest* request = nullptr;
+  std::size_t sweep = 0;  ///< of AgentScanPath::sweeps
+  LaserMotion laser;
+  NoiseKey key;
+  SensorTime stamp;
+};
+
+/// The simulated lasers of agents, and of the trainee's robot where it is simulated.
+struct AgentScanPath {
   WorldSnapshot world_start, world_end;
+  SimulationTime swept;            ///< end of...
+  std::vector<SweptWorld> sweeps;  ///< ...these, of which...
+  std::size_t sweep_count = 0;     ///< ...so many are of this step
   std::uint64_t sequence = 0;
-  Scan scan;
+  std::vector<LaserJob> jobs;
+  std::vector<Scan> scans;          ///< of each job
+  std::vector<LaserBench> benches;  ///< one for each thread; of a laser that is cast alone the first
 };
 
 /// A camera image that waits for the depth image of its moment.
@@ -102,7 +129,7 @@ struct DrivingOperator {
 };
 
 struct State {
-  State(Simulation simulation_, const Configuration& configuration);
+  State(Simulation simulation_, const Configuration& configuration, int threads);
   ~State();
 
   Simulation simulation;
@@ -113,6 +140,7 @@ struct State {
   RayCaster caster;
   InjectionGate gate;
   ScanPath scan;
+  Crew crew;
   AgentScanPath agent_laser;
   std::unique_ptr<SimulatedSensors> sensors;  ///< of the trainee's robot where it is simulated
   std::vector<LaserRequest> laser_requests;
@@ -157,6 +185,8 @@ struct State {
 std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose* why = nullptr);
 
 /// The world before the first input, its physics clock set to `start`, with the scenario's agents in it.
-Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start);
+/// `threads`: that cast agents' lasers, at least 1; what they make is the same for any number.
+Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start,
+                                          int threads = 1);
 
 }  // namespace parhelion

@@ -63,12 +63,13 @@ void watch_operators(const Configuration& configuration, SimulationTime now, Sta
 /// index in sensor_channels().
 void note_foreign_message(const Configuration& configuration, SimulationTime now, std::int64_t channel,
                           State& state, Outputs& outputs);
-/// laser_path.cpp: into state.agent_laser.scan, its stamp the last beam's, with the hits that it was made of.
-/// False: the world at that instant is not known.
-bool simulate_laser(const Configuration& configuration, const LaserRequest& request, State& state);
-/// An agent's own scan, for its behaviour and for whoever listens.
-void answer_laser(const Configuration& configuration, const LaserRequest& request, State& state,
-                  Outputs& outputs);
+/// laser_path.cpp: what the laser measures at the newest step, the scan's stamp being the last beam's; its
+/// hits are left in the first bench of state.agent_laser, of bodies of its only job's sweep. False: the world
+/// at that instant is not known.
+bool simulate_laser(const Configuration& configuration, const LaserRequest& request, State& state,
+                    Scan& scan);
+/// The scans of all state.laser_requests, for the agents' behaviour and for whoever listens.
+void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs);
 /// sensor_path.cpp: what the sensors of a simulated trainee's robot measure at the newest step: outputs that
 /// are taken in at once, as a real robot's are when they arrive. Nothing at level 3.
 void publish_sensors(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);

@@ -59,7 +59,7 @@ bool can_cast(const LaserMotion& laser, const BeamSet& beams) {
 
 struct RayCaster::State {
   SweepRays rays;
-  BuildingTree building;
+  std::shared_ptr<const BuildingTree> building = std::make_shared<const BuildingTree>();
 
   // Nearest hit of each beam.
   std::vector<double> range;
@@ -86,9 +86,14 @@ struct RayCaster::State {
   /// Makes the rays of the sweep, and casts them against the bodies.
   void cast_all(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                 double max_range);
+  /// The same for groups of bodies.
+  void cast_groups(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
+                   std::span<const BodyGroup> groups, double max_range);
+  /// Something nearer than `nearest` is in the way of all these beams.
+  bool hidden(const BeamRanges& ranges, double nearest) const;
   /// Nearest first: what is hidden behind is then given up early.
   void order(std::span<const BodyMotion> bodies);
-  void cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window);
+  void cast(const BodyMotion& motion, const SeenBody& view, std::int32_t index, const BeamWindow& window);
   void cast(const Shape& shape, std::int32_t index, const BeamRange& beams, double nearest);
   void bring_rays(const BodyMotion& motion, const RotationSweep& rotation, std::int32_t index,
                   const BeamRange& beams, double nearest);
@@ -113,11 +118,49 @@ void RayCaster::State::cast_all(const LaserMotion& laser, const BeamSet& beams,
   if (bodies.empty()) return;
   const BeamWindow window(beams, rays.half_turn(), rays.half_tilt(), max_range);
   order(bodies);
-  for (const auto& [distance, b] : by_distance) cast(bodies[static_cast<std::size_t>(b)], b, window);
+  for (const auto& [distance, b] : by_distance) {
+    const auto at = static_cast<std::size_t>(b);
+    cast(bodies[at], seen_bodies[at], b, window);
+  }
 }
 
-void RayCaster::State::cast(const BodyMotion& motion, std::int32_t index, const BeamWindow& window) {
-  const SeenBody& view = seen_bodies[static_cast<std::size_t>(index)];
+bool RayCaster::State::hidden(const BeamRanges& ranges, double nearest) const {
+  return std::all_of(ranges.begin(), ranges.end(), [&](const BeamRange& beams) {
+    return std::all_of(range.begin() + static_cast<std::ptrdiff_t>(beams.first),
+                       range.begin() + static_cast<std::ptrdiff_t>(beams.last),
+                       [nearest](double hit) { return hit < nearest; });
+  });
+}
+
+void RayCaster::State::cast_groups(const LaserMotion& laser, const BeamSet& beams,
+                                   std::span<const BodyMotion> bodies, std::span<const BodyGroup> groups,
+                                   double max_range) {
+  rays.set(laser, beams);
+  if (groups.empty()) return;
+  const BeamWindow window(beams, rays.half_turn(), rays.half_tilt(), max_range);
+  const Vector3d middle = 0.5 * (rays.start() + rays.end());
+  const Matrix3d R_middle_map = rays.R_map_middle().transpose();
+  const double half_way = 0.5 * (rays.end() - rays.start()).norm();
+  by_distance.clear();
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const double nearest = (groups[g].center - middle).norm() - groups[g].radius - half_way;
+    if (nearest <= max_range) by_distance.emplace_back(nearest, static_cast<std::int32_t>(g));
+  }
+  std::sort(by_distance.begin(), by_distance.end());
+  for (const auto& [nearest, g] : by_distance) {
+    const BodyGroup& group = groups[static_cast<std::size_t>(g)];
+    if (hidden(window.meet(R_middle_map * (group.center - middle), group.radius + half_way), nearest))
+      continue;
+    for (std::uint32_t b = group.first; b < group.last; ++b) {
+      const BodyMotion& motion = bodies[b];
+      if (!motion.T_map_body_start.finite() || !motion.T_map_body_end.finite()) continue;
+      cast(motion, seen(motion, rays), static_cast<std::int32_t>(b), window);
+    }
+  }
+}
+
+void RayCaster::State::cast(const BodyMotion& motion, const SeenBody& view, std::int32_t index,
+                            const BeamWindow& window) {
   RotationSweep rotation;
   bool has_rotation = false;
   const Vector3d up = view.A.row(2);  // of the laser's plane, in the body
@@ -189,7 +232,11 @@ RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 void RayCaster::set_building(const SemanticModel& model) { set_building(BuildingTree(model)); }
 
-void RayCaster::set_building(BuildingTree tree) { state_->building = std::move(tree); }
+void RayCaster::set_building(BuildingTree tree) {
+  state_->building = std::make_shared<const BuildingTree>(std::move(tree));
+}
+
+void RayCaster::share_building(const RayCaster& other) { state_->building = other.state_->building; }
 
 void RayCaster::cast_bodies(const LaserMotion& laser, const BeamSet& beams,
                             std::span<const BodyMotion> bodies, double max_range, std::span<RangeHit> hits) {
@@ -197,6 +244,16 @@ void RayCaster::cast_bodies(const LaserMotion& laser, const BeamSet& beams,
   State& state = *state_;
   state.start(hits.size());
   if (can_cast(laser, beams)) state.cast_all(laser, beams, bodies, max_range);
+  state.write(max_range, hits);
+}
+
+void RayCaster::cast_groups(const LaserMotion& laser, const BeamSet& beams,
+                            std::span<const BodyMotion> bodies, std::span<const BodyGroup> groups,
+                            double max_range, std::span<RangeHit> hits) {
+  assert(hits.size() == beams.time.size());
+  State& state = *state_;
+  state.start(hits.size());
+  if (can_cast(laser, beams)) state.cast_groups(laser, beams, bodies, groups, max_range);
   state.write(max_range, hits);
 }
 
@@ -214,7 +271,7 @@ void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams,
     state.cast_all(laser, beams, doors, max_range);
     for (std::size_t i = 0; i < hits.size(); ++i) {
       const BuildingTree::Hit hit =
-          state.building.cast(state.rays.origin(i), state.rays.direction(i), max_range);
+          state.building->cast(state.rays.origin(i), state.rays.direction(i), max_range);
       state.body[i] = -1;
       if (!(hit.range < state.range[i])) continue;
       state.range[i] = hit.range;

@@ -20,6 +20,13 @@ struct BodyMotion {
   Transform<Map, Body> T_map_body_end;
 };
 
+/// Bodies [first, last) of a list over a sweep, and a sphere in the map that holds them all the while.
+struct BodyGroup {
+  std::uint32_t first = 0, last = 0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< m
+  double radius = 0;                                 ///< m
+};
+
 /// The laser over a sweep, the same way.
 struct LaserMotion {
   Transform<Map, Laser> T_map_laser_start;
@@ -54,10 +61,16 @@ class RayCaster {
   void set_building(const SemanticModel& model);
   /// The same with the tree made elsewhere, which takes time with large models.
   void set_building(BuildingTree tree);
+  /// The building that `other` has now. Casting in one building by several casters at once is safe.
+  void share_building(const RayCaster& other);
   /// hits.size() == beams.time.size(). The origin's own body is left out by not being in `bodies`. A body
   /// whose pose is not finite is nowhere. Of surfaces at one range the body with the lowest index is named.
   void cast_bodies(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                    double max_range, std::span<RangeHit> hits);
+  /// The same hits from those bodies alone that are in `groups`: what is quick in a crowd, as a group is
+  /// given up whole where something nearer hides it.
+  void cast_groups(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
+                   std::span<const BodyGroup> groups, double max_range, std::span<RangeHit> hits);
   void cast_building(const LaserMotion& laser, const BeamSet& beams, double max_range,
                      std::span<RangeHit> hits);
   /// The same with what of the building moves and is not in its tree: doors. They count as building: no hit

@@ -107,7 +107,7 @@ class StepClock : public StageObserver {
 void crowd(benchmark::State& bench) {
   const Configuration configuration =
       hall(static_cast<int>(bench.range(0)), static_cast<int>(bench.range(1)));
-  auto made = make_state(configuration, ArrivalTime::from_utime(kStart));
+  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(2)));
   if (!made) return bench.SkipWithError(made.error().message.c_str());
   State& state = **made;
   Outputs outputs;
@@ -148,12 +148,16 @@ void crowd(benchmark::State& bench) {
   bench.counters["step_p99_us"] = clock.us[clock.us.size() * 99 / 100];
 }
 BENCHMARK(crowd)
-    ->ArgNames({"agents", "lasers"})
-    ->Args({50, 50})
-    ->Args({100, 100})
-    ->Args({100, 0})
-    ->Args({1000, 50})
+    ->ArgNames({"agents", "lasers", "threads"})
+    ->Args({50, 50, 1})
+    ->Args({50, 50, 2})
+    ->Args({100, 100, 1})
+    ->Args({100, 100, 2})
+    ->Args({100, 0, 1})
+    ->Args({1000, 50, 1})
+    ->Args({1000, 50, 2})
     ->Iterations(5)
+    ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

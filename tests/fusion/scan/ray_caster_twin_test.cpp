@@ -1,6 +1,7 @@
 // The fast caster against its exact twin, over random scenes and over scenes made of edges.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -53,6 +54,48 @@ TEST(RayCasterTwin, agrees_with_the_exact_twin_on_bodies_over_a_million_beams) {
   EXPECT_GT(sum.inside, 1000U) << "some beams must start inside a body";
   // Only where two bodies' surfaces cross on a beam to within rounding.
   EXPECT_LE(sum.other_body, 5U);
+}
+
+/// Groups of up to three bodies, each in the ball about the box that holds it.
+std::vector<BodyGroup> groups_of(std::span<const BodyMotion> bodies, std::uint64_t seed) {
+  Draw draw(seed);
+  std::vector<BodyGroup> groups;
+  for (std::uint32_t first = 0; first < bodies.size();) {
+    const auto left = static_cast<int>(bodies.size() - first);
+    const auto last = first + static_cast<std::uint32_t>(draw.integer(1, std::min(left, 3)));
+    Eigen::AlignedBox3d box;
+    for (std::uint32_t b = first; b < last; ++b) {
+      double reach = 0;
+      for (const Shape& shape : bodies[b].body->shapes)
+        reach = std::max(reach, shape.T_body_shape.translation().norm() + 2 * shape.size.norm());
+      for (const auto& T : {bodies[b].T_map_body_start, bodies[b].T_map_body_end}) {
+        const Eigen::Vector3d p = T.translation(), r = Eigen::Vector3d::Constant(reach);
+        box.extend(Eigen::AlignedBox3d(p - r, p + r));
+      }
+    }
+    groups.push_back({first, last, box.center(), box.diagonal().norm() / 2});
+    first = last;
+  }
+  return groups;
+}
+
+TEST(RayCasterTwin, finds_in_groups_what_it_finds_in_bodies) {
+  constexpr int kBeams = 361, kScenes = 400;
+  RayCaster caster;
+  std::vector<RangeHit> of_bodies(kBeams), of_groups(kBeams);
+  std::size_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const RandomScene scene = random_scene(seed, kBeams, 40, 0);
+    caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, of_bodies);
+    caster.cast_groups(scene.laser, scene.beams, scene.bodies, groups_of(scene.bodies, seed), scene.max_range,
+                       of_groups);
+    for (std::size_t i = 0; i < kBeams; ++i) {
+      ASSERT_EQ(of_groups[i].range, of_bodies[i].range) << "scene " << seed << ", beam " << i;
+      ASSERT_EQ(of_groups[i].body, of_bodies[i].body) << "scene " << seed << ", beam " << i;
+      hits += of_groups[i].body >= 0;
+    }
+  }
+  EXPECT_GT(hits, kScenes * kBeams / 4);
 }
 
 TEST(RayCasterTwin, agrees_with_the_exact_twin_on_buildings) {
