@@ -9,10 +9,9 @@
 #include "protocols/bus/log_file.hpp"
 #include "server/guard.hpp"
 #include "server/inbox.hpp"
-#include "server/line_sweep.hpp"
 #include "server/render_thread.hpp"
-#include "server/site_mapper.hpp"
 #include "server/tick.hpp"
+#include "server/view_source.hpp"
 
 namespace parhelion {
 namespace {
@@ -20,8 +19,6 @@ namespace {
 constexpr int laser_threads = 2;  // the tick's own and one beside it: what more there are draws and encodes
 constexpr int render_nice = 10;   // rendering never takes a core from the tick
 constexpr int mapping_nice = 15;  // nor does mapping, or from rendering
-constexpr double view_distance = 0.25;  // m and rad: a view from nearer by shows little more
-constexpr double view_angle = 0.25;
 constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
 constexpr Duration status_period = seconds(1.0);
 constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
@@ -51,12 +48,8 @@ class Session {
                [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
         inbox_(bus, configuration.channels, guard_, options.inbox, &sent_),
         renderer_(configuration.model, render_nice) {
-    if (!configuration.scenario.mapping || !options.update_site) return;
-    mapper_.emplace(options.update_site, configuration, mapping_nice);
-    const RobotDescription& robot = configuration.robot;
-    if (robot.line_laser) lines_.emplace(*robot.line_laser, robot);
-    if (robot.laser && !lies_level(*robot.laser))
-      scan_lines_.emplace(LineLaserDescription{*robot.laser, {}}, robot);
+    if (configuration.scenario.mapping && options.update_site)
+      views_.emplace(options.update_site, configuration, mapping_nice);
   }
 
   Result<Report> operator()();
@@ -74,9 +67,6 @@ class Session {
   void note_foreign_messages();
   void send_frames();
   void take_answers();
-  void offer_view(const Message& message);
-  void offer_depth();
-  void offer_line(LineSweep& sweep, const Scan& line);
   void take_models();
   void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
   Message note(LoopDecision::Kind kind, std::uint64_t sequence);
@@ -84,7 +74,6 @@ class Session {
   void sync_each_second(const std::stop_token& stop);
   void publish_status(ArrivalTime now);
   Report report();
-  std::string mapping_note() const;
 
   const Configuration& configuration_;
   const ServeOptions& options_;
@@ -94,17 +83,13 @@ class Session {
   Guard guard_;
   Inbox inbox_;
   RenderThread renderer_;
-  std::optional<SiteMapper> mapper_;
-  std::optional<Transform<Map, DepthOptical>> last_view_;
-  std::optional<LineSweep> lines_;       ///< of LINES
-  std::optional<LineSweep> scan_lines_;  ///< of SCAN, where its laser is mounted on its side
+  std::optional<ViewSource> views_;
   std::unique_ptr<State> state_;
   Outputs outputs_;
   StageClock stages_;
   ArrivalTime started_, last_;
   WallTime last_housekeeping_ = steady_now();
   Percentiles frame_us_, in_to_out_us_;
-  Percentiles view_to_model_us_, model_swap_us_;  ///< beside the tick, and in it
   std::uint64_t frames_dropped_ = 0;
   std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
@@ -184,7 +169,7 @@ void Session::handle(Arrived arrived) {
   tick(configuration_, message, *state_, outputs_, stages_);
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
-  offer_view(message);
+  if (views_) views_->offer(configuration_.channels.kind(message.channel), *state_);
 }
 
 /// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
@@ -227,7 +212,7 @@ void Session::handle_scan(const Arrived& arrived) {
   outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_,
                fired ? &*fired : nullptr);
   send_frames();
-  if (scan_lines_ && state_->scan.have_real) offer_line(*scan_lines_, state_->scan.real);
+  if (views_) views_->offer(InputKind::scan, *state_);
 }
 
 void Session::step_on_time() {
@@ -292,51 +277,19 @@ void Session::take_answers() {
   }
 }
 
-void Session::offer_view(const Message& message) {
-  if (!mapper_) return;
-  const InputKind kind = configuration_.channels.kind(message.channel);
-  if (kind == InputKind::depth) offer_depth();
-  if (kind == InputKind::lines && lines_ && state_->line) offer_line(*lines_, *state_->line);
-}
-
-/// Lines go to the mapper where together they have swept over something.
-void Session::offer_line(LineSweep& sweep, const Scan& line) {
-  sweep.add(line);
-  while (auto view = sweep.take(*state_)) mapper_->submit(std::move(*view));
-}
-
-/// A depth image from somewhere new goes to the mapper, where its place is known.
-void Session::offer_depth() {
-  if (!state_->depth || !configuration_.robot.depth) return;
-  const DepthCameraDescription& camera = *configuration_.robot.depth;
-  const auto pose = robot_pose(*state_, state_->depth->stamp);
-  const auto turn = head_turn(camera.head, state_->joints, state_->depth->stamp);
-  if (!pose || !turn) return;
-  const auto T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
-  if (last_view_) {
-    const Eigen::Isometry3d moved = (last_view_->inverse() * T_map_optical).isometry();
-    const bool turned = Eigen::AngleAxisd(moved.linear()).angle() >= view_angle;
-    if (moved.translation().norm() < view_distance && !turned) return;
-  }
-  last_view_ = T_map_optical;
-  mapper_->submit(PlacedDepth{*state_->depth, camera, T_map_optical});
-}
-
 /// A model that is ready is an input like any other: stamped, logged, and what replay obeys.
 void Session::take_models() {
-  if (!mapper_) return;
-  while (auto ready = mapper_->take()) {
+  while (auto ready = views_ ? views_->take() : std::nullopt) {
     last_ = inbox_.stamp();
     if (skip_late_steps(last_)) last_ = inbox_.stamp();
     Message message{configuration_.channels.bus(channel::mr_model), last_, {}};
     encode(ready->message, message.payload);
     state_->prepared_model = std::move(ready->prepared);
     outputs_.clear();
-    view_to_model_us_.add(ready->latency.microseconds());
     const WallTime begun = steady_now();
     tick(configuration_, message, *state_, outputs_, stages_);
     outbox_.send(&message, outputs_.entries(), last_);
-    model_swap_us_.add((steady_now() - begun).microseconds());
+    views_->held_up(steady_now() - begun);
     send_frames();
   }
 }
@@ -384,24 +337,9 @@ Report Session::report() {
   tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
-  if (configuration_.scenario.mapping) report.notes["mapping"] = mapping_note();
+  if (configuration_.scenario.mapping)
+    report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";
   return report;
-}
-
-std::string Session::mapping_note() const {
-  if (!mapper_) return "none: no mapper was given";
-  std::string note = to_text(mapper_->counts());
-  const std::uint64_t left_out =
-      (lines_ ? lines_->left_out() : 0) + (scan_lines_ ? scan_lines_->left_out() : 0);
-  if (left_out > 0)
-    note += "; " + std::to_string(left_out) + " scan lines without a pose or an encoder's word";
-  if (model_swap_us_.count() == 0) return note;
-  char times[160];
-  std::snprintf(
-      times, sizeof times,
-      "; view to model p50 %.0f ms, longest %.0f ms; a new model held the loop up for %.1f ms at most",
-      view_to_model_us_.at(0.5) / 1e3, view_to_model_us_.max() / 1e3, model_swap_us_.max() / 1e3);
-  return note + times;
 }
 
 }  // namespace
