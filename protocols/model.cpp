@@ -8,6 +8,7 @@
 
 #include "protocols/model_mesh.hpp"
 #include "protocols/model_overlap.hpp"
+#include "protocols/nearest_name.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
@@ -118,7 +119,7 @@ std::vector<Relation> read_relations(const Node& list, const std::vector<ModelEn
       // Only the first few problems are shown: no search over all names for the others.
       problems.add(node.line, std::string("relation '") + to_string(relation.kind) +
                                   "': there is no entity '" + yaml::printable(name) + "'" +
-                                  (++unknown <= 10 ? yaml::suggestion(name, names) : ""));
+                                  (++unknown <= 10 ? suggestion(name, names) : ""));
     }
     if (relation.from == relation.to) {
       problems.add(node.line, std::string("relation '") + to_string(relation.kind) + "': '" +

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "protocols/nearest_name.hpp"
 #include "protocols/share.hpp"
 #include "protocols/yaml/head.hpp"
 #include "protocols/yaml/laser.hpp"
@@ -282,7 +283,7 @@ Result<LaserDescription> load_laser_preset(const std::string& name) {
     std::string list;
     for (const std::string& each : known) list += (list.empty() ? "" : ", ") + each;
     return Error{
-        "no laser preset is called '" + yaml::printable(name) + "'" + yaml::suggestion(name, known) +
+        "no laser preset is called '" + yaml::printable(name) + "'" + suggestion(name, known) +
         " Known: " + (list.empty() ? "none found in " + share_path("fusion/scan/presets").string() : list)};
   }
   return load_laser_preset_file(share_path("fusion/scan/presets/" + name + ".yaml").string());

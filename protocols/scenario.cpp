@@ -5,6 +5,7 @@
 #include <map>
 
 #include "protocols/channel_map.hpp"
+#include "protocols/nearest_name.hpp"
 #include "protocols/scenario_site.hpp"
 #include "protocols/yaml/agent.hpp"
 #include "protocols/yaml/parts.hpp"
@@ -112,8 +113,8 @@ void read_channels(const Node& node, Scenario& scenario, yaml::Problems& problem
   for (std::size_t i = 0; i < node.keys.size(); ++i) {
     const std::string& canonical = node.keys[i];
     if (std::find(known.begin(), known.end(), canonical) == known.end()) {
-      problems.add(node.key_lines[i], "unknown channel '" + yaml::printable(canonical) + "'" +
-                                          yaml::suggestion(canonical, known));
+      problems.add(node.key_lines[i],
+                   "unknown channel '" + yaml::printable(canonical) + "'" + suggestion(canonical, known));
     }
     if (const std::string fault = channel_name_fault(node.items[i].text); !fault.empty()) {
       problems.add(node.items[i].line, "name of a channel: " + fault);

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "protocols/nearest_name.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "server/configuration.hpp"
 
@@ -119,7 +120,7 @@ Status check_scripts(const Configuration& configuration) {
     for (const std::string& name : {script.when.subject, script.when.object}) {
       if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
       return Error{"script '" + script.name + "': it waits for '" + name +
-                   "', which nothing in scenario and model is called" + yaml::suggestion(name, names)};
+                   "', which nothing in scenario and model is called" + suggestion(name, names)};
     }
   }
   return {};

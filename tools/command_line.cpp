@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "protocols/nearest_name.hpp"
 #include "protocols/yaml/schema.hpp"
 
 namespace parhelion {
@@ -35,11 +36,11 @@ std::string unknown_word(const CLI::App& command, const std::vector<std::string>
       std::find_if(rest.begin(), rest.end(), [](const std::string& word) { return word.starts_with('-'); });
   if (option != rest.end()) {
     const std::string name = option->substr(0, option->find('='));
-    return "unknown option '" + name + "'" + yaml::suggestion(name, option_names(command));
+    return "unknown option '" + name + "'" + suggestion(name, option_names(command));
   }
   const auto subcommands = subcommand_names(command);
   if (subcommands.empty()) return "'" + rest.front() + "' is one argument too many";
-  const std::string hint = yaml::suggestion(rest.front(), subcommands);
+  const std::string hint = suggestion(rest.front(), subcommands);
   return "unknown subcommand '" + rest.front() + "'" +
          (hint.empty() ? "; there are " + joined(subcommands) : hint);
 }

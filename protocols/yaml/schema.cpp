@@ -10,6 +10,7 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
+#include "protocols/nearest_name.hpp"
 #include "protocols/yaml/quantity.hpp"
 #include "protocols/yaml/schema_texts.hpp"
 #include "protocols/yaml/utf8.hpp"

@@ -17,11 +17,4 @@ void check(Node& root, std::string_view schema, Problems& problems);
 /// The schema whose keys fit the document's top level best, misspelt ones included; empty where none does.
 std::string guess_schema(const Node& root);
 
-/// The name nearest to `word` (restricted Damerau-Levenshtein distance at most 2, or a third of its length),
-/// or empty.
-std::string nearest_name(std::string_view word, const std::vector<std::string>& names);
-
-/// ", did you mean 'agents'?", or empty.
-std::string suggestion(std::string_view word, const std::vector<std::string>& names);
-
 }  // namespace parhelion::yaml

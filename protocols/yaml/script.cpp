@@ -4,6 +4,7 @@
 #include <map>
 
 #include "protocols/channel_map.hpp"
+#include "protocols/nearest_name.hpp"
 #include "protocols/yaml/agent.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/nearest_name.hpp"
 #include "server/simulation/state.hpp"
 
 namespace parhelion {
@@ -299,12 +300,10 @@ void Simulation::State::record_doors(std::vector<BodyState>& bodies) const {
 }
 
 Status Simulation::State::unknown_door(const std::string& name) const {
-  const Door* nearest = nullptr;
-  for (const Door& door : doors) {
-    if (!nearest || edits(name, door.drawn.name) < edits(name, nearest->drawn.name)) nearest = &door;
-  }
-  if (!nearest) return Error{"no door '" + name + "': the model has none"};
-  return Error{"no door '" + name + "'; did you mean '" + nearest->drawn.name + "'?"};
+  std::vector<std::string> names;
+  for (const Door& door : doors) names.push_back(door.drawn.name);
+  if (names.empty()) return Error{"no door '" + name + "': the model has none"};
+  return Error{"no door '" + name + "'" + suggestion_or_known(name, names)};
 }
 
 Status Simulation::State::set_door(const AgentCommand& command) {

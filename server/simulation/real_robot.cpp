@@ -51,8 +51,7 @@ void Simulation::State::clear_return_of_real(const RealRobotState& now, bool all
 }
 
 void Simulation::State::move_real(const std::optional<RealRobotState>& now) {
-  const bool valid = now && now->T_map_base.finite() && std::isfinite(now->twist.vx) &&
-                     std::isfinite(now->twist.vy) && std::isfinite(now->twist.wz);
+  const bool valid = now && now->T_map_base.finite() && finite(now->twist);
   if (!valid) {
     if (real.present) {
       contacts.forget(real.name, stamp_of(step), events);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "protocols/nearest_name.hpp"
 #include "protocols/share.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/robot.hpp"
@@ -69,7 +70,7 @@ class Reader {
     std::vector<std::string> names;
     for (const Named& each : all) names.push_back(each.name);
     problems_.add(line, std::string("the URDF has no ") + what + " '" + yaml::printable(name) + "'" +
-                            yaml::suggestion(name, names));
+                            suggestion(name, names));
     return std::nullopt;
   }
 
@@ -302,7 +303,7 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path) {
     std::string list;
     for (const std::string& each : shipped) list += (list.empty() ? "" : ", ") + each;
     return Error{"no robot model is called '" + yaml::printable(name_or_path) + "'" +
-                 yaml::suggestion(name_or_path, shipped) +
+                 suggestion(name_or_path, shipped) +
                  " Known: " + (list.empty() ? "none found in " + shipped_folder().string() : list) +
                  "; or give the path of a .yaml file"};
   }

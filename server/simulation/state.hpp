@@ -270,8 +270,7 @@ struct Simulation::State {
 };
 
 SteeringLimits limits_of(const Agent& agent);
-/// Levenshtein distance.
-std::size_t edits(const std::string& a, const std::string& b);
+bool finite(const Twist2& twist);
 
 /// Seeds an agent's random stream from its name (FNV-1a).
 std::uint64_t name_key(const std::string& name);

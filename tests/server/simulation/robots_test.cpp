@@ -122,7 +122,7 @@ TEST(Robots, UnknownModelsAndJointsAreNamed) {
   Simulation simulation = make(floor_of(20), with_robots({"rover"}));
   const Status status = simulation.spawn(articulated("r", "rovre", 0, 0), std::nullopt);
   ASSERT_FALSE(status.ok());
-  EXPECT_NE(status.error().message.find("known: rover"), std::string::npos) << status.error().message;
+  EXPECT_NE(status.error().message.find("did you mean 'rover'"), std::string::npos) << status.error().message;
   spawn(simulation, articulated("r", "rover", 0, 0));
   Joints joints;
   joints.names = {"elbow"};

@@ -1,9 +1,8 @@
+#include "protocols/nearest_name.hpp"
+
 #include <algorithm>
-#include <vector>
 
-#include "protocols/yaml/schema.hpp"
-
-namespace parhelion::yaml {
+namespace parhelion {
 namespace {
 
 /// Edits (insert, delete, replace, swap of neighbours) from a to b.
@@ -45,4 +44,13 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& na
   return nearest.empty() ? "" : ", did you mean '" + nearest + "'?";
 }
 
-}  // namespace parhelion::yaml
+std::string suggestion_or_known(std::string_view word, const std::vector<std::string>& names) {
+  constexpr std::size_t most = 8;
+  if (std::string near = suggestion(word, names); !near.empty()) return near;
+  if (names.empty()) return "; there is none";
+  std::string known = "; known: ";
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i) known += (i > 0 ? ", " : "") + names[i];
+  return names.size() > most ? known + " and " + std::to_string(names.size() - most) + " more" : known;
+}
+
+}  // namespace parhelion
