@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace parhelion {
@@ -51,8 +52,16 @@ using CellMask = std::vector<std::uint8_t>;
 /// `left`.
 std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMask& left);
 
+/// Cells in one rectangle of a cover, of which more make it be cut even where that saves little at once: a
+/// hole in its middle takes four cuts.
+struct CoverLimits {
+  long not_solid = std::numeric_limits<long>::max();  ///< free or unknown
+  long free = std::numeric_limits<long>::max();
+};
+
 /// Few upright, disjoint rectangles over the cells of `mask`, with few other cells in them.
-std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask);
+std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask,
+                                       const CoverLimits& limits = {});
 
 /// The groups of touching cells of `mask` (8 neighbours) that have at least `min_support` cells, or a cell
 /// within `reach` cells (along x and along y) of a place where a robot may stand: the square in the disc of

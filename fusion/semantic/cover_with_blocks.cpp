@@ -46,10 +46,12 @@ class SummedArea {
 /// Cuts the plane in two, again and again, where that saves most cells that are not solid.
 class BlockCover {
  public:
-  BlockCover(const CellGrid& grid, const CellMask& mask)
+  BlockCover(const CellGrid& grid, const CellMask& mask, const CoverLimits& limits)
       : grid_(grid),
+        limits_(limits),
         wanted_(grid, [&](std::size_t i) { return mask[i] != 0; }),
-        open_(grid, [&](std::size_t i) { return grid.cells[i] != Cell::occupied; }) {}
+        open_(grid, [&](std::size_t i) { return grid.cells[i] != Cell::occupied; }),
+        free_(grid, [&](std::size_t i) { return grid.cells[i] == Cell::free; }) {}
 
   std::vector<PlanBox> cover() {
     std::vector<PlanBox> boxes;
@@ -62,7 +64,8 @@ class BlockCover {
       const Cut cut = wasted > 0 ? best_cut(r) : Cut{};
       const bool pays = cut.price + box_price < wasted;
       const bool hollow = 2 * wasted > wanted_.sum(r);
-      if (cut.found && (pays || hollow)) {
+      const bool holed = wasted > limits_.not_solid || free_.sum(r) > limits_.free;
+      if (cut.found && (pays || hollow || holed)) {
         open.push_back(cut.second);
         open.push_back(cut.first);
       } else {
@@ -101,18 +104,23 @@ class BlockCover {
     return r;
   }
 
-  /// Fewest cells that are not solid in the two halves; the wider gap between them where that is equal.
+  /// Fewest cells that are not solid in the two halves; where that is equal the wider gap between them, then
+  /// the larger half without such cells: so cuts go along the sides of a hole.
   Cut best_cut(const Rectangle& r) const {
     Cut best;
-    long best_gap = -1;
+    long best_gap = -1, best_clean = -1;
+    const auto clean = [&](const Rectangle& half) { return open_.sum(half) == 0 ? wanted_.sum(half) : 0; };
     const auto consider = [&](const Rectangle& a, const Rectangle& b) {
       const Rectangle first = tight(a), second = tight(b);
       if (first.empty() || second.empty()) return;
       const long price = open_.sum(first) + open_.sum(second);
       const long gap = std::max(second.x0 - first.x1, second.y0 - first.y1);
-      if (price > best.price || (price == best.price && gap <= best_gap)) return;
+      if (price > best.price || (price == best.price && gap < best_gap)) return;
+      const long most_clean = std::max(clean(first), clean(second));
+      if (price == best.price && gap == best_gap && most_clean <= best_clean) return;
       best = {true, first, second, price};
       best_gap = gap;
+      best_clean = most_clean;
     };
     for (int x = r.x0; x < r.x1; ++x) consider({r.x0, r.y0, x, r.y1}, {x + 1, r.y0, r.x1, r.y1});
     for (int y = r.y0; y < r.y1; ++y) consider({r.x0, r.y0, r.x1, y}, {r.x0, y + 1, r.x1, r.y1});
@@ -128,14 +136,17 @@ class BlockCover {
   }
 
   const CellGrid& grid_;
+  const CoverLimits& limits_;
   SummedArea wanted_;
   SummedArea open_;  ///< cells that are not known to be solid
+  SummedArea free_;
 };
 
 }  // namespace
 
-std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask) {
-  return BlockCover(grid, mask).cover();
+std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask,
+                                       const CoverLimits& limits) {
+  return BlockCover(grid, mask, limits).cover();
 }
 
 CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side) {

@@ -12,7 +12,12 @@ namespace {
 constexpr double kSomePieces = 100;  ///< of one floor, and one for each kPerPiece; more are made fewer by
 constexpr double kPerPiece = 10;     ///< larger cells; m^2
 constexpr double kMostCells = 4e6;
-constexpr double kLeastPiece = 0.1;  ///< m^2
+constexpr double kLeastPiece = 0.1;  ///< m^2; beside steps a tenth of it
+constexpr double kMostHole = 0.5;    ///< m^2 of a piece that were not observed
+constexpr long kFreeCells = 8;       ///< of a piece that lie in steps
+constexpr double kHeadroom = 1.9;    ///< m: nobody builds a floor nearer than this over a step
+constexpr double kFlush = 0.05;      ///< m, between a floor and a step that is its edge
+constexpr int kFiner = 4;            ///< cells of a cell's side, where a floor ends at steps
 
 /// Whether the floor's surface at `p` or the air just over it was observed.
 bool observed(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
@@ -66,6 +71,69 @@ void close_gaps(CellGrid& grid) {
   }
 }
 
+/// Those that stand where `floor` cannot be: flush with it, or under it without headroom.
+std::vector<const ModelEntity*> steps_in(const ModelEntity& floor, const SemanticModel& model) {
+  const auto top = [](const ModelEntity& e) { return e.T_map_body.translation().z() + e.size.z() / 2; };
+  std::vector<const ModelEntity*> steps;
+  for (const ModelEntity& e : model.entities) {
+    if (e.label != EntityLabel::stairs || !is_solid(e)) continue;
+    const double over = top(e) - top(floor);
+    const double reach = (e.size.head<2>().norm() + floor.size.head<2>().norm()) / 2;
+    const double apart = (e.T_map_body.translation() - floor.T_map_body.translation()).head<2>().norm();
+    if (over < kFlush && over > -kHeadroom && apart < reach) steps.push_back(&e);
+  }
+  return steps;
+}
+
+/// `p_map` in the plan of an entity, grown by `margin` on all sides.
+bool in_plan_of(const ModelEntity& entity, const Eigen::Vector3d& p_map, double margin) {
+  const Eigen::Vector3d p = entity.T_map_body.inverse() * p_map;
+  return std::abs(p.x()) < entity.size.x() / 2 + margin && std::abs(p.y()) < entity.size.y() / 2 + margin;
+}
+
+CellGrid finer(const CellGrid& grid) {
+  CellGrid fine = grid;
+  fine.resolution = grid.resolution / kFiner;
+  fine.width = kFiner * grid.width;
+  fine.height = kFiner * grid.height;
+  fine.cells.resize(fine.index(0, fine.height));
+  for (int y = 0; y < fine.height; ++y) {
+    for (int x = 0; x < fine.width; ++x) fine.cells[fine.index(x, y)] = grid.at(x / kFiner, y / kFiner);
+  }
+  return fine;
+}
+
+/// A floor's cells are coarse, and would hang over the steps that lead up to it, or flicker with the last of
+/// them. Beside steps nothing is closed: there floors end.
+void end_at_steps(const EvidenceGrid& evidence, const ModelEntity& floor,
+                  const std::vector<const ModelEntity*>& steps, CellGrid& grid) {
+  const double coarse = grid.resolution;
+  if (16.0 * static_cast<double>(grid.cells.size()) < kMostCells) grid = finer(grid);
+  const auto place = [&](double x, double y) {
+    const Eigen::Vector2d p = grid.origin + grid.resolution * Eigen::Vector2d(x, y);
+    return Eigen::Vector3d(floor.T_map_body * Eigen::Vector3d(p.x(), p.y(), floor.size.z() / 2));
+  };
+  const auto in_step = [&](const Eigen::Vector3d& p, double margin) {
+    return std::any_of(steps.begin(), steps.end(),
+                       [&](const ModelEntity* step) { return in_plan_of(*step, p, margin); });
+  };
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const Eigen::Vector3d centre = place(x + 0.5, y + 0.5);
+      Cell& cell = grid.cells[grid.index(x, y)];
+      if (cell != Cell::occupied || !in_step(centre, coarse)) continue;
+      bool covered = true;
+      for (int k = 0; k < 4; ++k)
+        covered = covered && in_step(place(x + 0.25 + 0.5 * (k % 2), y + 0.25 + 0.5 * (k / 2)), 0);
+      if (covered) {
+        cell = Cell::free;
+      } else if (!observed(evidence, centre)) {
+        cell = Cell::unknown;
+      }
+    }
+  }
+}
+
 /// Of an upright box.
 double share_of(const CellGrid& grid, const PlanBox& box) {
   const double c = std::abs(std::cos(box.yaw)), d = std::abs(std::sin(box.yaw));
@@ -82,20 +150,25 @@ double share_of(const CellGrid& grid, const PlanBox& box) {
   return all > 0 ? seen / all : 0;
 }
 
-std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEntity& floor) {
+std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEntity& floor,
+                                   const std::vector<const ModelEntity*>& steps) {
   CellGrid grid;
   std::vector<PlanBox> boxes;
+  const double least = steps.empty() ? kLeastPiece : kLeastPiece / 10;
   double cell = 2 * evidence.cube();
   while (floor.size.x() * floor.size.y() / (cell * cell) > kMostCells) cell *= 2;
   for (;; cell *= 2) {
     grid = cells_of(evidence, floor, cell);
     close_gaps(grid);
+    if (!steps.empty()) end_at_steps(evidence, floor, steps, grid);
     CellMask mask(grid.cells.size());
     std::transform(grid.cells.begin(), grid.cells.end(), mask.begin(),
                    [](Cell c) { return c == Cell::occupied ? std::uint8_t{1} : std::uint8_t{0}; });
-    boxes = cover_with_blocks(grid, mask);
-    std::erase_if(boxes,
-                  [&](const PlanBox& b) { return b.length * b.thickness * cell * cell < kLeastPiece; });
+    const CoverLimits limits{static_cast<long>(kMostHole / std::pow(grid.resolution, 2)), kFreeCells};
+    boxes = cover_with_blocks(grid, mask, limits);
+    std::erase_if(boxes, [&](const PlanBox& b) {
+      return b.length * b.thickness * std::pow(grid.resolution, 2) < least;
+    });
     if (static_cast<double>(boxes.size()) <= kSomePieces + floor.size.x() * floor.size.y() / kPerPiece) break;
   }
   std::stable_sort(boxes.begin(), boxes.end(), [](const PlanBox& a, const PlanBox& b) {
@@ -104,9 +177,9 @@ std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEnti
   std::vector<ModelEntity> pieces;
   for (const PlanBox& box : boxes) {
     ModelEntity piece = floor;
-    const Eigen::Vector2d centre = grid.origin + cell * box.centre;
+    const Eigen::Vector2d centre = grid.origin + grid.resolution * box.centre;
     piece.T_map_body = floor.T_map_body * Transform<Body, Body>::planar(centre.x(), centre.y(), box.yaw, 0);
-    piece.size = {cell * box.length, cell * box.thickness, floor.size.z()};
+    piece.size = {grid.resolution * box.length, grid.resolution * box.thickness, floor.size.z()};
     piece.observed = share_of(grid, box);
     if (!pieces.empty()) {
       piece.name = floor.name + "." + std::to_string(pieces.size() + 1);
@@ -122,13 +195,13 @@ std::vector<ModelEntity> pieces_of(const EvidenceGrid& evidence, const ModelEnti
 void cut_floors(const EvidenceGrid& evidence, SemanticModel& model) {
   std::vector<ModelEntity> entities;
   std::set<std::string> gone;
-  for (ModelEntity& entity : model.entities) {
+  for (const ModelEntity& entity : model.entities) {
     const bool level = entity.T_map_body.rotation()(2, 2) > 1 - 1e-9;
     if (entity.label != EntityLabel::floor || !level || entity.is_virtual) {
-      entities.push_back(std::move(entity));
+      entities.push_back(entity);
       continue;
     }
-    std::vector<ModelEntity> pieces = pieces_of(evidence, entity);
+    std::vector<ModelEntity> pieces = pieces_of(evidence, entity, steps_in(entity, model));
     if (pieces.empty()) gone.insert(entity.name);
     entities.insert(entities.end(), pieces.begin(), pieces.end());
   }

@@ -160,5 +160,57 @@ TEST(ObservedFloors, AFloorThatNobodySawGoesWithItsRelations) {
   EXPECT_TRUE(model.relations.empty());
 }
 
+/// Four steps up to `top`, turned by `yaw`.
+void add_flight(SemanticModel& model, double yaw, double top) {
+  const Transform<Map, Body> T_map_flight = Transform<Map, Body>::planar(-3, 0.3, yaw);
+  for (int i = 0; i < 4; ++i) {
+    const double height = top - 0.17 * (3 - i);
+    ModelEntity step = test::model_box("step " + std::to_string(i + 1), EntityLabel::stairs, {0, 0, 0}, {});
+    step.T_map_body = T_map_flight * Transform<Body, Body>::planar(0.3 * i, 0, 0, height - 1);
+    step.size = {0.3, 1.5, 2};
+    step.part_of = "stairs 1";
+    model.entities.push_back(step);
+  }
+}
+
+bool covered(const SemanticModel& model, EntityLabel label, double x, double y, double shrunk) {
+  return std::any_of(model.entities.begin(), model.entities.end(), [&](const ModelEntity& e) {
+    const Eigen::Vector3d p = e.T_map_body.inverse() * Eigen::Vector3d(x, y, e.T_map_body.translation().z());
+    return e.label == label && std::abs(p.x()) < e.size.x() / 2 - shrunk &&
+           std::abs(p.y()) < e.size.y() / 2 - shrunk;
+  });
+}
+
+TEST(ObservedFloors, EndWhereTheStepsThatLeadUpToThemBegin) {
+  const EvidenceGrid evidence(two_halls(0.05, false));
+  for (const double yaw : {0.0, 0.3, 1.2, 3.0}) {
+    SemanticModel model = one_floor();
+    add_flight(model, yaw, 0.01);
+    cut_floors(evidence, model);
+    int hanging = 0, gap = 0;
+    for (double x = -5.9; x < -1.1; x += 0.02) {
+      for (double y = -3.9; y < 3.9; y += 0.02) {
+        const bool floor = covered(model, EntityLabel::floor, x, y, 0);
+        hanging += floor && covered(model, EntityLabel::stairs, x, y, 0.06) ? 1 : 0;
+        gap += !floor && !covered(model, EntityLabel::stairs, x, y, -0.06) ? 1 : 0;
+      }
+    }
+    EXPECT_LE(hanging, 40) << yaw;  // single cells of 5 cm
+    EXPECT_LE(gap, 40) << yaw;
+  }
+}
+
+TEST(ObservedFloors, GoOnUnderAFlightAndHighOverIt) {
+  const EvidenceGrid evidence(two_halls(0.05, false));
+  SemanticModel bare = one_floor();
+  cut_floors(evidence, bare);
+  for (const double top : {0.17 * 4, -2.0}) {
+    SemanticModel model = one_floor();
+    add_flight(model, 0.3, top);
+    cut_floors(evidence, model);
+    EXPECT_DOUBLE_EQ(floor_area(model, -6, -1), floor_area(bare, -6, -1)) << top;
+  }
+}
+
 }  // namespace
 }  // namespace parhelion
