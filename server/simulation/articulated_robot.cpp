@@ -13,6 +13,7 @@ constexpr double kCommandHolds = 0.5;  // s of velocities and efforts without a 
 constexpr double kStayAwake = 1.0;     // s after a command
 constexpr double kLoadTime = 0.02;     // s over which what tears at a joint is averaged
 constexpr double kStalled = 0.5;       // s at the limit without moving: an overload
+constexpr double kBacklash = 0.004;    // rad or m by which geared joints differ before one has no force
 constexpr double kAtLimit = 0.99;      // share of a motor's effort
 constexpr double kYield = 3;           // a load slows a weak motor down this much faster than it speeds up
 constexpr double kFreely = 1e3;        // m/s in a step: a wheel without motor goes as the ground does
@@ -30,6 +31,15 @@ Eigen::Isometry3d joint_motion(const RobotJoint& joint, double position) {
 ArticulatedRobot::ArticulatedRobot(std::shared_ptr<const RobotModel> model)
     : model_(std::move(model)), layout_(make_layout(*model_)) {
   servos_.resize(layout_.joints.size());
+  gears_.resize(layout_.joints.size());
+  for (std::size_t i = 0; i < gears_.size(); ++i) {
+    const auto leader = model_->joints[layout_.joints[i].joint].geared;
+    for (std::size_t other = 0; leader && other < gears_.size(); ++other) {
+      if (layout_.joints[other].joint != *leader) continue;
+      gears_[i] = Gear{other, true};
+      gears_[other] = Gear{i, false};
+    }
+  }
   steering_.assign(model_->joints.size(), 0);
   for (const std::size_t joint : layout_.steering) motion_.joints.names.push_back(model_->joints[joint].name);
   for (const auto& joint : layout_.joints) motion_.joints.names.push_back(model_->joints[joint.joint].name);
@@ -148,7 +158,9 @@ Status ArticulatedRobot::command(const Joints& joints, SimulationTime now) {
       unknown += (unknown.empty() ? "'" : ", '") + joints.names[n] + "'";
       continue;
     }
-    Servo& servo = servos_[static_cast<std::size_t>(at - layout_.joints.begin())];
+    const auto index = static_cast<std::size_t>(at - layout_.joints.begin());
+    if (gears_[index] && gears_[index]->follows) continue;
+    Servo& servo = servos_[index];
     const RobotJoint& joint = model_->joints[at->joint];
     servo.mode = mode;
     servo.target = (*values)[n];
@@ -249,6 +261,12 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   const RobotJoint& joint = model_->joints[layout_.joints[i].joint];
   if (servo.broken) return;
   const JointState state = physics.joint_state(joint_handles_[i]);
+  if (gears_[i] && gears_[i]->follows) {
+    const Servo& leader = servos_[gears_[i]->other];
+    servo.mode = leader.mode;
+    servo.target = leader.target;
+    servo.most_speed = leader.most_speed;
+  }
   if (servo.until && now > *servo.until) {
     servo.until.reset();
     servo.mode = Servo::Mode::position;
@@ -258,7 +276,8 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
     const double effort = std::clamp(servo.target, -joint.effort, joint.effort);
     servo.asked = 0;
     // What drives without end in the direction of its effort has that effort.
-    physics.drive_joint(joint_handles_[i], std::copysign(joint.velocity, effort), std::abs(effort));
+    physics.drive_joint(joint_handles_[i], std::copysign(joint.velocity, effort),
+                        std::abs(effort) * geared_share(physics, i, state.position, effort));
     return;
   }
   double wanted =
@@ -266,7 +285,15 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   wanted = std::clamp(wanted, -servo.most_speed, servo.most_speed);
   servo.asked = towards(servo.asked, wanted, joint.velocity / kSpeedUp * dt);
   if (std::abs(servo.asked) > 0.01 * joint.velocity) awake_until_ = std::max(awake_until_.value_or(now), now);
-  physics.drive_joint(joint_handles_[i], servo.asked, joint.effort + joint.friction);
+  const double share = geared_share(physics, i, state.position, servo.asked);
+  physics.drive_joint(joint_handles_[i], servo.asked, share * (joint.effort + joint.friction));
+}
+
+double ArticulatedRobot::geared_share(Physics& physics, std::size_t i, double position, double way) const {
+  if (!gears_[i] || servos_[gears_[i]->other].broken) return 1;
+  const double other = physics.joint_state(joint_handles_[gears_[i]->other]).position;
+  const double ahead = std::copysign(1.0, way) * (position - other);
+  return std::clamp(1 - ahead / kBacklash, 0.0, 1.0);
 }
 
 void ArticulatedRobot::observe(Physics& physics, SimulationTime, double dt,

@@ -71,6 +71,11 @@ class ArticulatedRobot {
     double stalled = 0;                   ///< s that it has been at its limit without moving
     bool overloaded = false, broken = false;
   };
+  /// A joint that is geared to another, or the one that it is geared to.
+  struct Gear {
+    std::size_t other = 0;
+    bool follows = false;
+  };
 
   std::vector<Transform<Map, Body>> part_poses(const Transform<Map, Base>& T_map_base) const;
   Eigen::Isometry3d T_part_node(std::size_t node) const;
@@ -78,6 +83,9 @@ class ArticulatedRobot {
   void drive_runners(Physics& physics, const Twist2& wanted, double dt);
   void steer(Physics& physics, double curvature, double dt);
   void drive_joint(Physics& physics, std::size_t i, SimulationTime now, double dt);
+  /// Share of its effort that a joint has which is geared to another: none to run ahead of it. `way`: its
+  /// sign says where to.
+  double geared_share(Physics& physics, std::size_t i, double position, double way) const;
   void watch_joint(Physics& physics, std::size_t i, double dt, std::vector<JointIncident>& incidents);
 
   std::shared_ptr<const RobotModel> model_;
@@ -85,6 +93,7 @@ class ArticulatedRobot {
   std::vector<PhysicsHandle> handles_;      // by part
   std::vector<JointHandle> joint_handles_;  // as layout_.joints
   std::vector<Servo> servos_;               // as layout_.joints
+  std::vector<std::optional<Gear>> gears_;  // as layout_.joints
   std::vector<double> steering_;            // rad, by joint of the model
   std::vector<double> rolled_;              // m, by runner
   std::vector<double> turned_;              // rad, by runner: what is seen

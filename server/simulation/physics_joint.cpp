@@ -6,7 +6,8 @@
 namespace parhelion {
 namespace {
 
-constexpr int kIterations = 30;       // of the solver: a long chain under load settles in these
+constexpr int kIterations = 30;   // of the solver: a long chain under load settles in these
+constexpr double kRepair = 0.25;  // of Bullet's rate, at which gaps close: at the full rate long arms sway
 constexpr double kLimitReach = 0.05;  // rad or m from a limit within which it is looked after
 constexpr double kLimitRepair = 0.2;  // share of a limit's overshoot that is undone in a step
 
@@ -114,7 +115,7 @@ void PartJoint::getInfo2(btConstraintInfo2* info) {
   const btVector3 gap = b.getOrigin() - a.getOrigin();
   const btVector3 arm_b = b.getOrigin() - m_rbB.getCenterOfMassPosition();
   const btVector3 arm_a = (prismatic_ ? b.getOrigin() : a.getOrigin()) - m_rbA.getCenterOfMassPosition();
-  const double repair = info->erp * info->fps;
+  const double repair = kRepair * info->erp * info->fps;
   const double motor = motor_effort_ / info->fps;
   if (prismatic_) {
     write.linear(0, u, arm_a, arm_b);

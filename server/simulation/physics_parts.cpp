@@ -136,6 +136,9 @@ void Physics::keep_awake(PhysicsHandle part, bool awake) {
 JointHandle Physics::add_joint(const JointDefinition& definition) {
   RigidBody& a = world_->at(definition.a);
   RigidBody& b = world_->at(definition.b);
+  for (RigidBody* side : {&a, &b}) {
+    if (side->part) side->part->jointed = true;
+  }
   world_->joints.push_back(std::make_unique<PartJoint>(definition, *a.body, *b.body, a.T_body_inertial,
                                                        b.T_body_inertial, world_->step));
   world_->world.addConstraint(world_->joints.back().get(), true);

@@ -51,7 +51,7 @@ struct PartSurfaces {
   };
   std::vector<Surface> shapes;
   std::vector<Runner> runners;
-  int robot = 0;  ///< parts of one robot do not touch each other
+  bool jointed = false;  ///< a joint holds it
 };
 
 /// A revolute or prismatic joint between two parts: rows for what it forbids, one for its motor, one for a
@@ -106,11 +106,18 @@ class PartSolver : public btSequentialImpulseConstraintSolver {
  protected:
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
   void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;
+  btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
+                                btPersistentManifold** manifolds, int manifold_count,
+                                btTypedConstraint** constraints, int constraint_count,
+                                const btContactSolverInfo& info, btIDebugDraw* drawer) override;
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                          const btContactSolverInfo& info) override;
 
  private:
   void limit_motors(int first_contact, int last_contact);
+  void solve_contact(int contact);
+
+  std::vector<int> jointed_contacts_;  // rows of what touches jointed parts
 };
 
 /// The part that a collision object is, or nullptr.

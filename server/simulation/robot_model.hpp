@@ -43,6 +43,7 @@ struct RobotJoint {
   double friction = 0, damping = 0;                 ///< N m or N; N m s/rad or N s/m
   double break_effort = 0;                          ///< N m or N across the joint that tears it off; 0: never
   double start = 0;                                 ///< rad or m at the spawn
+  std::optional<std::size_t> geared;                ///< joint that it goes with (URDF: mimic)
 };
 
 enum class DriveKind : std::uint8_t { differential, skid, ackermann, tracked };

@@ -43,6 +43,7 @@ class Reader {
     if (Status status = check_tree(*model); !status) return status.error();
     add_link(*model->getRoot());
     if (Status status = add_children(*model->getRoot(), 0); !status) return status.error();
+    if (Status status = add_gears(*model); !status) return status.error();
     return std::move(robot_);
   }
 
@@ -264,6 +265,24 @@ class Reader {
     }
     if (!(out.effort >= 0) || !(out.velocity >= 0) || !(out.friction >= 0) || !(out.damping >= 0))
       return at("joint", joint.name, "effort, velocity, friction and damping: expected none below 0");
+    return {};
+  }
+
+  Status add_gears(const urdf::ModelInterface& model) {
+    for (RobotJoint& joint : robot_.joints) {
+      const auto mimic = model.joints_.at(joint.name)->mimic;
+      if (!mimic) continue;
+      const auto leader =
+          std::find_if(robot_.joints.begin(), robot_.joints.end(), [&](const RobotJoint& other) {
+            return other.name == mimic->joint_name && other.kind == joint.kind && &other != &joint;
+          });
+      const bool leads = leader != robot_.joints.end() && !model.joints_.at(leader->name)->mimic;
+      if (!leads || joint.kind == JointKind::fixed || mimic->multiplier != 1 || mimic->offset != 0)
+        return at("joint", joint.name,
+                  "mimics '" + mimic->joint_name +
+                      "'; expected another joint of its kind that mimics none, multiplier 1, offset 0");
+      joint.geared = static_cast<std::size_t>(leader - robot_.joints.begin());
+    }
     return {};
   }
 

@@ -1,4 +1,5 @@
-// The arm of the tracked robot: its joints keep to their limits and motors, break and stay broken.
+// The arm of the tracked robot: its joints keep to their limits and motors, break and stay broken, and its
+// gripper lifts by contact and friction alone.
 #include <map>
 
 #include "robots_world.hpp"
@@ -99,6 +100,62 @@ TEST(RobotArm, AMotorThatCannotHoldItsLoadIsOverloaded) {
   EXPECT_EQ(events[0].object, "shoulder_joint");
   EXPECT_GE(events[0].value, 0.99);
   EXPECT_LT(position(simulation, "shoulder_joint"), 30 * kDegree);
+}
+
+TEST(RobotArm, StretchedOutItHoldsStill) {
+  Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
+  spawn(simulation, articulated("r", "crawler", 0, 0));
+  joints(simulation, {{"shoulder_joint", 50 * kDegree}, {"elbow_joint", -70 * kDegree}});
+  run(simulation, 6);
+  double fastest = 0;
+  for (int i = 0; i < 480; ++i) {
+    run(simulation, 1.0 / 240);
+    fastest = std::max(fastest, body(simulation, "r", "hand").velocity.norm());
+  }
+  EXPECT_LT(fastest, 0.005);
+}
+
+/// Sends the point between the finger pads to (x, z) of base_link, fingers pointing down.
+void reach(Simulation& simulation, double x, double z) {
+  const double upper = 0.46, fore = 0.40, hand = 0.1875;  // m, of the model
+  const double dx = x - 0.12, dz = z + hand - 0.355, d2 = dx * dx + dz * dz;
+  const double elbow = -std::acos((d2 - upper * upper - fore * fore) / (2 * upper * fore));
+  const double shoulder =
+      std::atan2(dz, dx) + std::acos((d2 + upper * upper - fore * fore) / (2 * upper * std::sqrt(d2)));
+  joints(simulation, {{"shoulder_joint", shoulder},
+                      {"elbow_joint", elbow},
+                      {"wrist_joint", -90 * kDegree - shoulder - elbow}});
+}
+
+void fingers(Simulation& simulation, double way) {
+  joints(simulation, {{"left_finger_joint", way}});  // the other one is geared to it
+}
+
+TEST(RobotArm, TheGripperLiftsABoxByFrictionAndLetsItGo) {
+  Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
+  spawn(simulation, articulated("r", "crawler", 0, 0));
+  AgentDefinition load = agent("load", AgentKind::box, 0.80, 0);
+  load.size = {0.08, 0.08, 0.16};
+  spawn(simulation, load);
+  reach(simulation, 0.80, 0.40);
+  run(simulation, 5);
+  reach(simulation, 0.80, 0.11);
+  run(simulation, 3);
+  EXPECT_LT(body(simulation, "load").T_map_body.translation().z(), 0.01);
+  fingers(simulation, 0.079);
+  run(simulation, 1.5);
+  EXPECT_LT(position(simulation, "left_finger_joint"), 0.06) << "the box is between them";
+  reach(simulation, 0.75, 0.45);
+  run(simulation, 4);
+  const double lifted = body(simulation, "load").T_map_body.translation().z();
+  EXPECT_GT(lifted, 0.25);
+  run(simulation, 3);
+  EXPECT_NEAR(body(simulation, "load").T_map_body.translation().z(), lifted, 0.002) << "it slips";
+  EXPECT_NEAR(body(simulation, "load").T_map_body.translation().y(), 0, 0.005) << "fingers are geared";
+  fingers(simulation, 0);
+  run(simulation, 2);
+  EXPECT_LT(body(simulation, "load").T_map_body.translation().z(), 0.1);
+  EXPECT_LT(body(simulation, "load").velocity.norm(), 0.01);
 }
 
 }  // namespace

@@ -74,6 +74,14 @@ TEST(RobotModel, AJointLoopIsRefused) {
   EXPECT_THAT(refusal(urdf(kBox, "5", twice)), HasSubstr("'right'"));
 }
 
+TEST(RobotModel, AJointThatMimicsWhatItCannotIsRefused) {
+  std::string text = urdf(kBox, "5", "");
+  text.insert(text.rfind("</joint>"), "<mimic joint='rudder' multiplier='2'/>");
+  const std::string said = refusal(text);
+  EXPECT_THAT(said, HasSubstr("'right_joint': mimics 'rudder'"));
+  EXPECT_THAT(said, HasSubstr("multiplier 1"));
+}
+
 TEST(RobotModel, ALinkThatTheYamlMisspellsIsSuggested) {
   std::string yaml = kYaml;
   yaml.replace(yaml.find("[right]"), 7, "[rigth]");
