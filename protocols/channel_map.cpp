@@ -36,7 +36,7 @@ std::vector<std::string> output_channels(const std::vector<std::string>& agents)
   std::vector<std::string> names{
       channel::loop,         channel::mr_scan,  channel::mr_scan_info, channel::mr_camera, channel::mr_depth,
       channel::mr_session,   channel::mr_world, channel::mr_events,    channel::mr_status, channel::mr_cmd,
-      channel::mr_joint_cmd, channel::mr_model, channel::bumper};
+      channel::mr_joint_cmd, channel::mr_model, channel::bumper,       channel::hazard};
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_SCAN");
   return names;
 }

@@ -18,6 +18,7 @@ inline constexpr const char* joint_state = "JOINT_STATE";
 inline constexpr const char* joint_cmd = "JOINT_CMD";
 inline constexpr const char* bumper = "BUMPER";
 inline constexpr const char* operators = "OPERATOR";
+inline constexpr const char* hazard = "HAZARD";
 inline constexpr const char* loop = "LOOP";
 inline constexpr const char* mr_agent_cmd = "MR_AGENT_CMD";
 inline constexpr const char* mr_scan = "MR_SCAN";

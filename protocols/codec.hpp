@@ -11,6 +11,7 @@
 
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/hazard.hpp"
 #include "protocols/image.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
@@ -53,6 +54,8 @@ Status decode(std::string_view channel, Bytes bytes, ScanInfo& info);
 Status decode(std::string_view channel, Bytes bytes, LoopDecision& decision);
 Status decode(std::string_view channel, Bytes bytes, ServerStatus& status);
 Status decode(std::string_view channel, Bytes bytes, ModelVersion& model);
+/// At most 16 values, none negative.
+Status decode(std::string_view channel, Bytes bytes, HazardReading& reading);
 
 /// ROBOT: utime and YAML.
 struct RobotMessage {
@@ -96,6 +99,7 @@ void encode(const ScanInfo& info, std::vector<std::uint8_t>& bytes);
 void encode(const LoopDecision& decision, std::vector<std::uint8_t>& bytes);
 void encode(const ServerStatus& status, std::vector<std::uint8_t>& bytes);
 void encode(const ModelVersion& model, std::vector<std::uint8_t>& bytes);
+void encode(const HazardReading& reading, std::vector<std::uint8_t>& bytes);
 void encode(const RobotMessage& message, std::vector<std::uint8_t>& bytes);
 void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes);
 

@@ -6,6 +6,7 @@
 
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/hazard_reading_t.hpp"
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
@@ -186,6 +187,14 @@ std::string say(const ModelVersion& model) {
   return "version " + std::to_string(model.version) + ", " + std::to_string(model.yaml.size()) +
          " bytes of YAML";
 }
+std::string say(const HazardReading& reading) {
+  std::string text = reading.values.empty() ? "nothing" : "";
+  for (const HazardReading::Value& value : reading.values) {
+    text += (text.empty() ? "" : ", ") + format("%s %.4g ", to_string(value.kind), value.value) +
+            quoted(value.unit);
+  }
+  return text;
+}
 std::string say(const RobotMessage& message) { return quoted(message.yaml); }
 
 std::string say(const WorldMessage& world) {
@@ -232,6 +241,7 @@ const auto& types() {
       Type{loop_t::getHash(), "loop_t", describe_as<LoopDecision>},
       Type{status_t::getHash(), "status_t", describe_as<ServerStatus>},
       Type{model_t::getHash(), "model_t", describe_as<ModelVersion>},
+      Type{hazard_reading_t::getHash(), "hazard_reading_t", describe_as<HazardReading>},
       Type{robot_t::getHash(), "robot_t", describe_as<RobotMessage>},
       Type{world_t::getHash(), "world_t", describe_as<WorldMessage>},
   };

@@ -53,7 +53,7 @@ enum class EventKind : std::uint8_t {
   zone_left,
   collision_predicted,  ///< along the present motion; value: s until it
   tipping_predicted,    ///< value: s until it
-  hazard_set_off,       ///< text: by what; so far nothing says this nor the next four
+  hazard_set_off,       ///< object: who came near; text: by what, its value beside it in N s, rad, m or s
   radio_lost,           ///< value: dBm at the receiver
   radio_restored,
   battery_low,  ///< value: share that is left, 0..1

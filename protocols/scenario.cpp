@@ -136,6 +136,23 @@ void read_contact(const Node& node, ContactLimits& contact, yaml::Problems& prob
   }
 }
 
+/// At level 3 the trainee's robot is real: how far its radio reaches and how long its battery lasts is
+/// nobody's to say.
+void check_supply(const Scenario& scenario, const Node& node, const char* key, yaml::Problems& problems) {
+  if (scenario.level < 3) return;
+  const auto simulated = [](const AgentDefinition& agent) { return !agent.model.empty(); };
+  bool any = std::any_of(scenario.agents.begin(), scenario.agents.end(), simulated);
+  for (const Script& script : scenario.scripts) {
+    for (const AgentCommand& action : script.actions)
+      any = any || (action.action == AgentCommand::Action::spawn && simulated(action.agent));
+  }
+  if (any) return;
+  problems.add(node.line,
+               std::string("'") + key +
+                   "' is of simulated robots, and this scenario of level 3 has none: the real robot has "
+                   "its own; remove it, or give an agent a 'model'");
+}
+
 Scenario read_scenario(const Node& node, yaml::Problems& problems) {
   Scenario scenario;
   yaml::read(node, "name", scenario.name);
@@ -172,6 +189,15 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
   if (const Node* scripts = node.find("scripts"))
     scenario.scripts = yaml::read_scripts(*scripts, scenario.agents, problems);
   if (const Node* doors = node.find("doors")) read_doors(*doors, scenario.doors, problems);
+  if (const Node* hazards = node.find("hazards")) scenario.hazards = read_hazards(*hazards, problems);
+  if (const Node* radio = node.find("radio")) {
+    scenario.radio = read_radio(*radio, problems);
+    check_supply(scenario, *radio, "radio", problems);
+  }
+  if (const Node* battery = node.find("battery")) {
+    scenario.battery = read_battery(*battery, problems);
+    check_supply(scenario, *battery, "battery", problems);
+  }
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
 }
@@ -273,6 +299,9 @@ std::string to_yaml(const Scenario& scenario) {
     for (const DoorSettings& door : scenario.doors) write_door(writer, door);
     writer.close();
   }
+  write_hazards(scenario.hazards, writer);
+  if (scenario.radio) write(*scenario.radio, writer);
+  if (scenario.battery) write(*scenario.battery, writer);
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/command.hpp"
+#include "protocols/hazard.hpp"
 #include "protocols/script.hpp"
 #include "protocols/status.hpp"
 #include "protocols/zone.hpp"
@@ -71,7 +72,10 @@ struct Scenario {
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
   std::vector<Script> scripts;
-  std::vector<DoorSettings> doors;              ///< those of which there is something to say
+  std::vector<DoorSettings> doors;  ///< those of which there is something to say
+  std::vector<Hazard> hazards;
+  std::optional<Radio> radio;                   ///< none: simulated robots hear their operator everywhere
+  std::optional<Battery> battery;               ///< none: theirs last for ever
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 

@@ -1,7 +1,10 @@
 #include "protocols/scenario_site.hpp"
 
+#include <array>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/utf8.hpp"
@@ -40,6 +43,66 @@ Zone read_zone(const Node& node, yaml::Problems& problems) {
   return zone;
 }
 
+const std::array<const char*, 3> hazard_names{to_string(HazardKind::device), to_string(HazardKind::radiation),
+                                              to_string(HazardKind::gas)};
+
+void read_optional(const Node& node, std::string_view key, std::optional<double>& out) {
+  if (node.find(key) != nullptr) yaml::read(node, key, out.emplace());
+}
+
+Hazard read_hazard(const Node& node, yaml::Problems& problems) {
+  Hazard hazard;
+  yaml::read(node, "name", hazard.name);
+  yaml::read(node, "kind", hazard_names, hazard.kind);
+  if (const Node* position = node.find("position")) hazard.position = yaml::vector3(*position);
+  yaml::read(node, "agent", hazard.agent);
+  if ((node.find("position") == nullptr) == hazard.agent.empty())
+    problems.add(node.line, "hazard '" + yaml::printable(hazard.name) + "': expected a position or an agent");
+  read_optional(node, "shock", hazard.shock);
+  read_optional(node, "tilt", hazard.tilt);
+  read_optional(node, "nearness", hazard.nearness);
+  read_optional(node, "delay", hazard.delay);
+  const char* strength = hazard.kind == HazardKind::gas ? "concentration" : "dose_rate";
+  yaml::read(node, strength, hazard.strength);
+  yaml::read(node, "half_value", hazard.half_value);
+  yaml::read(node, "reach", hazard.reach);
+  const bool source = hazard.kind != HazardKind::device;
+  if (source && node.find(strength) == nullptr) {
+    problems.add(node.line, "hazard '" + yaml::printable(hazard.name) + "': expected its '" + strength + "'");
+  } else if (const Status status = check(hazard); !status) {
+    problems.add(node.line, status.error().message);
+  }
+  return hazard;
+}
+
+void write(const Hazard& hazard, yaml::Writer& writer) {
+  const auto write_optional = [&](std::string_view key, const std::optional<double>& value,
+                                  Quantity quantity) {
+    if (value) writer.quantity(key, *value, quantity);
+  };
+  writer.begin_item();
+  writer.text("name", hazard.name);
+  writer.word("kind", to_string(hazard.kind));
+  if (hazard.agent.empty()) {
+    writer.line("position", yaml::format_lengths(hazard.position.data(), 3));
+  } else {
+    writer.text("agent", hazard.agent);
+  }
+  if (hazard.kind == HazardKind::device) {
+    write_optional("shock", hazard.shock, Quantity::impulse);
+    write_optional("tilt", hazard.tilt, Quantity::angle);
+    write_optional("nearness", hazard.nearness, Quantity::length);
+    write_optional("delay", hazard.delay, Quantity::time);
+  } else if (hazard.kind == HazardKind::radiation) {
+    writer.quantity("dose_rate", hazard.strength, Quantity::dose_rate);
+    writer.quantity("half_value", hazard.half_value, Quantity::length);
+  } else {
+    writer.quantity("concentration", hazard.strength, Quantity::concentration);
+    writer.quantity("reach", hazard.reach, Quantity::length);
+  }
+  writer.end_item();
+}
+
 /// Each name once.
 template <class Named>
 void check_names(const std::vector<Named>& all, const Node& list, const char* what,
@@ -76,6 +139,66 @@ void write_zones(const std::vector<Zone>& zones, yaml::Writer& writer) {
     writer.quantity("top", zone.top, Quantity::length);
     writer.end_item();
   }
+  writer.close();
+}
+
+std::vector<Hazard> read_hazards(const Node& list, yaml::Problems& problems) {
+  std::vector<Hazard> hazards;
+  for (const Node& item : list.items) hazards.push_back(read_hazard(item, problems));
+  check_names(hazards, list, "hazard", problems);
+  return hazards;
+}
+
+void write_hazards(const std::vector<Hazard>& hazards, yaml::Writer& writer) {
+  if (hazards.empty()) return;
+  writer.open("hazards");
+  for (const Hazard& hazard : hazards) write(hazard, writer);
+  writer.close();
+}
+
+Radio read_radio(const Node& node, yaml::Problems& problems) {
+  Radio radio;
+  radio.position = yaml::vector3(*node.find("position"));
+  yaml::read(node, "power", radio.power);
+  yaml::read(node, "frequency", radio.frequency);
+  yaml::read(node, "exponent", radio.exponent);
+  yaml::read(node, "wall_loss", radio.wall_loss);
+  yaml::read(node, "sensitivity", radio.sensitivity);
+  yaml::read(node, "restore", radio.restore);
+  if (const Status status = check(radio); !status) problems.add(node.line, status.error().message);
+  return radio;
+}
+
+void write(const Radio& radio, yaml::Writer& writer) {
+  writer.open("radio");
+  writer.line("position", yaml::format_lengths(radio.position.data(), 3));
+  writer.quantity("power", radio.power, Quantity::power_level);
+  writer.quantity("frequency", radio.frequency, Quantity::rate);
+  writer.number("exponent", radio.exponent);
+  writer.quantity("wall_loss", radio.wall_loss, Quantity::loss);
+  writer.quantity("sensitivity", radio.sensitivity, Quantity::power_level);
+  writer.quantity("restore", radio.restore, Quantity::loss);
+  writer.close();
+}
+
+Battery read_battery(const Node& node, yaml::Problems& problems) {
+  Battery battery;
+  yaml::read(node, "capacity", battery.capacity);
+  yaml::read(node, "idle", battery.idle);
+  yaml::read(node, "efficiency", battery.efficiency);
+  yaml::read(node, "rolling", battery.rolling);
+  yaml::read(node, "low", battery.low);
+  if (const Status status = check(battery); !status) problems.add(node.line, status.error().message);
+  return battery;
+}
+
+void write(const Battery& battery, yaml::Writer& writer) {
+  writer.open("battery");
+  writer.quantity("capacity", battery.capacity, Quantity::energy);
+  writer.quantity("idle", battery.idle, Quantity::power);
+  writer.number("efficiency", battery.efficiency);
+  writer.number("rolling", battery.rolling);
+  writer.number("low", battery.low);
   writer.close();
 }
 

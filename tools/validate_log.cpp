@@ -70,7 +70,8 @@ const std::map<std::string, Check, std::less<>> checks{{"planar_lidar_t", decode
                                                        {"loop_t", decodes<LoopDecision>},
                                                        {"status_t", decodes<ServerStatus>},
                                                        {"robot_t", robot_message},
-                                                       {"world_t", decodes<WorldMessage>}};
+                                                       {"world_t", decodes<WorldMessage>},
+                                                       {"hazard_reading_t", decodes<HazardReading>}};
 
 /// What a channel carries by its canonical name; others may carry anything.
 const std::map<std::string, std::string, std::less<>> types_by_channel{{channel::robot, "robot_t"},
@@ -98,7 +99,8 @@ const std::map<std::string, std::string, std::less<>> types_by_channel{{channel:
                                                                        {channel::mr_events, "event_t"},
                                                                        {channel::mr_status, "status_t"},
                                                                        {channel::mr_cmd, "twist2D_t"},
-                                                                       {channel::mr_joint_cmd, "joints_t"}};
+                                                                       {channel::mr_joint_cmd, "joints_t"},
+                                                                       {channel::hazard, "hazard_reading_t"}};
 
 struct ChannelCount {
   std::uint64_t messages = 0, refused = 0, unknown = 0;

@@ -20,7 +20,7 @@ struct Unit {
 constexpr Unit lengths[] = {{"m"}, {"cm", 1, 100}, {"mm", 1, 1000}, {"km", 1000, 1}};
 constexpr Unit angles[] = {{"rad"}, {"deg", std::numbers::pi, 180}};
 constexpr Unit times[] = {{"s"}, {"ms", 1, 1e3}, {"us", 1, 1e6}, {"ns", 1, 1e9}, {"min", 60, 1}};
-constexpr Unit rates[] = {{"Hz"}, {"kHz", 1000, 1}};
+constexpr Unit rates[] = {{"Hz"}, {"kHz", 1000, 1}, {"MHz", 1e6, 1}, {"GHz", 1e9, 1}};
 constexpr Unit speeds[] = {{"m/s"}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}, {"km/h", 1, 3.6}};
 constexpr Unit angular_speeds[] = {{"rad/s"}, {"deg/s", std::numbers::pi, 180}};
 constexpr Unit accelerations[] = {{"m/s^2"}};
@@ -31,6 +31,12 @@ constexpr Unit angle_ratios[] = {{"rad/rad"}, {"deg/deg"}, {"%", 1, 100}};
 constexpr Unit forces[] = {{"N"}, {"kN", 1000, 1}};
 constexpr Unit torques[] = {{"N m"}};
 constexpr Unit impulses[] = {{"N s"}};
+constexpr Unit energies[] = {{"J"}, {"kJ", 1000, 1}, {"Wh", 3600, 1}};
+constexpr Unit powers[] = {{"W"}};
+constexpr Unit power_levels[] = {{"dBm"}};
+constexpr Unit losses[] = {{"dB"}};
+constexpr Unit dose_rates[] = {{"uSv/h"}, {"mSv/h", 1000, 1}};
+constexpr Unit concentrations[] = {{"ppm"}, {"%", 10000, 1}};
 
 struct Dimension {
   std::string_view name;
@@ -38,7 +44,7 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 14> dimensions{{{"length", lengths},
+constexpr std::array<Dimension, 20> dimensions{{{"length", lengths},
                                                 {"angle", angles},
                                                 {"time", times},
                                                 {"rate", rates},
@@ -51,7 +57,13 @@ constexpr std::array<Dimension, 14> dimensions{{{"length", lengths},
                                                 {"angle_ratio", angle_ratios},
                                                 {"force", forces},
                                                 {"torque", torques},
-                                                {"impulse", impulses}}};
+                                                {"impulse", impulses},
+                                                {"energy", energies},
+                                                {"power", powers},
+                                                {"power_level", power_levels},
+                                                {"loss", losses},
+                                                {"dose_rate", dose_rates},
+                                                {"concentration", concentrations}}};
 
 const Dimension& dimension(Quantity quantity) { return dimensions[static_cast<std::size_t>(quantity)]; }
 

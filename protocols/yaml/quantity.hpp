@@ -14,7 +14,7 @@ enum class Quantity {
   length,         ///< m, cm, mm, km
   angle,          ///< rad, deg
   time,           ///< s, ms, us, ns, min
-  rate,           ///< Hz, kHz
+  rate,           ///< Hz, kHz, MHz, GHz
   speed,          ///< m/s, cm/s, mm/s, km/h
   angular_speed,  ///< rad/s, deg/s
   acceleration,   ///< m/s^2
@@ -25,6 +25,12 @@ enum class Quantity {
   force,          ///< N, kN
   torque,         ///< N m
   impulse,        ///< N s
+  energy,         ///< J, kJ, Wh
+  power,          ///< W
+  power_level,    ///< dBm
+  loss,           ///< dB
+  dose_rate,      ///< uSv/h, mSv/h
+  concentration,  ///< ppm, %
 };
 
 /// "length" to Quantity::length; error for a name that is none.

@@ -163,6 +163,9 @@ inline std::vector<Sample> samples() {
       sample("status_t",
              ServerStatus{sample_stamp, {{"scan_p50_us", 123.5}, {"load", 0.5}}, {{"camera", "stand-in"}}}),
       sample("model_t", ModelVersion{sample_stamp, 2, "map_id: map\n"}),
+      sample("hazard_reading_t",
+             HazardReading{sample_stamp,
+                           {{HazardKind::radiation, 12.5, "uSv/h"}, {HazardKind::gas, 400, "ppm"}}}),
       sample("robot_t", RobotMessage{sample_stamp, "name: robot\n"}),
       sample("world_t", sample_world()),
   };

@@ -8,6 +8,7 @@
 
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/hazard_reading_t.hpp"
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
@@ -306,6 +307,22 @@ RC_GTEST_PROP(CodecTwin, OperatorWord, ()) {
   RC_ASSERT(back.state == word.state && back.text == word.text);
   RC_ASSERT(twin.name == word.name && twin.robot == word.robot && twin.text == word.text &&
             twin.state == static_cast<int>(word.state));
+}
+
+RC_GTEST_PROP(CodecTwin, HazardReading, ()) {
+  HazardReading reading, back;
+  reading.stamp = any_stamp();
+  for (int i = *rc::gen::inRange(0, 16); i > 0; --i)
+    reading.values.push_back({*rc::gen::arbitrary<bool>() ? HazardKind::gas : HazardKind::radiation,
+                              std::abs(any_within(1e6)), any_text()});
+  const auto twin = through_liblcm<hazard_reading_t>(reading, back);
+  RC_ASSERT(back.stamp == reading.stamp && back.values.size() == reading.values.size());
+  for (std::size_t i = 0; i < back.values.size(); ++i) {
+    const HazardReading::Value &read = back.values[i], &written = reading.values[i];
+    RC_ASSERT(read.kind == written.kind && read.value == written.value && read.unit == written.unit);
+    RC_ASSERT(twin.kinds[i] == static_cast<int>(written.kind) && twin.values[i] == written.value &&
+              twin.units[i] == written.unit);
+  }
 }
 
 RC_GTEST_PROP(CodecTwin, ScanInfo, ()) {

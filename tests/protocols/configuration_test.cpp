@@ -74,7 +74,8 @@ TEST(Scenario, EveryMistakeIsNamedWithItsLine) {
   EXPECT_EQ(message,
             "s.yaml:2: 'level': expected level <= 3, found '4'\n"
             "s.yaml:3: unknown key 'agnets', did you mean 'agents'?\n"
-            "s.yaml:4: 'physics_rate': a unit is missing: expected Hz or kHz, such as '240 Hz', found '240'");
+            "s.yaml:4: 'physics_rate': a unit is missing: expected Hz, kHz, MHz or GHz, such as '240 Hz', "
+            "found '240'");
 }
 
 struct Mistake {
@@ -88,7 +89,7 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
       {"level: two", "s.yaml:1: 'level': expected a whole number, found 'two'"},
       {"seed: -1", "expected seed >= 0"},
       {"seed: 18446744073709551616", "expected a whole number"},
-      {"physics_rate: 240 m", "expected a finite number with its unit, Hz or kHz, found '240 m'"},
+      {"physics_rate: 240 m", "expected a finite number with its unit, Hz, kHz, MHz or GHz, found '240 m'"},
       {"physics_rate: .inf Hz", "expected a finite number"},
       {"physics_rate: nan Hz", "expected a finite number"},
       {"physics_rate: 1e400 Hz", "expected a finite number"},

@@ -5,6 +5,7 @@
 
 #include "parhelion/agent_cmd_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/hazard_reading_t.hpp"
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
@@ -57,6 +58,7 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<agent_cmd_t>(), 0xbb5859f11828441eU);
   EXPECT_EQ(fingerprint<operator_t>(), 0x41bf0903e8b400d4U);
   EXPECT_EQ(fingerprint<event_t>(), 0x87709f49ae72cbdaU);
+  EXPECT_EQ(fingerprint<hazard_reading_t>(), 0x273b8d493089dcdfU);
   EXPECT_EQ(fingerprint<world_t>(), 0x403d23274c4a0e14U);
 }
 
