@@ -28,7 +28,7 @@ struct Hazard {
   std::string agent;
 
   // A device: what sets it off; at least one. It is set off once.
-  std::optional<double> shock;     ///< N s, impulse of one step of a contact; its agent's
+  std::optional<double> shock;     ///< N s, by which two steps change its agent's momentum
   std::optional<double> tilt;      ///< rad, between its z axis and up; its agent's
   std::optional<double> nearness;  ///< m, in the plane, from its place to the outline of a robot or person
   std::optional<double> delay;     ///< s after the session's start

@@ -72,13 +72,21 @@ Joints joint_stop(const Configuration& configuration, SimulationTime now, const 
   return stop;
 }
 
+/// What the operator says does not arrive at a simulated robot that is out of radio range: its silence stops
+/// it.
+bool is_heard(const Configuration& configuration, const State& state) {
+  return !simulates_trainee(configuration.scenario) ||
+         !state.simulation.supply_of(configuration.robot.name).radio_lost;
+}
+
 /// A simulated robot obeys what goes out, as a real one does.
 void send_joint_command(const Configuration& configuration, SimulationTime now, const Joints& command,
                         State& state, Outputs& outputs) {
   state.last_joint_command = now;
   encode(command, outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
-  if (!simulates_trainee(configuration.scenario)) return;
-  const Status done = state.simulation.joint_command(configuration.robot.name, command);
+  const std::string& robot = configuration.robot.name;
+  if (!simulates_trainee(configuration.scenario) || state.simulation.supply_of(robot).battery_empty) return;
+  const Status done = state.simulation.joint_command(robot, command);
   if (!done) refuse({configuration.channels.bus(channel::joint_cmd) + ": " + done.error().message}, state);
 }
 
@@ -130,6 +138,7 @@ void answer_teleop(const Configuration& configuration, const Message& input, Sta
     refuse(read.error(), state);
     command = {};  // a command that cannot be read is a stop
   }
+  if (!is_heard(configuration, state)) return;
   state.teleop = command;
   state.teleop_arrival = input.arrival;
   send_command(configuration, simulation_time(input.arrival), state, outputs);
@@ -167,6 +176,7 @@ void answer_joint_command(const Configuration& configuration, const Message& inp
     if (!state.joint_command.names.empty()) stop_joints(configuration, now, state, outputs);
     return;
   }
+  if (!is_heard(configuration, state)) return;
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
   send_joint_command(configuration, now, state.joint_command, state, outputs);

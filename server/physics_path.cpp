@@ -1,5 +1,5 @@
-// Fixed steps up to an instant, and what they say: MR_WORLD, MR_EVENTS, the agents' own laser scans, a stop
-// on silence.
+// Fixed steps up to an instant, and what they say: MR_WORLD, MR_EVENTS, HAZARD, the agents' own laser scans,
+// a stop on silence.
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <exception>
@@ -10,6 +10,7 @@ namespace parhelion {
 namespace {
 
 constexpr double world_rate = 30;                 // Hz of MR_WORLD: what a page draws and a grader needs
+constexpr double hazard_rate = 10;                // Hz of HAZARD
 constexpr Duration obstacle_life = seconds(1.0);  // people walk on: what no scan has shown for longer is gone
 constexpr Duration scan_silence = milliseconds(500);  // without a scan for longer, nothing virtual is sensed
 
@@ -41,10 +42,30 @@ void note_pose(const Configuration& configuration, SimulationTime t, State& stat
   publish_event(configuration, event, state, outputs);
 }
 
+/// Of what goes out `rate` times a second.
+bool due(const Configuration& configuration, const State& state, double rate) {
+  const double steps = configuration.scenario.physics_rate / rate;
+  return state.step % static_cast<std::uint64_t>(std::max(1.0, std::round(steps))) == 0;
+}
+
+void publish_hazards(const Configuration& configuration, State& state, Outputs& outputs) {
+  HazardReading reading;
+  if (!state.simulation.hazard_reading(reading)) return;
+  const SimulationTime now = state.simulation.now();
+  reading.stamp = state.robot_clock.known() ? state.robot_clock.to_sensor(now) : SensorTime{now.ns};
+  encode(reading, outputs.add(configuration.channels.bus(channel::hazard)));
+}
+
+/// For MR_STATUS.
+void note_supply(const Configuration& configuration, State& state) {
+  if (!simulates_trainee(configuration.scenario)) return;
+  const SupplyState supply = state.simulation.supply_of(configuration.robot.name);
+  state.tally.radio_power = supply.radio_power;
+  state.tally.battery_left = supply.battery_left;
+}
+
 bool world_due(const Configuration& configuration, const State& state) {
-  const double rate = configuration.scenario.physics_rate;
-  const auto period = static_cast<std::uint64_t>(std::max(1.0, std::round(rate / world_rate)));
-  return state.step % period == 0 || state.simulation.scene()->version != state.scene_published;
+  return due(configuration, state, world_rate) || state.simulation.scene()->version != state.scene_published;
 }
 
 void publish_world(const Configuration& configuration, State& state, Outputs& outputs) {
@@ -92,6 +113,10 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   watch_operators(configuration, next, state, outputs);
   watch_waiting_image(configuration, next, state, outputs);
   if (world_due(configuration, state)) publish_world(configuration, state, outputs);
+  if (due(configuration, state, hazard_rate)) {
+    publish_hazards(configuration, state, outputs);
+    note_supply(configuration, state);
+  }
   observer.ended(Stage::agents);
 }
 

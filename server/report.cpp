@@ -78,6 +78,8 @@ ServerStatus to_status(const Report& report, ArrivalTime now) {
                    {"scans_foreign", number(tally.foreign_scans)},
                    {"guard_fired", number(report.guard_fired)},
                    {"session_complete", report.complete ? 1.0 : 0.0}};
+  if (tally.radio_power) status.values.emplace_back("radio_dbm", *tally.radio_power);
+  if (tally.battery_left) status.values.emplace_back("battery_left", *tally.battery_left);
   for (const auto& [key, text] : report.notes) status.notes.emplace_back(key, text);
   if (!tally.last_refusal.empty()) status.notes.emplace_back("last_refusal", tally.last_refusal);
   if (!report.complete) status.notes.emplace_back("session_log", report.incomplete_because);

@@ -52,6 +52,9 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
   options.zones = configuration.scenario.zones;
+  options.hazards = configuration.scenario.hazards;
+  options.radio = configuration.scenario.radio;
+  options.battery = configuration.scenario.battery;
   options.most_agents = static_cast<std::size_t>(configuration.scenario.most_agents);
   options.level = configuration.scenario.level;
   options.doors = configuration.scenario.doors;

@@ -55,7 +55,8 @@ struct Tally {
   std::string last_refusal;
   std::array<std::uint64_t, 64> events{};  ///< by EventKind
   Percentiles pose_age_us;
-  Percentiles slam_us;  ///< what POSE_COV says of its own step
+  Percentiles slam_us;                              ///< what POSE_COV says of its own step
+  std::optional<double> radio_power, battery_left;  ///< of the trainee's simulated robot (SupplyState)
 };
 
 /// Buffers of the scan path, warm after the first scans.

@@ -181,6 +181,14 @@ Status ArticulatedRobot::command(const Joints& joints, SimulationTime now) {
   return Error{who + "no joint " + unknown + " can be commanded; it has " + (known.empty() ? "none" : known)};
 }
 
+void ArticulatedRobot::hold(const Physics& physics) {
+  for (std::size_t i = 0; i < servos_.size(); ++i) {
+    servos_[i].mode = Servo::Mode::position;
+    servos_[i].target = physics.joint_state(joint_handles_[i]).position;
+    servos_[i].until.reset();
+  }
+}
+
 void ArticulatedRobot::drive(Physics& physics, const Twist2& wanted, SimulationTime now, double dt) {
   const bool idle = wanted.vx == 0 && wanted.wz == 0;
   if (!idle) awake_until_ = now + seconds(kStayAwake);
@@ -333,6 +341,21 @@ void ArticulatedRobot::observe(Physics& physics, SimulationTime, double dt,
     motion_.joints.efforts[n] = state.effort;
     motion_.broken[n] = servos_[i].broken;
   }
+}
+
+double ArticulatedRobot::drive_power(const Physics& physics) const {
+  double power = 0;
+  for (const RobotLayout::Runner& place : layout_.runners) {
+    const RunnerMotion runner = physics.runner(handles_[place.part], place.index);
+    power += std::max(0.0, runner.force * runner.speed);
+  }
+  return power;
+}
+
+double ArticulatedRobot::mass() const {
+  double sum = 0;
+  for (const PartDefinition& part : layout_.parts) sum += part.mass;
+  return sum;
 }
 
 void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,

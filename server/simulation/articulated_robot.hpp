@@ -45,11 +45,17 @@ class ArticulatedRobot {
   /// finite (then none is).
   Status command(const Joints& joints, SimulationTime now);
 
+  /// Joints stay where they are now, whatever they were commanded.
+  void hold(const Physics& physics);
+
   /// Before a step: motors go for this motion of base_link (body frame).
   void drive(Physics& physics, const Twist2& wanted, SimulationTime now, double dt);
   /// After a step.
   void observe(Physics& physics, SimulationTime now, double dt, std::vector<JointIncident>& incidents);
   const RobotMotion& motion() const { return motion_; }
+  /// W that its runners gave at their surfaces in the newest step; what pushes them gives nothing back.
+  double drive_power(const Physics& physics) const;
+  double mass() const;  ///< kg
 
   /// One for each node, ids from `first`.
   std::vector<BodyDefinition> bodies(const std::string& entity, BodyId first, BodyOwner owner) const;

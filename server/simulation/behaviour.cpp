@@ -183,7 +183,7 @@ void Simulation::State::drive_agents() {
     const SteeringLimits limits = limits_of(*agent);
     const Twist2 twist = wanted(*agent);
     if (agent->robot) {
-      agent->robot->drive(physics, twist, stamp_of(step), dt);
+      agent->robot->drive(physics, agent->supply.empty ? Twist2{} : twist, stamp_of(step), dt);
       continue;
     }
     const bool walks = agent->definition.kind == AgentKind::person;

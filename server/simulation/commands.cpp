@@ -193,6 +193,7 @@ Status Simulation::joint_command(const std::string& name, const Joints& joints) 
   Agent* agent = state_->find(name);
   if (!agent) return state_->unknown(name);
   if (!agent->robot) return Error{"agent '" + name + "' has no joints that can be commanded"};
+  if (agent->supply.empty) return Error{"agent '" + name + "' has an empty battery"};
   return agent->robot->command(joints, now());
 }
 
@@ -213,7 +214,7 @@ const RobotMotion* Simulation::robot_motion(const std::string& name) const {
 
 void Simulation::teleop(const std::string& agent, const Twist2& twist) {
   Agent* driven = state_->find(agent);
-  if (!driven || !finite(twist)) return;
+  if (!driven || !finite(twist) || driven->supply.radio_lost) return;
   driven->teleop = twist;
   driven->teleop_until = now() + seconds(0.5);
 }

@@ -94,7 +94,7 @@ void CollisionPrediction::update(const Supervised& body, const ObservedMotion& m
     if (known != warned_.end()) {
       known->second = motion.stamp;
     } else if (ahead->time <= kWarn) {
-      warned_[ahead->object] = motion.stamp;
+      warned_.emplace(ahead->object, motion.stamp);
       Event event = event_of(EventKind::collision_predicted, body, motion, ahead->time);
       event.object = ahead->object;
       event.text = ahead->relation;

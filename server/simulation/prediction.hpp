@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocols/joints.hpp"
@@ -30,7 +31,7 @@ inline constexpr double kLeastAdvance = 0.004;  // s
 
 /// What would be hit first.
 struct Ahead {
-  std::string object, relation;
+  std::string_view object, relation;  ///< of names that stay for this step
   PairKind pair = PairKind::none;
   bool unsensed = false;
   double time = 0;                                     ///< s until it
@@ -51,7 +52,8 @@ class CollisionPrediction {
               const std::optional<Ahead>& ahead, std::vector<Event>& events);
 
  private:
-  std::map<std::string, SimulationTime> warned_;  ///< object, and when it was last ahead within kRearm
+  std::map<std::string, SimulationTime, std::less<>>
+      warned_;  ///< object, and when it was last ahead within kRearm
   std::optional<SimulationTime> looked_;
   Twist2 twist_;
   double time_ = 0;  ///< s, of what was ahead when it looked; kRearm where nothing was

@@ -22,6 +22,15 @@ Status check(const SimulationOptions& options, const RobotDescription& robot) {
   for (const Zone& zone : options.zones) {
     if (Status status = check_zone(zone); !status) return status;
   }
+  for (const Hazard& hazard : options.hazards) {
+    if (Status status = check(hazard); !status) return status;
+  }
+  if (options.radio) {
+    if (Status status = check(*options.radio); !status) return status;
+  }
+  if (options.battery) {
+    if (Status status = check(*options.battery); !status) return status;
+  }
   const bool finite = std::all_of(robot.footprint.begin(), robot.footprint.end(),
                                   [](const auto& v) { return v.allFinite(); });
   if (!finite || convex_hull(robot.footprint).size() < 3) {
@@ -199,6 +208,7 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   state->end_of_buildings = state->next_building + options.building_bodies;
   state->next_body = state->end_of_buildings;
 
+  state->hazards.resize(options.hazards.size());
   RealBody& real = state->real;
   real.name = robot.name;
   real.id = state->next_body++;
@@ -290,6 +300,7 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
   state.keep_doors(old_doors);
   for (const Door& door : old_doors) unhang_door(state.physics, door);
   old->leave(state.physics);
+  for (HazardState& hazard : state.hazards) hazard.gas = GasField();
   state.next_building += static_cast<BodyId>(model.entities.size());
   std::set<std::string_view> standing;
   for (const FixedObstacle& obstacle : state.building->obstacles()) standing.insert(obstacle.name);

@@ -11,6 +11,7 @@
 
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/hazard.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
@@ -58,7 +59,10 @@ struct SimulationOptions {
   /// The library of articulated robots: AgentDefinition::model is the name of one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;
   std::vector<Zone> zones;  ///< whose entering and leaving are events
-  int level = 3;            ///< at levels 1 and 2 all doors move by themselves, at level 3 only virtual ones
+  std::vector<Hazard> hazards;
+  std::optional<Radio> radio;      ///< none: simulated robots hear their operator everywhere
+  std::optional<Battery> battery;  ///< none: theirs last for ever
+  int level = 3;  ///< at levels 1 and 2 all doors move by themselves, at level 3 only virtual ones
   std::vector<DoorSettings> doors;  ///< what is to be said of some of the building's; other names are ignored
 };
 
@@ -79,6 +83,14 @@ struct DoorState {
   bool dynamic = false;  ///< it moves by itself; else it is real, and as sensors and the instructor say
   bool unhinged = false;
   Transform<Map, Body> T_map_leaf;  ///< at the centre of the leaf
+};
+
+/// What a simulated robot has left at the newest step; figures are there where the scenario asks for them.
+struct SupplyState {
+  std::optional<double> radio_power;  ///< dBm that it receives from its operator's console
+  bool radio_lost = false;
+  std::optional<double> battery_left;  ///< share, 0..1
+  bool battery_empty = false;
 };
 
 /// Deterministic: same calls, same states, bit for bit. One thread.
@@ -107,19 +119,22 @@ class Simulation {
   const AgentDefinition* find_agent(const std::string& name) const;
   /// Where an agent is at the newest step; none: there is no such agent.
   std::optional<Transform<Map, Base>> pose_of(const std::string& agent) const;
-  /// The command of an agent that is teleoperated; holds for 0.5 s.
+  /// The command of an agent that is teleoperated; holds for 0.5 s. One that is out of radio range does not
+  /// hear it.
   void teleop(const std::string& agent, const Twist2& twist);
   /// Positions, or else velocities, or else efforts of an articulated robot's joints. A position holds until
   /// the next command (velocities beside it bound how fast it is gone for); velocities and efforts hold for
   /// 0.5 s, then the joint stays where it is. What is beyond a limit goes to the limit. Error: an unknown
   /// robot; joints that it has not (the others are commanded); values that are not finite or not one for each
-  /// name (none is commanded).
+  /// name (none is commanded); an empty battery.
   Status joint_command(const std::string& agent, const Joints& joints);
   /// Joints that broke hold again, where they started; event joints_restored. Error: an unknown robot.
   Status restore_joints(const std::string& agent, std::uint64_t request = 0);
   /// How an articulated robot moves at the newest step; valid until the next command. nullptr: there is no
   /// such robot.
   const RobotMotion* robot_motion(const std::string& agent) const;
+  /// Of a robot that is not simulated, or not there: nothing is lost.
+  SupplyState supply_of(const std::string& robot) const;
   /// From the next step on; an unknown name is a drawn part of the building, which stays where it is.
   void show(const std::string& agent, AgentShown shown);
   /// False: at the newest step the agent was inside the real robot's stopping distance, and there was no free
@@ -172,6 +187,11 @@ class Simulation {
   /// the first step in collision_started, the largest of one step in collision_stopped; of the real robot
   /// with the building, mass times closing speed.
   std::vector<Event> take_events();
+
+  /// What the hazard sensor of the real robot (of the trainee's simulated one, where there is no real one),
+  /// on its top, reads at the newest step; the stamp is the caller's. False: there is no such robot now, or
+  /// there are no sources.
+  bool hazard_reading(HazardReading& reading);
 
   /// Promise 3's geometry: how far the real robot's footprint can be swept along the arc of `twist` until it
   /// touches the nearest agent, m travelled by the footprint's fastest point (so a turn on the spot has a

@@ -1,6 +1,6 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
-// contacts.cpp, supervision.cpp, foresight.cpp, doors.cpp, door_events.cpp, behaviour.cpp, goals.cpp and
-// clearance.cpp.
+// contacts.cpp, supervision.cpp, foresight.cpp, hazard_events.cpp, robot_supply.cpp, doors.cpp,
+// door_events.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
 #pragma once
 
 #include <memory>
@@ -12,9 +12,11 @@
 #include "server/simulation/bodies.hpp"
 #include "server/simulation/building.hpp"
 #include "server/simulation/contacts.hpp"
+#include "server/simulation/hazards.hpp"
 #include "server/simulation/history.hpp"
 #include "server/simulation/physics.hpp"
 #include "server/simulation/prediction.hpp"
+#include "server/simulation/robot_supply.hpp"
 #include "server/simulation/router.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/simulation/steering.hpp"
@@ -74,6 +76,7 @@ struct Agent {
   std::optional<AgentLaser> laser;
   BodyWatch watch;
   Foresight foresight;  ///< of one with a robot model
+  RobotSupply supply;
 };
 
 constexpr double kDecisionPeriod = 0.05;  // s between two decisions of an agent
@@ -122,6 +125,7 @@ struct Simulation::State {
   History history;
   std::vector<Event> events;
   ContactTracker contacts;
+  std::vector<HazardState> hazards;  ///< as options.hazards
   Router router;
   std::vector<RealObstacle> real_obstacles;
   std::vector<Footprint> real_discs;
@@ -247,6 +251,19 @@ struct Simulation::State {
 
   // supervision.cpp
   void supervise();
+
+  // hazard_events.cpp
+  /// Of one whose agent, if it is one, exists.
+  Eigen::Vector3d place_of(const Hazard& hazard);
+  void watch_hazards();
+  /// `nearest`: m, in the plane; at most so far at the call.
+  void watch_nearness(const Hazard& hazard, const Eigen::Vector3d& place, double& nearest, std::string& who,
+                      PairKind& pair);
+  double read_sources(HazardKind kind, const Eigen::Vector3d& p);
+
+  // robot_supply.cpp
+  void watch_radio(Agent& agent, const ObservedMotion& motion);
+  void watch_battery(Agent& agent, const ObservedMotion& motion);
 
   // foresight.cpp
   /// Whose way is looked along, and how.

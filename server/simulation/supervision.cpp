@@ -71,6 +71,8 @@ void Simulation::State::supervise() {
                                   true, robot.epoch};
       agent->watch.update(motion, options.zones, *building, dt, events);
       foresee(*agent, motion);
+      watch_radio(*agent, motion);
+      watch_battery(*agent, motion);
       continue;
     }
     const RigidState& rigid = agent->rigid;
@@ -78,6 +80,7 @@ void Simulation::State::supervise() {
                          rigid.rotation_rate, true, agent->epoch},
                         options.zones, *building, dt, events);
   }
+  watch_hazards();
 }
 
 }  // namespace parhelion

@@ -16,9 +16,8 @@ namespace {
 
 using testing::HasSubstr;
 
-/// The rover in the synthetic room, at (-2, 0), looking along x.
-Configuration level_1(std::vector<AgentDefinition> agents = {}) {
-  Scenario scenario;
+/// The rover in the synthetic room, at (-2, 0), looking along x; what else there is, `scenario` says.
+Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario scenario = {}) {
   scenario.name = "practice";
   scenario.level = 1;
   scenario.agents = std::move(agents);
@@ -169,6 +168,79 @@ TEST_F(LevelsTest, AnAgentIsKeptOffTheTraineesRobotAndTheRobotItselfCanBeMoved) 
   EXPECT_THAT(state_->tally.last_refusal, HasSubstr("send TELEOP"));
 }
 
+/// A source at (1, 0), a mine at (0, 0), a console at (-2.5, 0) that is heard 2 m far, a battery of 200 J.
+Scenario hazardous() {
+  Scenario scenario;
+  Hazard mine, source;
+  mine.name = "mine";
+  mine.nearness = 0.3;
+  source.name = "source";
+  source.kind = HazardKind::radiation;
+  source.position = {1, 0, 0.5};
+  source.strength = 100;
+  scenario.hazards = {mine, source};
+  scenario.radio.emplace();
+  scenario.radio->position = {-2.5, 0, 0.5};
+  scenario.radio->sensitivity = 20 - 40.05 - 20 * std::log10(2.0);
+  scenario.battery.emplace();
+  scenario.battery->capacity = 200;
+  return scenario;
+}
+
+TEST_F(LevelsTest, OutOfRadioRangeTheOperatorIsNotHeardAndTheRobotStops) {
+  Scenario scenario = hazardous();
+  scenario.battery.reset();
+  start(level_1({}, scenario));
+  run(6, Twist2{0.4, 0, 0});
+  const auto lost = events(EventKind::radio_lost);
+  ASSERT_EQ(lost.size(), 1U);
+  EXPECT_EQ(lost[0].subject, "trainee");
+  EXPECT_NEAR(lost[0].position.x(), -0.5, 0.05);
+  EXPECT_EQ(events(EventKind::hazard_set_off).size(), 1U) << "it rolls on for its half second";
+  EXPECT_EQ(decoded<TwistCommand>(channel::mr_cmd).back().twist.vx, 0);
+  EXPECT_THAT(events(EventKind::command_reduced).back().text, HasSubstr("silen"));
+  EXPECT_LT(motion().velocity.norm(), 0.01);
+  EXPECT_NEAR(motion().T_map_base.translation().x(), -0.5 + 0.4 * 0.5, 0.15);
+  EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
+  Report report;
+  report.tally = state_->tally;
+  const ServerStatus status = to_status(report, {});
+  const auto radio = std::find_if(status.values.begin(), status.values.end(),
+                                  [](const auto& value) { return value.first == "radio_dbm"; });
+  ASSERT_NE(radio, status.values.end());
+  EXPECT_LT(radio->second, scenario.radio->sensitivity);
+  EXPECT_FALSE(state_->tally.battery_left);
+}
+
+TEST_F(LevelsTest, ItsHazardSensorReadsAtTenHertzWhatIsThere) {
+  start(level_1({}, hazardous()));
+  run(2);
+  const auto readings = decoded<HazardReading>(channel::hazard);
+  EXPECT_NEAR(static_cast<double>(readings.size()), 20, 1);
+  ASSERT_EQ(readings.back().values.size(), 1U);
+  const double height = configuration_.robot.height;
+  const Eigen::Vector3d sensor = motion().T_map_base * Eigen::Vector3d(0, 0, height);
+  EXPECT_NEAR(readings.back().values[0].value, 100 / (Eigen::Vector3d(1, 0, 0.5) - sensor).squaredNorm(),
+              0.01);
+  EXPECT_EQ(readings.back().values[0].unit, "uSv/h");
+  EXPECT_NEAR((readings.back().stamp - readings.front().stamp).seconds(), 0.1 * (readings.size() - 1.0),
+              1e-5);
+}
+
+TEST_F(LevelsTest, WithAnEmptyBatteryItStandsAndTheStatusSaysWhatIsLeft) {
+  Scenario scenario = hazardous();
+  scenario.radio.reset();
+  scenario.battery->idle = 50;
+  start(level_1({}, scenario));
+  run(2);
+  EXPECT_NEAR(state_->tally.battery_left.value_or(-1), 0.5, 0.06);
+  run(6, Twist2{0.2, 0, 0});
+  EXPECT_EQ(events(EventKind::battery_low).size(), 1U);
+  EXPECT_EQ(events(EventKind::battery_empty).size(), 1U);
+  EXPECT_LT(motion().velocity.norm(), 0.01);
+  EXPECT_EQ(state_->tally.battery_left, 0);
+}
+
 Message operator_at(std::int64_t utime, const std::string& robot, OperatorWord::State state) {
   return test::message(channel::operators, utime,
                        OperatorWord{SensorTime::from_utime(utime), "ann", robot, state, "keys"});
@@ -267,15 +339,15 @@ class LevelsSession : public testing::Test {
 };
 
 TEST_F(LevelsSession, ASessionOfASimulatedRobotReplaysToTheSameBytes) {
-  const Report live =
-      serve_and_drive(level_1({test::agent("robot_1", AgentKind::robot, 2, 0, BehaviourKind::wander)}));
+  const Report live = serve_and_drive(
+      level_1({test::agent("robot_1", AgentKind::robot, 2, 0, BehaviourKind::wander)}, hazardous()));
   EXPECT_GT(live.tally.scans_out, 50U);
   const auto replayed = replay_session();
   ASSERT_TRUE(replayed) << replayed.error().message;
   EXPECT_EQ(replayed->arrivals_corrected, 0U);
   EXPECT_EQ(replayed->hash, live.hash) << test::difference(folder_ / "session.lcm", folder_ / "again.lcm");
   for (const char* name : {channel::scan, channel::odometry, channel::imu, channel::pose_cov,
-                           channel::mr_scan, channel::mr_cmd, channel::mr_events})
+                           channel::mr_scan, channel::mr_cmd, channel::mr_events, channel::hazard})
     EXPECT_TRUE(replayed->hash.contains(name)) << name;
 }
 
