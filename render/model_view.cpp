@@ -52,7 +52,7 @@ Material material_of(const Paint& paint) {
 }
 
 /// Walls and what is in them, on the side of the camera and across its sight, would hide the inside.
-bool stands_before(const ModelEntity& e, const Eigen::AlignedBox3d& extent, const ModelViewCamera& camera) {
+bool stands_before(const ModelEntity& e, const Eigen::Vector3d& middle, const ModelViewCamera& camera) {
   switch (e.label) {
     case EntityLabel::wall:
     case EntityLabel::door:
@@ -64,7 +64,7 @@ bool stands_before(const ModelEntity& e, const Eigen::AlignedBox3d& extent, cons
   }
   const Eigen::Vector2d sight = camera.forward.head<2>().normalized();
   const Eigen::Vector2d across = e.T_map_body.rotation().col(1).head<2>();
-  const Eigen::Vector2d from_middle = (e.T_map_body.translation() - extent.center()).head<2>();
+  const Eigen::Vector2d from_middle = (e.T_map_body.translation() - middle).head<2>();
   return std::abs(across.dot(sight)) > 0.35 && from_middle.dot(sight) < 0;
 }
 
@@ -114,15 +114,20 @@ class Viewer {
     list_.clear(projection_.views().size());
     const Transform<CameraOptical, Map> T_optical_map = camera_.T_map_optical.inverse();
     double floor = extent_.min().z();
+    Eigen::AlignedBox3d inside;  // of the floors: what stands beyond them hides nothing
     for (const ModelEntity& e : model_.entities) {
-      if (e.label == EntityLabel::floor && is_solid(e))
-        floor = e.T_map_body.translation().z() + e.size.z() / 2;
+      if (e.label != EntityLabel::floor || !in_model_view(e)) continue;
+      floor = e.T_map_body.translation().z() + e.size.z() / 2;
+      const Eigen::Vector3d reach = e.T_map_body.rotation().cwiseAbs() * e.size / 2;
+      inside.extend(Eigen::Vector3d(e.T_map_body.translation() - reach));
+      inside.extend(Eigen::Vector3d(e.T_map_body.translation() + reach));
     }
+    const Eigen::Vector3d middle = inside.isEmpty() ? extent_.center() : inside.center();
     for (std::size_t i = 0; i < model_.entities.size(); ++i) {
       const ModelEntity& e = model_.entities[i];
       const Paint* paint = paint_of(e.label);
       if (!in_model_view(e) || paint == nullptr) continue;
-      const bool cut = view_.cut > 0 && stands_before(e, extent_, camera_);
+      const bool cut = view_.cut > 0 && stands_before(e, middle, camera_);
       const auto shape = shown_part(e, cut ? floor + view_.cut : std::numeric_limits<double>::infinity());
       if (!shape) continue;
       Material material = material_of(*paint);

@@ -191,7 +191,8 @@ Labelling assign_labels(const NetCandidates& candidates) {
     const auto& all = candidates.walls.walls;
     return std::any_of(all.begin(), all.end(),
                        [&](const WallCandidate& other) {
-                         return other.length() > wall.length() && other.score > 0 && same_place(wall, other);
+                         return other.whole_length() > wall.whole_length() && other.score > 0 &&
+                                same_place(wall, other);
                        })
                ? kRepeats
                : 0.0;

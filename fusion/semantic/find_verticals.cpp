@@ -8,6 +8,7 @@
 
 #include "fusion/semantic/hough.hpp"
 #include "fusion/semantic/line_refiner.hpp"
+#include "fusion/semantic/plan_arcs.hpp"
 #include "fusion/semantic/surface_search.hpp"
 
 namespace parhelion {
@@ -159,12 +160,25 @@ std::vector<VerticalSurface> find_verticals(const Site& site, const HorizontalSe
   }
   of_tiles.clear();
   LineRefiner refiner(all.evidence, site.options.pixel, site.options.near, site.options.min_length);
+  std::vector<PlanLine> lines = select(refiner, std::move(all.seeds));
+  const std::vector<PlanArc> arcs =
+      find_arcs(refiner.evidence(), site.options.near, site.options.min_length, lines);
   std::vector<VerticalSurface> surfaces;
-  for (const PlanLine& line : select(refiner, std::move(all.seeds))) {
+  for (const PlanLine& line : lines) {
     VerticalSurface surface;
     surface.start = line.p + line.low * line.d;
     surface.end = line.p + line.high * line.d;
     surfaces.push_back(surface);
+  }
+  for (std::uint32_t a = 0; a < arcs.size(); ++a) {
+    const std::vector<Eigen::Vector2d> corners = corners_of(arcs[a], site.options.near);
+    for (std::size_t i = 1; i < corners.size(); ++i) {
+      VerticalSurface facet;
+      facet.start = corners[i - 1];
+      facet.end = corners[i];
+      facet.curve = a;
+      surfaces.push_back(facet);
+    }
   }
   return surfaces;
 }

@@ -36,6 +36,8 @@ class LineRefiner {
   /// The line's evidence is no other's from now on.
   void claim(const PlanLine& line);
 
+  const PlanBlocks& evidence() const { return evidence_; }
+
  private:
   struct Hit {
     double along, across, weight;

@@ -71,7 +71,8 @@ class Entities {
   const Labelling& labelling_;
   SemanticNet net_;
   std::map<std::string, int> count_;
-  WholeWalls whole_walls_;  ///< name of the first piece, candidate
+  std::map<std::uint32_t, std::pair<std::string, int>> round_;  ///< by curve: name, pieces so far
+  WholeWalls whole_walls_;                                      ///< name of the first piece, candidate
 };
 
 bool Entities::leads_to_door(std::size_t o) const {
@@ -187,7 +188,9 @@ void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::str
 void Entities::add_wall(std::size_t w) {
   const WallCandidate& wall = candidates_.walls.walls[w];
   const CandidateLabel& label = labelling_.walls[w];
-  const std::string name = numbered("wall");
+  const bool round = wall.curve != no_curve;
+  if (round && round_.count(wall.curve) == 0) round_[wall.curve] = {numbered("wall"), 0};
+  const std::string name = round ? round_[wall.curve].first : numbered("wall");
   const double top = wall.ceiling - wall.z_high < kReaches ? wall.ceiling : wall.z_high;
   std::vector<std::size_t> cuts;
   for (std::size_t o = 0; o < candidates_.walls.openings.size(); ++o) {
@@ -198,13 +201,15 @@ void Entities::add_wall(std::size_t w) {
     if (opening.wall == w && cut) cuts.push_back(o);
   }
   std::vector<std::string> pieces(cuts.size() + 1);
-  int number = 0;
-  const auto piece_name = [&] { return cuts.empty() ? name : name + "." + std::to_string(++number); };
+  int straight_pieces = 0;
+  int& number = round ? round_[wall.curve].second : straight_pieces;
+  const bool whole = cuts.empty() && !round;
+  const auto piece_name = [&] { return whole ? name : name + "." + std::to_string(++number); };
   double from = 0;
   for (std::size_t k = 0; k <= cuts.size(); ++k) {
     const double to = k < cuts.size() ? candidates_.walls.openings[cuts[k]].from : wall.length();
     pieces[k] = add_piece(wall, label, piece_name(), EntityLabel::wall, from, to, wall.floor, top);
-    if (!pieces[k].empty() && !cuts.empty()) net_.entities.back().part_of = name;
+    if (!pieces[k].empty() && !whole) net_.entities.back().part_of = name;
     if (!pieces[k].empty() && (whole_walls_.empty() || whole_walls_.back().second != w))
       whole_walls_.emplace_back(pieces[k], w);
     if (k < cuts.size()) from = candidates_.walls.openings[cuts[k]].to;

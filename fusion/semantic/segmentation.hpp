@@ -16,13 +16,18 @@
 
 namespace parhelion {
 
+constexpr std::uint32_t no_surface = 0xFFFFFFFF;
+constexpr std::uint32_t no_curve = 0xFFFFFFFF;
+
 /// A vertical surface over a line segment of the plan: prerequisite of a wall, a door, a railing, a riser.
+/// What is round is a row of facets, neighbours one after the other, each begins where the one before ends.
 struct VerticalSurface {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< m, map frame
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   double z_low = 0, z_high = 0;  ///< m, of the points near it (1 and 99 percent)
   double thickness = 0;          ///< m, 2 sigma of the distances to its plane
   std::uint32_t points = 0;
+  std::uint32_t curve = no_curve;  ///< number of the round surface that it is a facet of
 };
 
 /// A horizontal surface: prerequisite of floor, ceiling, table top, tread.
@@ -51,8 +56,6 @@ struct SegmentationOptions {
   int threads = 0;            ///< 0: all; the result is the same for any number
   std::string stages;         ///< a folder for pictures of every stage; empty: none
 };
-
-constexpr std::uint32_t no_surface = 0xFFFFFFFF;
 
 struct Segmentation {
   std::vector<VerticalSurface> verticals;

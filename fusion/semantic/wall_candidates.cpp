@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 namespace parhelion {
@@ -24,11 +25,12 @@ WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::ve
   double from = 0, to = (seed.end - seed.start).norm();
   wall.z_low = seed.z_low, wall.z_high = seed.z_high, wall.thickness = seed.thickness;
   wall.surfaces = {static_cast<std::uint32_t>(base)};
+  wall.curve = seed.curve;
   used[base] = true;
-  for (bool grown = true; grown;) {
+  for (bool grown = seed.curve == no_curve; grown;) {
     grown = false;
     for (std::size_t i = 0; i < segmentation.verticals.size(); ++i) {
-      if (used[i]) continue;
+      if (used[i] || segmentation.verticals[i].curve != no_curve) continue;
       const VerticalSurface& other = segmentation.verticals[i];
       const Eigen::Vector2d a = other.start - seed.start, b = other.end - seed.start;
       if (std::abs(cross(along, (b - a).normalized())) > kParallel) continue;
@@ -113,7 +115,7 @@ bool one_sided(const PlanPoints& points, const WallCandidate& wall) {
 
 double wall_score(const WallCandidate& wall) {
   const double room = wall.ceiling - wall.floor, top = wall.z_high - wall.floor;
-  double score = 6 * (wall.coverage - 0.45) + 0.6 * std::min(wall.length(), 3.0) - 0.8;
+  double score = 6 * (wall.coverage - 0.45) + 0.6 * std::min(wall.whole_length(), 3.0) - 0.8;
   if (room > kLeastWallTop + 0.4) {
     score += wall.ceiling - wall.z_high < 0.4 ? 1.5 : top < kLeastWallTop ? -6 : -1.5;
     score += 5 * std::min(0.0, wall.upper_coverage - 0.45);
@@ -148,12 +150,49 @@ void weigh_loners(std::vector<WallCandidate>& walls) {
   for (const WallCandidate& wall : walls) {
     const bool joins = std::any_of(walls.begin(), walls.end(), [&](const WallCandidate& other) {
       const bool parallel = std::abs(std::remainder(other.yaw() - wall.yaw(), EIGEN_PI)) < kAlike;
-      return other.length() > wall.length() && !parallel && other.score > 0 &&
+      return other.whole_length() > wall.whole_length() && !parallel && other.score > 0 &&
              std::min(distance(wall.start, other), distance(wall.end, other)) < kJoin;
     });
-    penalty.push_back(joins || wall.length() > kShort ? 0 : wall.open > 0.2 ? 4.5 : 3);
+    penalty.push_back(joins || wall.whole_length() > kShort ? 0 : wall.open > 0.2 ? 4.5 : 3);
   }
   for (std::size_t w = 0; w < walls.size(); ++w) walls[w].score -= penalty[w];
+}
+
+std::map<std::uint32_t, double> lengths_of_curves(const Segmentation& segmentation) {
+  std::map<std::uint32_t, double> lengths;
+  for (const VerticalSurface& s : segmentation.verticals) {
+    if (s.curve != no_curve) lengths[s.curve] += (s.end - s.start).norm();
+  }
+  return lengths;
+}
+
+/// Indices of the surfaces, those with most points first; facets of a round one one after the other.
+std::vector<std::size_t> by_points(const Segmentation& segmentation) {
+  std::map<std::uint32_t, std::uint32_t> of_curve;
+  for (const VerticalSurface& s : segmentation.verticals) {
+    if (s.curve != no_curve) of_curve[s.curve] += s.points;
+  }
+  const auto key = [&](std::size_t i) {
+    const VerticalSurface& s = segmentation.verticals[i];
+    return s.curve == no_curve ? std::pair(s.points, no_curve) : std::pair(of_curve.at(s.curve), s.curve);
+  };
+  std::vector<std::size_t> order(segmentation.verticals.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) > key(b); });
+  return order;
+}
+
+/// A round wall is one thing: its facets are walls together or none is.
+void share_scores(std::vector<WallCandidate>& walls) {
+  std::map<std::uint32_t, Eigen::Vector2d> sums;  // score times length, length
+  for (const WallCandidate& wall : walls) {
+    if (wall.curve == no_curve) continue;
+    sums.try_emplace(wall.curve, Eigen::Vector2d::Zero()).first->second +=
+        wall.length() * Eigen::Vector2d(wall.score, 1);
+  }
+  for (WallCandidate& wall : walls) {
+    if (wall.curve != no_curve) wall.score = sums.at(wall.curve).x() / sums.at(wall.curve).y();
+  }
 }
 
 }  // namespace
@@ -161,16 +200,14 @@ void weigh_loners(std::vector<WallCandidate>& walls) {
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
                                     const Levels& levels, const SemanticNetOptions& options) {
   WallCandidates found;
-  std::vector<std::size_t> order(segmentation.verticals.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return segmentation.verticals[a].points > segmentation.verticals[b].points;
-  });
+  const std::vector<std::size_t> order = by_points(segmentation);
+  const std::map<std::uint32_t, double> round_lengths = lengths_of_curves(segmentation);
   std::vector<bool> used(order.size());
   for (const std::size_t base : order) {
     if (used[base]) continue;
     WallCandidate wall = merged(segmentation, base, used);
-    if (wall.length() < kLeastLength) continue;
+    if (wall.curve != no_curve) wall.round_length = round_lengths.at(wall.curve);
+    if (wall.whole_length() < kLeastLength) continue;
     const Eigen::Vector2d middle = 0.5 * (wall.start + wall.end);
     wall.floor = levels.under(middle, wall.z_low);
     wall.ceiling = levels.over(middle, wall.z_high);
@@ -184,6 +221,7 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     found.openings.insert(found.openings.end(), openings.begin(), openings.end());
     found.walls.push_back(std::move(wall));
   }
+  share_scores(found.walls);
   weigh_loners(found.walls);
   return found;
 }

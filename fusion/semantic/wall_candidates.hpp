@@ -38,9 +38,13 @@ struct WallCandidate {
   double observed = 0;     ///< share that is measured or seen through
   bool one_sided = false;  ///< floor was measured on one side of it at most
   WallRaster raster;
-  double score = 0;  ///< logarithm, as a wall against something unknown
+  double score = 0;                ///< logarithm, as a wall against something unknown
+  std::uint32_t curve = no_curve;  ///< of the round wall that it is a facet of
+  double round_length = 0;         ///< m, of all of that
 
   double length() const { return (end - start).norm(); }
+  /// Of the wall that a person would speak of.
+  double whole_length() const { return curve == no_curve ? length() : round_length; }
   double yaw() const { return std::atan2(end.y() - start.y(), end.x() - start.x()); }
 };
 

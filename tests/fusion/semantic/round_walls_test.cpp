@@ -1,0 +1,173 @@
+// Round walls: arcs where walls are round, and none where they are straight, however many of them meet.
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "fusion/semantic/build_model.hpp"
+#include "fusion/semantic/plan_arcs.hpp"
+#include "tests/synthetic_site.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kNear = 0.05, kMinLength = 0.4, kPixel = 10.0 / 512;
+
+struct Plan {
+  std::vector<Eigen::Vector3f> evidence;
+  std::mt19937 random{3};
+
+  void add(const Eigen::Vector2d& p, double noise) {
+    std::normal_distribution<double> error(0, noise);
+    evidence.emplace_back(static_cast<float>(p.x() + error(random)),
+                          static_cast<float>(p.y() + error(random)), 20.F);
+  }
+  void straight(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double noise = 0.006) {
+    for (double s = 0; s < (b - a).norm(); s += kPixel) add(a + s * (b - a).normalized(), noise);
+  }
+  void round(const Eigen::Vector2d& centre, double radius, double from, double to, double noise = 0.006) {
+    for (double s = from * radius; s < to * radius; s += kPixel)
+      add(centre + radius * Eigen::Vector2d(std::cos(s / radius), std::sin(s / radius)), noise);
+  }
+  void polygon(int sides, double side) {
+    const double radius = side / (2 * std::sin(std::numbers::pi / sides));
+    const auto corner = [&](int i) {
+      const double angle = 2 * std::numbers::pi * i / sides + 0.1;
+      return Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle));
+    };
+    for (int i = 0; i < sides; ++i) straight(corner(i), corner(i + 1));
+  }
+
+  /// As `find_verticals` would: chords of what was drawn, each from evidence that no other has.
+  std::vector<PlanLine> lines(LineRefiner& refiner) const {
+    std::vector<PlanLine> found;
+    for (std::size_t i = 0; i + 30 < evidence.size(); i += 15) {
+      const Eigen::Vector2d a = evidence[i].head<2>().cast<double>(),
+                            b = evidence[i + 30].head<2>().cast<double>();
+      const double half = (b - a).norm() / 2;
+      if (half > 0.5) continue;
+      auto line = refiner.refine({(a + b) / 2, (b - a).normalized(), -half, half, 0});
+      if (!line) continue;
+      refiner.claim(*line);
+      found.push_back(*line);
+    }
+    return found;
+  }
+
+  struct Found {
+    std::vector<PlanArc> arcs;
+    std::size_t lines_before = 0, lines_left = 0;
+  };
+  Found find() const {
+    LineRefiner refiner(evidence, kPixel, kNear, kMinLength);
+    std::vector<PlanLine> left = lines(refiner);
+    Found found;
+    found.lines_before = left.size();
+    found.arcs = find_arcs(refiner.evidence(), kNear, kMinLength, left);
+    found.lines_left = left.size();
+    return found;
+  }
+};
+
+TEST(RoundWalls, AnArcIsFoundWithItsRadius) {
+  for (const double radius : {1.5, 4.0, 9.0, 25.0}) {
+    Plan plan;
+    plan.round({3, -2}, radius, 0.4, 0.4 + std::min(4.0, 9 / radius));
+    const Plan::Found found = plan.find();
+    ASSERT_EQ(found.arcs.size(), 1U) << radius << " m, of " << found.lines_before << " lines";
+    EXPECT_NEAR(found.arcs[0].radius, radius, 0.02 * radius);
+    EXPECT_NEAR(found.arcs[0].high - found.arcs[0].low, std::min(4.0 * radius, 9.0), 0.2);
+    EXPECT_EQ(found.lines_left, 0U) << radius;
+    for (const Eigen::Vector2d& corner : corners_of(found.arcs[0], kNear))
+      EXPECT_NEAR((corner - Eigen::Vector2d(3, -2)).norm(), radius, 0.03);
+  }
+}
+
+TEST(RoundWalls, LayersOfScansThatDoNotQuiteFitAreOne) {
+  Plan plan;
+  plan.round({0, 0}, 9, 0.2, 0.9);
+  plan.round({0.02, 0.03}, 9.08, 0.5, 1.2);
+  plan.round({0, -0.02}, 8.92, 0.4, 1.3);
+  const Plan::Found found = plan.find();
+  ASSERT_EQ(found.arcs.size(), 1U);
+  EXPECT_NEAR(found.arcs[0].radius, 9, 0.6);
+  EXPECT_GT(found.lines_before, 5U);
+  EXPECT_LE(found.lines_left, 1U) << "0.2 m off the arc in its middle";
+}
+
+TEST(RoundWalls, StraightWallsStayStraightHoweverTheyMeet) {
+  const std::vector<std::pair<int, double>> polygons{{4, 5.0}, {6, 3.0}, {8, 2.0}, {8, 1.0}, {12, 1.5}};
+  for (const auto& [sides, side] : polygons) {
+    Plan plan;
+    plan.polygon(sides, side);
+    const Plan::Found found = plan.find();
+    EXPECT_TRUE(found.arcs.empty()) << sides << " sides of " << side << " m";
+    EXPECT_GE(found.lines_left, static_cast<std::size_t>(sides));
+  }
+  for (const double turn : {0.1, 0.2, 0.5}) {
+    Plan plan;
+    plan.straight({-4, 0}, {0, 0});
+    plan.straight({0, 0}, {4 * std::cos(turn), 4 * std::sin(turn)});
+    EXPECT_TRUE(plan.find().arcs.empty()) << turn << " rad";
+  }
+}
+
+TEST(RoundWalls, ACornerThatIsRoundLeavesItsStraightWalls) {
+  Plan plan;
+  plan.straight({-5, 0}, {0, 0});
+  plan.round({0, 2}, 2, -std::numbers::pi / 2, 0);
+  plan.straight({2, 2}, {2, 7});
+  const Plan::Found found = plan.find();
+  ASSERT_EQ(found.arcs.size(), 1U);
+  EXPECT_NEAR(found.arcs[0].radius, 2, 0.25);
+  EXPECT_GE(found.lines_left, 2U);
+}
+
+constexpr double kRadius = 5, kHeight = 3;
+
+/// A hall of `kRadius`, 90 flat pieces round it, with a doorway of 1 m at angle 0.
+SemanticModel round_hall() {
+  SemanticModel site;
+  site.entities = {
+      test::model_box("floor", EntityLabel::floor, {0, 0, -0.1}, {10.6, 10.6, 0.2}),
+      test::model_box("ceiling", EntityLabel::ceiling, {0, 0, kHeight + 0.1}, {10.6, 10.6, 0.2})};
+  constexpr int pieces = 90;
+  const double length = 2 * (kRadius + 0.2) * std::tan(std::numbers::pi / pieces);
+  for (int i = 0; i < pieces; ++i) {
+    const double angle = 2 * std::numbers::pi * i / pieces;
+    if (std::abs(std::remainder(angle, 2 * std::numbers::pi)) < 0.1) continue;
+    const Eigen::Vector2d p = (kRadius + 0.1) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    site.entities.push_back(test::model_box("wall", EntityLabel::wall, {p.x(), p.y(), kHeight / 2},
+                                            {length, 0.2, kHeight}, angle + std::numbers::pi / 2));
+  }
+  return site;
+}
+
+TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
+  const PointCloud<Cloud> cloud = test::scan_of(round_hall(), {{0.5, 0.3, 1.4}, {-2, 1, 1.4}}, 0.0175);
+  const auto built = build_model(cloud, {});
+  ASSERT_TRUE(built) << built.error().message;
+  double length = 0;
+  std::vector<Eigen::Vector2d> ends;
+  for (const ModelEntity& e : built->model.entities) {
+    if (e.label != EntityLabel::wall) continue;
+    // The cloud's frame begins at the first scanner.
+    const Eigen::Vector2d along = e.T_map_body.rotation().col(0).head<2>();
+    const Eigen::Vector2d middle = e.T_map_body.translation().head<2>() + Eigen::Vector2d(0.5, 0.3);
+    EXPECT_NEAR(middle.norm(), kRadius, 0.05) << e.name;
+    EXPECT_LT(std::abs(along.dot(middle.normalized())), 0.12) << e.name << " runs round";
+    length += e.size.x();
+    for (const double side : {-0.5, 0.5}) ends.push_back(middle + side * e.size.x() * along);
+  }
+  EXPECT_NEAR(length, 2 * std::numbers::pi * kRadius - 1.2, 1.5);
+  int open = 0;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    bool met = false;
+    for (std::size_t j = 0; j < ends.size(); ++j) met = met || (j != i && (ends[i] - ends[j]).norm() < 0.01);
+    open += met ? 0 : 1;
+  }
+  EXPECT_LE(open, 4) << "ends that meet no other's: beside the doorway, and where the ring closes";
+}
+
+}  // namespace
+}  // namespace parhelion
