@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
@@ -57,7 +58,6 @@ Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, co
 }
 
 Exit run_once(const Arguments& arguments) {
-  catch_stop_signals();
   ServeOptions options;
   options.session = arguments.session;
   options.overwrite = arguments.overwrite;
@@ -88,31 +88,67 @@ Exit run_once(const Arguments& arguments) {
   return report->complete ? Exit::done : Exit::failed;
 }
 
-pid_t child = 0;
+volatile std::sig_atomic_t child = 0;
+volatile std::sig_atomic_t asked_to_stop = 0;
 void pass_on(int signal) {
+  asked_to_stop = 1;
   if (child > 0) kill(child, signal);
 }
 
-/// A server that dies is started again at once (promise 2: within a second); one that ends by itself is not.
+/// No signal is lost while a server process starts.
+class HeldSignals {
+ public:
+  HeldSignals() {
+    sigset_t both;
+    sigemptyset(&both);
+    sigaddset(&both, SIGINT);
+    sigaddset(&both, SIGTERM);
+    sigprocmask(SIG_BLOCK, &both, &before_);
+  }
+  ~HeldSignals() { sigprocmask(SIG_SETMASK, &before_, nullptr); }
+  HeldSignals(const HeldSignals&) = delete;
+  HeldSignals& operator=(const HeldSignals&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+/// In the new process: the server. In this one: its id, or nothing where it cannot be made.
+pid_t start_server() {
+  const HeldSignals held;
+  const pid_t made = fork();
+  if (made != 0) {
+    child = std::max(made, 0);
+    if (child > 0 && asked_to_stop != 0) kill(child, SIGTERM);
+    return made;
+  }
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  catch_stop_signals();
+  return 0;
+}
+
+/// A server that dies is started again at once (promise 2: within a second); one that ends by itself is not,
+/// nor one that dies after it was asked to stop.
 Exit supervise(Arguments arguments) {
   std::signal(SIGINT, pass_on);
   std::signal(SIGTERM, pass_on);
-  for (int start = 0;; ++start) {
-    child = fork();
-    if (child < 0) return fail("cannot start the server process");
-    if (child == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGTERM);
-      if (start > 0) arguments.session = session_after(arguments.session);
+  while (true) {
+    const pid_t server = start_server();
+    if (server < 0) return fail("cannot start the server process");
+    if (server == 0) {
       const Exit exit = run_once(arguments);
       std::fflush(nullptr);
       _exit(static_cast<int>(exit));
     }
     int status = 0;
-    while (waitpid(child, &status, 0) < 0) {
+    while (waitpid(server, &status, 0) < 0) {
     }
+    child = 0;
     if (WIFEXITED(status)) return static_cast<Exit>(WEXITSTATUS(status));
-    std::fprintf(stderr, "parhelion serve: the server died (signal %d); starting it again\n",
-                 WTERMSIG(status));
+    const std::string how = "the server died (signal " + std::to_string(WTERMSIG(status)) + ")";
+    if (asked_to_stop != 0) return fail(how + " when it was asked to stop; its session log has no end");
+    std::fprintf(stderr, "parhelion serve: %s; starting it again\n", how.c_str());
+    arguments.session = session_after(arguments.session);
   }
 }
 
@@ -132,7 +168,12 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->footer("Example: parhelion serve lab.yaml -o session.lcm");
   command->callback([arguments, &exit] {
     if (arguments->session.empty()) arguments->session = session_name("session");
-    exit = arguments->once ? run_once(*arguments) : supervise(*arguments);
+    if (!arguments->once) {
+      exit = supervise(*arguments);
+      return;
+    }
+    catch_stop_signals();
+    exit = run_once(*arguments);
   });
 }
 

@@ -1,18 +1,26 @@
 #include "tools/stop_signal.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <csignal>
 
 namespace parhelion {
 namespace {
 
-volatile std::sig_atomic_t asked = 0;
+using Clock = std::chrono::steady_clock;
+static_assert(std::atomic<Clock::rep>::is_always_lock_free);
+
+// A shell, timeout(1) and a parent that passes signals on ask the process and its group: that is once.
+constexpr Clock::duration same_request = std::chrono::milliseconds(500);
+
+std::atomic<Clock::rep> asked_at = 0;  // 0: not asked
 
 void on_signal(int signal) {
-  if (asked != 0) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-  asked = 1;
+  const Clock::rep now = Clock::now().time_since_epoch().count();
+  Clock::rep first = 0;
+  if (asked_at.compare_exchange_strong(first, now) || now - first < same_request.count()) return;
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
 }
 
 }  // namespace
@@ -22,6 +30,6 @@ void catch_stop_signals() {
   std::signal(SIGTERM, on_signal);
 }
 
-bool stop_asked() { return asked != 0; }
+bool stop_asked() { return asked_at != 0; }
 
 }  // namespace parhelion

@@ -1,4 +1,5 @@
-// ^C and SIGTERM end a command at its next safe place; a second one ends it at once.
+// ^C and SIGTERM end a command at its next safe place; another one, half a second later or more, ends it at
+// once.
 #pragma once
 
 namespace parhelion {

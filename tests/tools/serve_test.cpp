@@ -160,6 +160,22 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   EXPECT_EQ(replayed.exit, 0) << replayed.output;
 }
 
+TEST_F(ServeTest, ServeEndsTidilyWhereItsWholeProcessGroupIsAskedToStop) {
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  arguments.insert(arguments.begin(), {"300", test::program()});
+  arguments.insert(arguments.end(), {"--report", folder_ / "report.json"});
+  // timeout(1) hands a signal on to the process and to its group.
+  test::Process server(arguments, folder_ / "serve.txt", "/usr/bin/timeout");
+  ASSERT_TRUE(await_server(server, 1));
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+  EXPECT_EQ(test::text_of(folder_ / "serve.txt").find("starting it again"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "report.json")) << "the session has come to its end";
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / ""))
+    EXPECT_FALSE(entry.path().filename().string().starts_with("session-")) << entry.path();
+}
+
 TEST_F(ServeTest, ServeAndReplayRefuseAPathThatCannotBeWrittenBeforeTheyRun) {
   test::write_log(folder_ / "drive.lcm", test::drive(1));
   std::ofstream(folder_ / "there.json") << "{}";
