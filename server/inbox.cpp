@@ -11,6 +11,8 @@ namespace {
 
 constexpr Duration poll = milliseconds(50);  // how soon the thread notices that it is to end
 
+constexpr Duration foreign_again = seconds(60.0);  // whoever goes on publishing is not news before
+
 constexpr int most_at_end = 4096;  // a sender that never pauses does not keep the server from ending
 
 bool may_be_dropped(InputKind kind) {
@@ -159,10 +161,15 @@ std::uint64_t Inbox::take_given_up() {
   return std::exchange(given_up_, 0);
 }
 
-std::vector<std::int64_t> Inbox::take_foreign() {
+std::vector<std::int64_t> Inbox::take_foreign(WallTime now) {
   const std::lock_guard lock(mutex_);
-  std::vector<std::int64_t> channels(foreign_.begin(), foreign_.end());
-  foreign_.clear();
+  std::vector<std::int64_t> channels;
+  for (const std::int64_t channel : std::exchange(foreign_, {})) {
+    const auto taken = foreign_taken_.find(channel);
+    if (taken != foreign_taken_.end() && now - taken->second < foreign_again) continue;
+    foreign_taken_[channel] = now;
+    channels.push_back(channel);
+  }
   return channels;
 }
 

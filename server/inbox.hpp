@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -53,8 +54,9 @@ class Inbox {
   std::uint64_t dropped() const;
   /// Scans given up to the guard since the last call: the session log lacks them.
   std::uint64_t take_given_up();
-  /// Channels (indices in sensor_channels()) on which others have published since the last call, ascending.
-  std::vector<std::int64_t> take_foreign();
+  /// Channels (indices in sensor_channels()) on which others have published since the last call, ascending;
+  /// each at most once a minute. Who it was no message says.
+  std::vector<std::int64_t> take_foreign(WallTime now);
   std::string fault() const;  ///< why receiving has ended, or empty
 
  private:
@@ -77,6 +79,7 @@ class Inbox {
   std::size_t others_ = 0, bytes_ = 0;  // in the queue, as in the limits
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::set<std::int64_t> foreign_;
+  std::map<std::int64_t, WallTime> foreign_taken_;  // when each was taken last
   std::string fault_;
   const WallTime wall_start_ = wall_now(), steady_start_ = steady_now();
   ArrivalTime last_;

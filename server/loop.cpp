@@ -301,9 +301,9 @@ void Session::housekeeping() {
   publish_status(last_);
 }
 
-/// Once a second each channel: whoever speaks for the robot is news, not each of the words.
+/// Whoever speaks for the robot is news, not each of the words.
 void Session::note_foreign_messages() {
-  for (const std::int64_t channel : inbox_.take_foreign())
+  for (const std::int64_t channel : inbox_.take_foreign(steady_now()))
     decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
 }
 

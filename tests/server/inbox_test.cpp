@@ -150,5 +150,32 @@ TEST_F(InboxTest, InboxReturnsAtTheDeadlineWhereNothingComes) {
   EXPECT_GE(steady_now(), deadline);
 }
 
+TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
+  Scenario scenario;
+  scenario.level = 1;
+  scenario.trainee.emplace();
+  Configuration simulated;
+  simulated.scenario = scenario;
+  simulated.channels = ChannelMap(scenario);
+  SentMessages sent(simulated);
+  Inbox inbox(*server_, simulated.channels, guard_, {}, &sent);
+  const std::uint8_t own[] = {7};
+  sent.add("IMU", own);
+  const WallTime start = steady_now();
+  // TELEOP comes after all that was sent before it.
+  const auto taken_after = [&](double t, std::initializer_list<const char*> channels) {
+    for (const char* channel : channels) send(channel);
+    EXPECT_TRUE(robot_->publish("IMU", own).ok());
+    send("TELEOP");
+    EXPECT_TRUE(inbox.take(steady_now() + seconds(10)));
+    return inbox.take_foreign(start + seconds(t)).size();
+  };
+  EXPECT_EQ(taken_after(0, {"SCAN", "SCAN"}), 1U);
+  EXPECT_EQ(taken_after(1, {"SCAN", "ODOMETRY"}), 1U) << "only the other channel is news";
+  EXPECT_EQ(taken_after(59, {"SCAN"}), 0U);
+  EXPECT_EQ(taken_after(61.5, {"SCAN", "ODOMETRY"}), 2U);
+  EXPECT_EQ(taken_after(200, {}), 0U) << "what is over is not told again";
+}
+
 }  // namespace
 }  // namespace parhelion
