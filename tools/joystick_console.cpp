@@ -1,0 +1,95 @@
+#include "tools/joystick_console.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace parhelion {
+namespace {
+
+constexpr Duration said_stopped = milliseconds(300);  // a stop is said this long: a message may be lost
+
+}  // namespace
+
+JoystickConsole::JoystickConsole(JoystickConsoleOptions options, JoystickMapping mapping, Bus& bus,
+                                 JoystickPort& port)
+    : options_(std::move(options)),
+      port_(port),
+      view_(bus),
+      console_(bus, options_.name, "joystick"),
+      drive_(std::move(mapping)),
+      period_(seconds(1 / drive_.mapping().rate)) {
+  for (const MappedJoint& joint : drive_.mapping().joints) joints_.push_back(joint.joint);
+}
+
+Status JoystickConsole::turn(WallTime now, SensorTime stamp) {
+  if (Status updated = view_.update(); !updated) return updated;
+  for (const std::string& news : view_.take_news()) say(news);
+  console_.set_robots(view_.robots());
+  const auto state = port_.poll(drive_.mapping().device);
+  if (!state) return unplugged(stamp);
+  if (!plugged_) {
+    if (const Status fits = check_mapping(drive_.mapping(), *state); !fits)
+      return Error{port_.in_use() + ": " + fits.error().message};
+    say(port_.in_use() + " is plugged in; release and hold '" + drive_.mapping().dead_man + "' to drive");
+    drive_.restart();
+    plugged_ = true;
+  }
+  const JoystickCommand command = drive_.command(*state);
+  if (Status chosen = choose(command.next_robot, stamp); !chosen) return chosen;
+  return send(command, now, stamp);
+}
+
+Status JoystickConsole::unplugged(SensorTime stamp) {
+  if (!plugged_ && waiting_) return {};
+  waiting_ = true;
+  if (!plugged_) {
+    const std::string& device = drive_.mapping().device;
+    say("waiting for a joystick" + (device.empty() ? "" : " '" + device + "'"));
+    return {};
+  }
+  plugged_ = armed_ = false;
+  say("unplugged: the robot is stopped");
+  const bool driving = console_.driven() != nullptr;
+  last_robot_ = driving ? console_.driven()->name : "";
+  return driving ? console_.lose("the joystick was unplugged", stamp) : Status{};
+}
+
+Status JoystickConsole::choose(bool next, SensorTime stamp) {
+  if (console_.robots().empty()) return {};
+  if (next) {
+    drive_.restart();  // nobody drives off on a stick that is still pushed
+    Status switched = console_.drive_next(stamp);
+    if (switched) say("drives " + console_.driven()->name);
+    return switched;
+  }
+  if (console_.driven() != nullptr) return {};
+  const auto& robots = console_.robots();
+  const std::string wanted = !last_robot_.empty() ? last_robot_ : options_.robot;
+  const bool there = std::any_of(robots.begin(), robots.end(),
+                                 [&](const DrivenRobot& robot) { return robot.name == wanted; });
+  if (!there && !options_.robot.empty() && wanted == options_.robot) return console_.drive(wanted, stamp);
+  Status driving = console_.drive(there ? wanted : std::string(robots.front().name), stamp);
+  if (driving) say("drives " + console_.driven()->name);
+  return driving;
+}
+
+Status JoystickConsole::send(const JoystickCommand& command, WallTime now, SensorTime stamp) {
+  // The stop of a released dead-man does not wait for its turn.
+  const bool released = armed_ && !command.armed;
+  if (!released && now - sent_ < period_) return {};
+  sent_ = now;
+  const bool speaks = command.armed || released || now - armed_until_ < said_stopped;
+  if (command.armed) armed_until_ = now;
+  if (command.armed != armed_) say(command.armed ? "drives" : "released: stopped");
+  armed_ = command.armed;
+  if (!speaks) return console_.beat(stamp);
+  if (Status sent = console_.command(command.twist, stamp); !sent) return sent;
+  const bool joints = console_.driven() != nullptr && !console_.driven()->joints.empty();
+  return joints ? console_.joints(joints_, command.joints, stamp) : Status{};
+}
+
+void JoystickConsole::say(const std::string& line) const {
+  if (options_.say) options_.say(line);
+}
+
+}  // namespace parhelion
