@@ -62,19 +62,27 @@ class Compositor {
   virtual Result<Pixels> compose_pixels(const RenderJob& job) = 0;
 };
 
+/// What a simulated camera's picture has besides the view.
+struct Exposure {
+  bool shows_carrier = false;  ///< the robot that carries the camera is drawn, as far as it is in the picture
+  double noise = 0;            ///< 1 sigma of an 8-bit value before encoding, each channel its own
+  std::uint64_t seed = 0, sequence = 0;  ///< the noise depends on them and on the pixel alone
+};
+
 /// A whole rendered view of building and bodies: the stand-in camera of demo and simulated robots (levels 1,
 /// 2).
 class VirtualCamera {
  public:
   static Result<std::unique_ptr<VirtualCamera>> create(const SemanticModel& building);
   virtual ~VirtualCamera() = default;
-  /// JPEG, at `stamp`, of the building and of the bodies in `world.bodies` (leave out what the camera's own
-  /// robot is; a body within whose bounding sphere the camera sits is left out by itself). Where `stand_in`
-  /// is not empty the picture stands for a real camera's: injectable bodies are not drawn (the compositor
-  /// draws them later), the picture says what it is, and metadata "stand-in" holds the text. Without
-  /// calibration (fx <= 0) the image comes back without bytes.
+  /// JPEG, at `stamp`, of the building and of the bodies in `world.bodies` (where the exposure does not show
+  /// the carrier, an entity is left out if the camera sits within the bounding sphere of its body). Where
+  /// `stand_in` is not empty the picture stands for a real camera's: injectable bodies are not drawn (the
+  /// compositor draws them later), the picture says what it is, and metadata "stand-in" holds the text.
+  /// Without calibration (fx <= 0) the image comes back without bytes.
   virtual Image render(const CameraDescription& camera, const Transform<Map, CameraOptical>& T_map_optical,
-                       const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in) = 0;
+                       const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in,
+                       const Exposure& exposure = {}) = 0;
 };
 
 }  // namespace parhelion

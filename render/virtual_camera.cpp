@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <list>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <set>
 
 #include "render/compositor.hpp"
@@ -8,6 +9,7 @@
 #include "render/jpeg.hpp"
 #include "render/layer_renderer.hpp"
 #include "render/occluders.hpp"
+#include "render/pixel_noise.hpp"
 
 namespace parhelion {
 namespace {
@@ -88,7 +90,8 @@ class EglVirtualCamera : public VirtualCamera {
   }
 
   Image render(const CameraDescription& camera, const Transform<Map, CameraOptical>& T_map_optical,
-               const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in) override;
+               const WorldSnapshot& world, SensorTime stamp, const std::string& stand_in,
+               const Exposure& exposure) override;
 
  private:
   void list_scenery(const CameraProjection& projection, const WorldSnapshot& world);
@@ -103,6 +106,7 @@ class EglVirtualCamera : public VirtualCamera {
   double floor_z_ = 0;
   std::list<CameraProjection> projections_;
   JpegCodec codec_;
+  std::optional<PixelNoise> noise_;
   DrawList list_;
   Scenery scenery_;
   Layer layer_;
@@ -185,7 +189,7 @@ void write_notice(cv::Mat& picture) {
 
 Image EglVirtualCamera::render(const CameraDescription& description,
                                const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
-                               SensorTime stamp, const std::string& stand_in) {
+                               SensorTime stamp, const std::string& stand_in, const Exposure& exposure) {
   Image image;
   image.stamp = stamp;
   const auto intrinsics = intrinsics_for_size(description.intrinsics, description.intrinsics.width,
@@ -196,7 +200,7 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   scenery_.T_map_optical = T_map_optical;
   list_scenery(camera, world);
   std::set<std::string> carriers;
-  if (world.scene)
+  if (world.scene && !exposure.shows_carrier)
     for (const auto& body : world.scene->bodies)
       for (const BodyState& state : world.bodies)
         if (state.id == body->id && body->owner != BodyOwner::building &&
@@ -232,6 +236,10 @@ Image EglVirtualCamera::render(const CameraDescription& description,
                      static_cast<std::size_t>(x))];
       out[0] = in[2], out[1] = in[1], out[2] = in[0];
     }
+  }
+  if (exposure.noise > 0) {
+    if (!noise_ || noise_->sigma() != exposure.noise) noise_.emplace(exposure.noise);
+    noise_->add(exposure.seed, exposure.sequence, bgr_);
   }
   if (!stand_in.empty()) {
     cv::Mat picture(intrinsics->height, intrinsics->width, CV_8UC3, bgr_.data());

@@ -1,5 +1,5 @@
 // CAMERA to MR_CAMERA: a job for the render thread with the world at the image's instant, or the original
-// with the reason.
+// with the reason. At levels 1 and 2 there is no CAMERA but what the render thread makes.
 #include <algorithm>
 
 #include "server/tick.hpp"
@@ -10,6 +10,7 @@ namespace {
 constexpr Duration depth_partner = milliseconds(50);  // further off in time it shows another moment
 constexpr Duration same_moment = milliseconds(5);     // nearer than any two exposures of one camera
 constexpr Duration longest_wait = milliseconds(50);   // for the depth image of the same moment
+constexpr double picture_noise = 1.5;                 // of 255, 1 sigma, of a simulated camera
 
 /// Through the render thread like all others, so that no original overtakes an image that is still drawn.
 void pass_original(Image image, std::uint64_t sequence, const std::string& reason, Outputs& outputs) {
@@ -131,12 +132,21 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   show_at_their_rows(job.camera, state, job);
   job.floor_z = 0;
   add_occluders(configuration, state, job);
-  outputs.add_frame({std::move(job), waiting.sequence, state.model, ""});
+  outputs.add_frame({std::move(job), waiting.sequence, state.model, "", {}});
 }
 
 /// The depth image of the image's own moment, or a later one, is there.
 bool depth_is_there(const State& state) {
   return state.depth && state.depth->stamp - state.waiting_image->image.stamp >= -same_moment;
+}
+
+/// Its bodies are in it already: MR_CAMERA is CAMERA, as MR_SCAN is SCAN. Where nothing could be rendered a
+/// camera is silent, and the report says why.
+void add_picture(const Configuration& configuration, const Image& picture, Outputs& outputs, State& state) {
+  if (picture.bytes.empty()) return;
+  for (const char* name : {channel::camera, channel::mr_camera})
+    encode(picture, outputs.add(configuration.channels.bus(name)));
+  ++state.tally.frames_out;
 }
 
 }  // namespace
@@ -159,6 +169,28 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
   if (!configuration.robot.depth || depth_is_there(state)) finish_image(configuration, state, outputs);
 }
 
+void take_picture(const Configuration& configuration, const RobotMotion& motion, SimulationTime now,
+                  State& state, Outputs& outputs) {
+  const CameraDescription& camera = *configuration.robot.camera;
+  const Joints& joints = motion.joints;
+  const auto turn = head_turn(camera.head, [&joints](const std::string& joint) {
+    const auto found = std::find(joints.names.begin(), joints.names.end(), joint);
+    if (found == joints.names.end()) return std::optional<double>();
+    return std::optional(joints.positions[static_cast<std::size_t>(found - joints.names.begin())]);
+  });
+  if (!turn) return refuse({"simulated camera: " + turn.error().message}, state);
+  Outputs::Frame frame;
+  if (!state.simulation.at(now, frame.job.world)) return;
+  frame.sequence = ++state.frame_sequence;
+  frame.job.image.stamp = {now.ns};
+  frame.job.camera = camera;
+  frame.job.T_map_optical = motion.T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
+  frame.model = state.model;
+  frame.exposure = {true, picture_noise, configuration.scenario.seed, frame.sequence};
+  ++state.tally.frames_in;
+  outputs.add_frame(std::move(frame));
+}
+
 void flush_images(const Configuration& configuration, State& state, Outputs& outputs) {
   if (state.waiting_image) finish_image(configuration, state, outputs);
 }
@@ -172,6 +204,7 @@ void watch_waiting_image(const Configuration& configuration, SimulationTime now,
 
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state) {
+  if (done.simulated) return add_picture(configuration, done.answer.image, outputs, state);
   encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
   if (done.answer.depth)
     encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));

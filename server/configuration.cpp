@@ -104,6 +104,7 @@ Result<RobotDescription> trainee_description(const Scenario& scenario, const Rob
     }
     RobotDescription description = model->description;
     description.name = trainee.name;
+    if (description.camera) description.camera->readout = 0;  // all its rows are rendered at one instant
     return description;
   }
   return Error{"scenario '" + scenario.name + "': no robot model '" + trainee.model +

@@ -10,6 +10,7 @@
 #include "server/guard.hpp"
 #include "server/inbox.hpp"
 #include "server/render_thread.hpp"
+#include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 #include "server/view_source.hpp"
 
@@ -47,7 +48,7 @@ class Session {
         guard_(options.guard,
                [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
         inbox_(bus, configuration.channels, guard_, options.inbox, &sent_),
-        renderer_(configuration.model, render_nice) {
+        renderer_(configuration.model, simulates_trainee(configuration.scenario), render_nice) {
     if (configuration.scenario.mapping && options.update_site)
       views_.emplace(options.update_site, configuration, mapping_nice);
   }
@@ -339,6 +340,7 @@ Report Session::report() {
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
   if (configuration_.scenario.mapping)
     report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";
+  if (const std::string slam = slam_note(*state_); !slam.empty()) report.notes["slam"] = slam;
   return report;
 }
 

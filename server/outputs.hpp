@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -47,6 +48,8 @@ class Outputs {
     std::uint64_t sequence = 0;                  ///< of camera frames
     std::shared_ptr<const SemanticModel> model;  ///< the building; null: the one that the session began with
     std::string reason;  ///< why nothing is to be drawn: the original goes out, in its turn
+    /// Of a simulated robot's camera: there is no image yet, the whole picture is rendered.
+    std::optional<Exposure> exposure;
   };
 
   void clear() {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 
+#include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -93,14 +94,15 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
 
 void step_once(const Configuration& configuration, State& state, Outputs& outputs, StageObserver& observer) {
   const SimulationTime next = state.simulation.next_step();
-  state.real = real_robot_at(next, state);
+  const bool simulated = simulates_trainee(configuration.scenario);
+  const bool exact = simulated && !configuration.scenario.trainee->slam;
+  state.real = exact ? trainee_state(configuration, state) : real_robot_at(next, state);
   note_pose(configuration, next, state, outputs);
   if (!state.obstacles.empty() && next - state.obstacles_seen > obstacle_life) {
     state.obstacles.clear();
     state.simulation.set_real_obstacles(state.obstacles);
   }
   state.laser_requests.clear();
-  const bool simulated = simulates_trainee(configuration.scenario);
   state.simulation.step(simulated ? std::nullopt : state.real, state.laser_requests);
   state.relocalized = false;
   ++state.step;

@@ -19,18 +19,56 @@ RenderAnswer original(Image image, const std::string& reason) {
   return answer;
 }
 
-RenderAnswer compose(Compositor* compositor, Outputs::Frame& frame, const std::string& fault) {
-  if (!frame.reason.empty()) return original(std::move(frame.job.image), frame.reason);
-  if (compositor == nullptr) return original(std::move(frame.job.image), fault);
-  RenderAnswer answer = compositor->compose(frame.job);
-  if (!answer.reason.empty()) answer.image = original(std::move(answer.image), answer.reason).image;
-  return answer;
-}
-
 }  // namespace
 
-RenderThread::RenderThread(SemanticModel building, int nice)
-    : thread_([this, building = std::move(building), nice] { run(building, nice); }) {}
+/// What draws a building's frames: a compositor, or a simulated camera.
+class Painter {
+ public:
+  Painter(const SemanticModel& building, bool simulates) {
+    if (simulates) {
+      take(VirtualCamera::create(building), camera_);
+    } else {
+      take(Compositor::create(building), compositor_);
+    }
+  }
+  const std::string& fault() const { return fault_; }
+
+  RenderAnswer answer(Outputs::Frame& frame) {
+    if (frame.exposure) return picture(frame);
+    if (!frame.reason.empty()) return original(std::move(frame.job.image), frame.reason);
+    if (!compositor_) return original(std::move(frame.job.image), fault_);
+    RenderAnswer answer = compositor_->compose(frame.job);
+    if (!answer.reason.empty()) answer.image = original(std::move(answer.image), answer.reason).image;
+    return answer;
+  }
+
+ private:
+  template <class T>
+  void take(Result<std::unique_ptr<T>> made, std::unique_ptr<T>& kept) {
+    if (made) {
+      kept = std::move(*made);
+    } else {
+      fault_ = made.error().message;
+    }
+  }
+  RenderAnswer picture(const Outputs::Frame& frame) {
+    RenderAnswer answer;
+    answer.reason = fault_;
+    if (!camera_) return answer;
+    const RenderJob& job = frame.job;
+    answer.image =
+        camera_->render(job.camera, job.T_map_optical, job.world, job.image.stamp, "", *frame.exposure);
+    if (answer.image.bytes.empty()) answer.reason = "the camera's picture could not be rendered";
+    return answer;
+  }
+
+  std::unique_ptr<Compositor> compositor_;
+  std::unique_ptr<VirtualCamera> camera_;
+  std::string fault_;
+};
+
+RenderThread::RenderThread(SemanticModel building, bool simulates, int nice)
+    : thread_([this, building = std::move(building), simulates, nice] { run(building, simulates, nice); }) {}
 
 RenderThread::~RenderThread() {
   {
@@ -78,16 +116,15 @@ std::string RenderThread::fault() const {
   return fault_;
 }
 
-std::unique_ptr<Compositor> RenderThread::compositor_of(const SemanticModel& building) {
-  auto made = Compositor::create(building);
+void RenderThread::note_fault(const Painter& painter) {
   const std::lock_guard lock(mutex_);
-  fault_ = made ? "" : made.error().message;
-  return made ? std::move(*made) : nullptr;
+  fault_ = painter.fault();
 }
 
-void RenderThread::run(const SemanticModel& building, int nice) {
+void RenderThread::run(const SemanticModel& building, bool simulates, int nice) {
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
-  std::unique_ptr<Compositor> compositor = compositor_of(building);
+  auto painter = std::make_unique<Painter>(building, simulates);
+  note_fault(*painter);
   std::shared_ptr<const SemanticModel> model;
   std::unique_lock lock(mutex_);
   while (true) {
@@ -100,11 +137,11 @@ void RenderThread::run(const SemanticModel& building, int nice) {
     lock.unlock();
     if (frame.model != nullptr && frame.model != model) {
       model = frame.model;
-      compositor.reset();  // its context goes before another one is made
-      compositor = compositor_of(*model);
+      painter.reset();  // its context goes before another one is made
+      painter = std::make_unique<Painter>(*model, simulates);
+      note_fault(*painter);
     }
-    const std::string fault = this->fault();
-    FrameAnswer done{frame.sequence, compose(compositor.get(), frame, fault), {}};
+    FrameAnswer done{frame.sequence, frame.exposure.has_value(), painter->answer(frame), {}};
     done.latency = steady_now() - since;
     lock.lock();
     busy_ = false;

@@ -15,18 +15,23 @@
 
 namespace parhelion {
 
-/// One image's answer. Where EGL is not there, the original with the reason.
+/// One image's answer. Where EGL is not there, the original with the reason; of a simulated camera then an
+/// image without bytes.
 struct FrameAnswer {
   std::uint64_t sequence = 0;
+  bool simulated = false;  ///< the picture of a simulated camera, bodies and all
   RenderAnswer answer;
   Duration latency;  ///< from submit() to the answer, measured
 };
 
+class Painter;
+
 class RenderThread {
  public:
   /// `building` is what the session began with; a frame that names another one is drawn with that.
-  /// `nice`: how much lower than the tick's the thread's priority is.
-  RenderThread(SemanticModel building, int nice);
+  /// `simulates`: all frames are of a simulated camera; else none is. `nice`: how much lower than the tick's
+  /// the thread's priority is.
+  RenderThread(SemanticModel building, bool simulates, int nice);
   ~RenderThread();
 
   /// Live: the newest waiting job wins; the sequence of the one that it replaced is returned, if any.
@@ -41,8 +46,8 @@ class RenderThread {
   std::string fault() const;
 
  private:
-  void run(const SemanticModel& building, int nice);
-  std::unique_ptr<Compositor> compositor_of(const SemanticModel& building);
+  void run(const SemanticModel& building, bool simulates, int nice);
+  void note_fault(const Painter& painter);
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

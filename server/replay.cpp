@@ -8,6 +8,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "server/preview.hpp"
 #include "server/render_thread.hpp"
+#include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -22,7 +23,7 @@ class Run {
         preview_(preview),
         configuration_(configuration),
         outbox_(outbox),
-        renderer_(configuration.model, 0) {}
+        renderer_(configuration.model, simulates_trainee(configuration.scenario), 0) {}
 
   Result<Report> operator()();
 
@@ -149,7 +150,10 @@ void Run::write_frame() {
 void Run::take_stock() {
   report_.source = options_.log;
   report_.notes.insert(options_.notes.begin(), options_.notes.end());
-  if (state_) report_.tally = state_->tally;
+  if (state_) {
+    report_.tally = state_->tally;
+    if (const std::string slam = slam_note(*state_); !slam.empty()) report_.notes["slam"] = slam;
+  }
   report_.scan_us = stages_.scan_us;
   report_.physics_step_us = stages_.physics_step_us;
   report_.physics_wait_us = stages_.physics_wait_us;

@@ -159,6 +159,8 @@ std::string summary(const Report& report) {
     text +=
         "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";
   }
+  if (const auto slam = report.notes.find("slam"); slam != report.notes.end())
+    text += "slam    " + slam->second + "\n";
   for (const char* key : {"calibration", "render"}) {
     const auto lack = report.notes.find(key);
     if (lack != report.notes.end()) text += "images  " + lack->second + "\n";

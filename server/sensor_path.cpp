@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "server/tick.hpp"
 
@@ -15,6 +16,7 @@ constexpr double bumper_rate = 10;  // and at each change
 constexpr double odometry_rate = 50;
 constexpr double pose_rate = 50;
 constexpr double scan_rate = 10;  // of a laser whose description says none
+constexpr double camera_rate = 15;
 // What is known exactly is said to be known to a millimetre: no covariance may be singular.
 constexpr double exact_position = 1e-3;  // m
 constexpr double exact_angle = 1e-4;     // rad
@@ -168,6 +170,7 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const Rob
       bumpers(model.bumpers) {
   if (configuration.robot.imu)
     imu.emplace(*configuration.robot.imu, ImuErrors{}, configuration.scenario.seed);
+  if (configuration.robot.camera) camera_clock.emplace(camera_rate);
   laser.agent = configuration.robot.name;
   laser.laser = *configuration.robot.laser;
 }
@@ -205,6 +208,29 @@ std::optional<RealRobotState> trainee_state(const Configuration& configuration, 
   return robot;
 }
 
+void take_slam_word(const Configuration& configuration, PoseEstimate& estimate, State& state) {
+  if (!state.sensors) return;
+  if (estimate.map_id.empty()) estimate.map_id = (state.model ? *state.model : configuration.model).map_id;
+  SimulatedSensors& sensors = *state.sensors;
+  if (!state.simulation.at(SimulationTime{estimate.stamp.ns}, sensors.truth)) return;
+  const BodyId base = sensors.laser.own_bodies.front();
+  for (const BodyState& body : sensors.truth.bodies) {
+    if (body.id != base) continue;
+    const Eigen::Vector3d off = estimate.T_map_base.translation() - body.T_map_body.translation();
+    sensors.slam_error_um.add(off.head<2>().norm() * 1e6);
+  }
+}
+
+std::string slam_note(const State& state) {
+  if (!state.sensors || state.sensors->slam_error_um.count() == 0) return {};
+  const Percentiles& error = state.sensors->slam_error_um;
+  char text[128];
+  std::snprintf(text, sizeof text, "%llu poses, off by p50 %.3f m, p99 %.3f m, at most %.3f m",
+                static_cast<unsigned long long>(error.count()), error.at(0.5) / 1e6, error.at(0.99) / 1e6,
+                error.max() / 1e6);
+  return text;
+}
+
 void publish_sensors(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
   if (!state.sensors) return;
   SimulatedSensors& sensors = *state.sensors;
@@ -228,6 +254,8 @@ void publish_sensors(const Configuration& configuration, SimulationTime now, Sta
   if (!configuration.scenario.trainee->slam && sensors.pose_clock.due(running))
     send_pose(configuration, stamp, *motion, state, outputs);
   if (sensors.scan_clock.due(running)) send_scan(configuration, *motion, now, state, outputs);
+  if (sensors.camera_clock && sensors.camera_clock->due(running))
+    take_picture(configuration, *motion, now, state, outputs);
 }
 
 }  // namespace parhelion

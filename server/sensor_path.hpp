@@ -11,6 +11,7 @@
 #include "protocols/joints.hpp"
 #include "protocols/robot.hpp"
 #include "server/imu_model.hpp"
+#include "server/percentiles.hpp"
 #include "server/simulation/simulation.hpp"
 #include "server/wheel_odometry.hpp"
 
@@ -36,15 +37,24 @@ struct SimulatedSensors {
 
   SimulationTime start;
   Cadence robot, imu_clock, joints_clock, bumper_clock, odometry_clock, pose_clock, scan_clock;
+  std::optional<Cadence> camera_clock;  ///< none: the robot has no camera
   WheelOdometry odometry;
   std::optional<ImuModel> imu;
   std::uint32_t imu_epoch = 0;
   std::vector<std::string> bumpers;   ///< links, as the model lists them
   std::vector<std::string> touching;  ///< of the last BUMPER
   LaserRequest laser;                 ///< what stays the same from scan to scan
+  Percentiles slam_error_um;          ///< of POSE_COV in the plane, against where the robot was
   Joints joints;                      // scratch
+  WorldSnapshot truth;                // scratch
   Message message;                    // scratch: what is sent is taken in from here
 };
+
+/// What SLAM says of the simulated robot. A map that is still being built has no id, and is the model's as
+/// far as SLAM began where the robot did: it is taken for it. How far off it is goes into slam_error_um.
+void take_slam_word(const Configuration& configuration, PoseEstimate& estimate, State& state);
+/// For the report; empty where the pose is not SLAM's.
+std::string slam_note(const State& state);
 
 /// The trainee's simulated robot as agents must reckon with it; nullopt at level 3.
 std::optional<RealRobotState> trainee_state(const Configuration& configuration, const State& state);

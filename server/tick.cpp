@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <exception>
 
+#include "server/sensor_path.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -51,6 +53,8 @@ void take_estimate(const Configuration& configuration, const Message& input, con
                    State& state, Outputs& outputs) {
   if (!state.robot_clock.known()) state.robot_clock.add(input.arrival, estimate.stamp);
   if (state.track.add(estimate) != PoseTrack::Correction::relocalization) return;
+  // A simulated robot that tips over has not been lost: its own pose is exact.
+  if (state.sensors && !configuration.scenario.trainee->slam) return;
   state.relocalized = true;
   Event event;
   event.stamp = simulation_time(input.arrival);
@@ -86,6 +90,8 @@ void take_pose(const Configuration& configuration, const Message& input, State& 
   if (!estimate.causal)
     return refuse({input.channel + ": a pose that was computed with later data is never injected with"},
                   state);
+  if (configuration.scenario.trainee && configuration.scenario.trainee->slam)
+    take_slam_word(configuration, estimate, state);
   take_estimate(configuration, input, estimate, state, outputs);
 }
 

@@ -25,7 +25,11 @@ void answer_scan(const Configuration& configuration, const Message& input, State
                  StageObserver& observer);
 /// camera_path.cpp: CAMERA to a job for the render thread, or to MR_CAMERA at once with the reason.
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
-/// What the render thread's answer leads to: MR_CAMERA, and MR_DEPTH where there is one.
+/// The simulated robot's camera at the newest step: a job for the render thread.
+void take_picture(const Configuration& configuration, const RobotMotion& motion, SimulationTime now,
+                  State& state, Outputs& outputs);
+/// What the render thread's answer leads to: MR_CAMERA, and MR_DEPTH where there is one; of a simulated
+/// camera CAMERA and, as it is, MR_CAMERA.
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state);
 void take_depth(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);

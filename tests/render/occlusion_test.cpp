@@ -202,6 +202,27 @@ TEST(StandIn, SaysWhatItIsAndLeavesInjectedBodiesToTheCompositor) {
   EXPECT_TRUE((*camera)->render(uncalibrated, job.T_map_optical, {}, stamp, "x").bytes.empty());
 }
 
+TEST(SimulatedCamera, ShowsTheRobotThatCarriesItAndHasNoise) {
+  SemanticModel model;
+  model.entities = {wall("left", 4, 2, 0, 12), wall("right", 4, -2, 0, 12), wall("end", 9, 0, M_PI / 2, 4)};
+  auto camera = VirtualCamera::create(model);
+  ASSERT_TRUE(camera.ok()) << camera.error().message;
+  RenderJob job = robot_job(jpeg_image());
+  World world;  // a robot with the camera above its deck
+  Eigen::Vector3d below = job.T_map_optical * Eigen::Vector3d(0, 0.2, 0.25);
+  world.add("own", {shape(ShapeKind::box, {0.6, 0.4, 0.05})},
+            Transform<Map, Body>::planar(below.x(), below.y(), 0, below.z()), BodyOwner::real_robot, false);
+  const auto picture = [&](const WorldSnapshot& seen, const Exposure& exposure) {
+    return (*camera)->render(job.camera, job.T_map_optical, seen, SensorTime{}, "", exposure).bytes;
+  };
+  const auto nobody = picture({}, {});
+  EXPECT_EQ(picture(world.snapshot, {}), nobody);
+  EXPECT_NE(picture(world.snapshot, {true, 0, 1, 1}), nobody);
+  EXPECT_EQ(picture({}, {true, 0, 1, 1}), nobody);
+  EXPECT_EQ(picture({}, {true, 2, 1, 1}), picture({}, {true, 2, 1, 1}));
+  EXPECT_NE(picture({}, {true, 2, 1, 1}), picture({}, {true, 2, 1, 2}));
+}
+
 TEST(Sameness, TheSameJobGivesTheSameBytesFromEveryCompositor) {
   for (const bool distorted : {false, true}) {
     RenderJob job = depth_job(4);

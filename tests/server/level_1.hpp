@@ -5,9 +5,8 @@
 
 namespace parhelion::test {
 
-/// The rover at (-2, 0), looking along x.
-inline Configuration level_1(std::vector<AgentDefinition> agents = {}) {
-  Scenario scenario;
+/// The rover at (-2, 0), looking along x; what else there is, `scenario` says.
+inline Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario scenario = {}) {
   scenario.name = "practice";
   scenario.level = 1;
   scenario.agents = std::move(agents);

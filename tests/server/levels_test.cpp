@@ -3,33 +3,21 @@
 
 #include <atomic>
 #include <fstream>
+#include <set>
 #include <thread>
 
 #include "server/loop.hpp"
 #include "server/replay.hpp"
 #include "server/wall_clock.hpp"
+#include "tests/server/level_1.hpp"
 #include "tests/server/same_bytes.hpp"
 #include "tests/server/tick_fixture.hpp"
 
 namespace parhelion {
 namespace {
 
+using test::level_1;
 using testing::HasSubstr;
-
-/// The rover in the synthetic room, at (-2, 0), looking along x; what else there is, `scenario` says.
-Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario scenario = {}) {
-  scenario.name = "practice";
-  scenario.level = 1;
-  scenario.agents = std::move(agents);
-  scenario.trainee.emplace();
-  scenario.trainee->model = "rover";
-  scenario.trainee->T_map_base = Transform<Map, Base>::planar(-2, 0, 0);
-  auto rover = load_robot_model("rover");
-  EXPECT_TRUE(rover) << rover.error().message;
-  auto made = configure(scenario, {}, test::room(), {std::make_shared<const RobotModel>(std::move(*rover))});
-  EXPECT_TRUE(made) << made.error().message;
-  return *made;
-}
 
 Message teleop_at(double t, double vx, double wz = 0) {
   const std::int64_t utime = test::start_us + static_cast<std::int64_t>(t * 1e6);
@@ -80,6 +68,33 @@ TEST_F(LevelsTest, SensorsOfASimulatedRobotSpeakAtTheirRatesAndTheServerTakesThe
   EXPECT_TRUE(state_->real.has_value()) << "the server knows the pose by its own channels";
   EXPECT_EQ(events(EventKind::pose_recovered).size(), 1U);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
+}
+
+TEST_F(LevelsTest, TheCameraAsksForAPictureOfWhereItIsAtItsRate) {
+  start(level_1({test::agent("box_1", AgentKind::box, 0, 0)}));
+  std::vector<Outputs::Frame> frames;
+  for (int step = 1; step <= 480; ++step) {
+    outputs_.clear();
+    advance(configuration_, ArrivalTime{state_->simulation.next_step().ns}, *state_, outputs_, observer_);
+    for (Outputs::Frame& frame : outputs_.frames()) frames.push_back(std::move(frame));
+  }
+  ASSERT_NEAR(static_cast<double>(frames.size()), 2 * 15, 1);
+  EXPECT_EQ(state_->tally.frames_in, frames.size());
+  const Outputs::Frame& last = frames.back();
+  ASSERT_TRUE(last.exposure.has_value());
+  EXPECT_TRUE(last.exposure->shows_carrier);
+  EXPECT_EQ(last.exposure->noise, 1.5);
+  EXPECT_EQ(last.exposure->sequence, frames.size());
+  EXPECT_EQ(last.job.world.stamp.ns, last.job.image.stamp.ns) << "the world at the picture's own instant";
+  std::set<std::string> shown;
+  for (const auto& body : last.job.world.scene->bodies)
+    for (const BodyState& there : last.job.world.bodies)
+      if (there.id == body->id) shown.insert(body->entity);
+  EXPECT_TRUE(shown.contains("box_1") && shown.contains("trainee"));
+  const Eigen::Vector3d eye = last.job.T_map_optical.translation();
+  EXPECT_NEAR((eye - Eigen::Vector3d(-2.1, 0, 0.6)).norm(), 0, 0.02);
+  const Eigen::Vector3d forwards = last.job.T_map_optical.rotation() * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(forwards.x(), 1, 1e-3);
 }
 
 TEST_F(LevelsTest, ScansAreOfTheBuildingWithTheLasersNoise) {
@@ -144,6 +159,25 @@ TEST_F(LevelsTest, WhatStandsInTheWayIsSeenNamedAndHitAndTheBumperFeelsIt) {
   for (const Joints& bumper : decoded<Joints>(channel::bumper))
     bumped = bumped || bumper.positions.at(0) == 1;
   EXPECT_TRUE(bumped);
+}
+
+TEST_F(LevelsTest, ARobotThatFallsIsNotLost) {
+  Configuration configuration = level_1();
+  ModelEntity ledge;
+  ledge.name = "ledge";
+  ledge.label = EntityLabel::floor;
+  ledge.T_map_body = Transform<Map, Body>::planar(-2, 0, 0, 0.2);
+  ledge.size = {2, 2, 0.4};
+  configuration.model.entities.push_back(ledge);
+  ledge.name = "floor";
+  ledge.T_map_body = Transform<Map, Body>::planar(0, 0, 0, -0.05);
+  ledge.size = {10, 8, 0.1};
+  configuration.model.entities.push_back(ledge);
+  start(std::move(configuration));
+  run(4, Twist2{0.8, 0, 0});
+  EXPECT_FALSE(events(EventKind::fell).empty());
+  EXPECT_TRUE(events(EventKind::pose_lost).empty());
+  EXPECT_TRUE(events(EventKind::relocalized).empty());
 }
 
 TEST_F(LevelsTest, AnAgentIsKeptOffTheTraineesRobotAndTheRobotItselfCanBeMoved) {
@@ -346,9 +380,15 @@ TEST_F(LevelsSession, ASessionOfASimulatedRobotReplaysToTheSameBytes) {
   ASSERT_TRUE(replayed) << replayed.error().message;
   EXPECT_EQ(replayed->arrivals_corrected, 0U);
   EXPECT_EQ(replayed->hash, live.hash) << test::difference(folder_ / "session.lcm", folder_ / "again.lcm");
-  for (const char* name : {channel::scan, channel::odometry, channel::imu, channel::pose_cov,
-                           channel::mr_scan, channel::mr_cmd, channel::mr_events, channel::hazard})
+  for (const char* name :
+       {channel::scan, channel::odometry, channel::imu, channel::pose_cov, channel::mr_scan, channel::mr_cmd,
+        channel::mr_events, channel::hazard, channel::camera, channel::mr_camera})
     EXPECT_TRUE(replayed->hash.contains(name)) << name;
+  EXPECT_EQ(replayed->hash.at(channel::mr_camera), replayed->hash.at(channel::camera))
+      << "its bodies are in the picture: nothing is drawn twice";
+  EXPECT_EQ(replayed->frames_dropped, live.frames_dropped) << "what live had no time for is not drawn now";
+  EXPECT_EQ(live.tally.frames_out + live.frames_dropped, live.tally.frames_in);
+  EXPECT_GT(live.tally.frames_out, 5U);
 }
 
 TEST_F(LevelsSession, WhatASimulatedRobotSaidReplaysAsARealRobotsRecording) {
@@ -364,6 +404,9 @@ TEST_F(LevelsSession, WhatASimulatedRobotSaidReplaysAsARealRobotsRecording) {
   EXPECT_EQ(tally.scans_out, tally.scans_in);
   EXPECT_EQ(tally.refused_inputs, 0U) << tally.last_refusal;
   EXPECT_GT(tally.beams_replaced, 0U) << "the barrel is injected into them";
+  EXPECT_GT(tally.frames_in, 5U) << "CAMERA is read back as a real camera's";
+  EXPECT_EQ(tally.frames_out, tally.frames_in);
+  EXPECT_GT(tally.frames_composited, 0U) << "and the barrel is drawn into it";
   std::uint64_t degraded = 0;
   for (std::size_t why = 1; why < degraded_kinds; ++why) degraded += tally.scans_degraded[why];
   EXPECT_LE(degraded, 4U) << "but for the first ones";

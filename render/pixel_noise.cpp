@@ -1,0 +1,52 @@
+#include "render/pixel_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+constexpr std::size_t kDraws = 1 << 16;
+constexpr std::size_t kInWord = 4;  ///< draws of 16 bits in a word
+
+std::uint64_t mixed(std::uint64_t z) {
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+  return z ^ (z >> 31);
+}
+
+std::uint64_t stream(std::uint64_t seed, std::uint64_t image) {
+  return mixed(mixed(seed + 0x9E3779B97F4A7C15ULL) + image);
+}
+
+std::uint64_t word(std::uint64_t stream, std::size_t index) {
+  return mixed(stream + (index + 1) * 0x9E3779B97F4A7C15ULL);
+}
+
+}  // namespace
+
+PixelNoise::PixelNoise(double sigma) : sigma_(sigma), quantiles_(kDraws) {
+  int step = -256;
+  for (std::size_t i = 0; i < kDraws; ++i) {
+    const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(kDraws);
+    // The least whole step up to whose upper edge this share of all draws lies.
+    while (step < 256 && 0.5 * std::erfc(-(step + 0.5) / (sigma * std::sqrt(2.0))) < share) ++step;
+    quantiles_[i] = static_cast<std::int16_t>(step);
+  }
+}
+
+int PixelNoise::at(std::uint64_t seed, std::uint64_t image, std::size_t place) const {
+  const std::uint64_t draws = word(stream(seed, image), place / kInWord);
+  return quantiles_[draws >> (16 * (place % kInWord)) & 0xFFFF];
+}
+
+void PixelNoise::add(std::uint64_t seed, std::uint64_t image, std::span<std::uint8_t> values) const {
+  const std::uint64_t key = stream(seed, image);
+  for (std::size_t i = 0; i < values.size(); i += kInWord) {
+    std::uint64_t draws = word(key, i / kInWord);
+    for (std::size_t k = i; k < std::min(i + kInWord, values.size()); ++k, draws >>= 16)
+      values[k] = static_cast<std::uint8_t>(std::clamp(values[k] + quantiles_[draws & 0xFFFF], 0, 255));
+  }
+}
+
+}  // namespace parhelion
