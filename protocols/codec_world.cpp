@@ -51,7 +51,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentCommand& command) {
   command.action = reader.enumeration("action", AgentCommand::Action::door_unknown);
   reader.text("name", agent.name);
   check_name(reader, command);
-  agent.kind = reader.enumeration("kind", AgentKind::robot);
+  agent.kind = reader.enumeration("kind", kLastAgentKind);
   const Eigen::Vector3d position = reader.vector("x, y, z", wire::max_position);
   agent.T_map_base = Transform<Map, Base>::planar(position.x(), position.y(),
                                                   reader.bounded("yaw", wire::max_rate), position.z());
@@ -165,7 +165,7 @@ Status decode(std::string_view channel, Bytes bytes, WorldMessage& world) {
   for (WorldMessage::Entry& body : world.bodies) {
     reader.text("entity", body.entity);
     reader.text("part", body.part);
-    body.kind = reader.enumeration("kind", AgentKind::robot);
+    body.kind = reader.enumeration("kind", kLastAgentKind);
     body.owner = reader.enumeration("owner", BodyOwner::building);
     const auto epoch = reader.number<std::int64_t>("epoch");
     reader.check_range("epoch", epoch, 0, UINT32_MAX);

@@ -11,7 +11,15 @@
 
 namespace parhelion {
 
-enum class AgentKind : std::uint8_t { box, barrel, person, robot };
+enum class AgentKind : std::uint8_t {
+  box,
+  barrel,
+  person,
+  robot,
+  container,  ///< a box without a lid: what is put in stays in
+  cable,      ///< lies along x; links that bend at their ends
+};
+inline constexpr AgentKind kLastAgentKind = AgentKind::cable;
 
 enum class BehaviourKind : std::uint8_t {
   stay,
@@ -40,7 +48,7 @@ struct AgentDefinition {
   std::string name;  ///< unique, letters, digits, '_' and '-': part of channel names
   AgentKind kind = AgentKind::box;
   Transform<Map, Base> T_map_base;      ///< planar: on the floor
-  Eigen::Vector3d size{0.4, 0.4, 0.6};  ///< m, boxes and barrels: x, y, z
+  Eigen::Vector3d size{0.4, 0.4, 0.6};  ///< m, x, y, z; of a cable: length, diameter, diameter
   Behaviour behaviour;
   std::string laser;  ///< preset of its own simulated laser, empty: none
   std::string model;  ///< of a robot: its robot model by name; empty: the simple one that stays upright

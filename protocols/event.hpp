@@ -45,10 +45,10 @@ enum class EventKind : std::uint8_t {
   roll_limit,
   yaw_rate_warning,  ///< value: rad/s
   yaw_rate_limit,
-  gripped,  ///< object: what the gripper holds; so far nothing says this nor the next three
-  lifted,   ///< value: m over where it lay
-  dropped,
-  placed,  ///< object: the container
+  gripped,  ///< two of the gripper's links press on object; value: N, the smaller force
+  lifted,   ///< object is held 2 cm over where it lay; value: m
+  dropped,  ///< object slipped 4 cm in the gripper, or fell out of it; value: m over where it lay
+  placed,   ///< what was let go of rests in object, a container; text: its name
   zone_entered,
   zone_left,
   collision_predicted,  ///< along the present motion; value: s until it

@@ -14,6 +14,10 @@ const char* to_string(AgentKind kind) {
       return "person";
     case AgentKind::robot:
       return "robot";
+    case AgentKind::container:
+      return "container";
+    case AgentKind::cable:
+      return "cable";
   }
   return "unknown";
 }

@@ -29,10 +29,9 @@ const std::map<std::string, AgentCommand::Action> actions{
     {"remove", AgentCommand::Action::remove},         {"behave", AgentCommand::Action::behave},
     {"remove-all", AgentCommand::Action::remove_all}, {"freeze", AgentCommand::Action::freeze},
     {"unfreeze", AgentCommand::Action::unfreeze}};
-const std::map<std::string, AgentKind> kinds{{"box", AgentKind::box},
-                                             {"barrel", AgentKind::barrel},
-                                             {"person", AgentKind::person},
-                                             {"robot", AgentKind::robot}};
+const std::map<std::string, AgentKind> kinds{
+    {"box", AgentKind::box},     {"barrel", AgentKind::barrel},       {"person", AgentKind::person},
+    {"robot", AgentKind::robot}, {"container", AgentKind::container}, {"cable", AgentKind::cable}};
 const std::map<std::string, BehaviourKind> behaviours{
     {"stay", BehaviourKind::stay},     {"patrol", BehaviourKind::patrol}, {"wander", BehaviourKind::wander},
     {"teleop", BehaviourKind::teleop}, {"follow", BehaviourKind::follow}, {"flee", BehaviourKind::flee},
@@ -134,7 +133,8 @@ void add_inject(CLI::App& app, Exit& exit) {
   command->add_option("--name", arguments->name, "The agent's name");
   command->add_option("--kind", arguments->kind, "What it is")->check(CLI::IsMember(keys(kinds)));
   command->add_option("--at", arguments->at, std::string("X,Y or ") + place_format);
-  command->add_option("--size", arguments->size, "X,Y,Z of a box or barrel: metres, or with units");
+  command->add_option("--size", arguments->size,
+                      "X,Y,Z of a box, barrel or container: metres, or with units; LENGTH,D,D of a cable");
   command->add_option("--behaviour", arguments->behaviour, "What it does")
       ->check(CLI::IsMember(keys(behaviours)));
   command

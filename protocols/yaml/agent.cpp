@@ -7,9 +7,12 @@
 namespace parhelion::yaml {
 namespace {
 
-const std::array<const char*, 4> kind_names{to_string(AgentKind::box), to_string(AgentKind::barrel),
-                                            to_string(AgentKind::person), to_string(AgentKind::robot)};
-
+constexpr std::size_t kinds = static_cast<std::size_t>(kLastAgentKind) + 1;
+const std::array<const char*, kinds> kind_names = [] {
+  std::array<const char*, kinds> names{};
+  for (std::size_t i = 0; i < kinds; ++i) names[i] = to_string(static_cast<AgentKind>(i));
+  return names;
+}();
 constexpr std::size_t behaviours = static_cast<std::size_t>(kLastBehaviourKind) + 1;
 const std::array<const char*, behaviours> behaviour_names = [] {
   std::array<const char*, behaviours> names{};

@@ -428,6 +428,19 @@ void ArticulatedRobot::append_states(BodyId first, std::uint32_t epoch,
   }
 }
 
+Eigen::Vector3d ArticulatedRobot::gripper_center() const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t link = 0; link < model_->links.size(); ++link) {
+    const RobotLink& its = model_->links[link];
+    if (std::find(model_->gripper.begin(), model_->gripper.end(), its.name) == model_->gripper.end())
+      continue;
+    const std::size_t node = layout_.node_of_link[link];
+    sum += parts_[layout_.nodes[node].part].T_map_body.isometry() * T_part_node(node) *
+           layout_.T_node_link[link] * its.center;
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, model_->gripper.size()));
+}
+
 void ArticulatedRobot::touched(const std::string& link) {
   const auto& bumpers = model_->bumpers;
   const auto at = std::find(bumpers.begin(), bumpers.end(), link);

@@ -62,6 +62,8 @@ class ArticulatedRobot {
   std::size_t body_count() const { return layout_.nodes.size(); }
   /// Appends them in their order.
   void append_states(BodyId first, std::uint32_t epoch, std::vector<BodyState>& bodies) const;
+  /// m, map: the middle of the gripper's links at the newest step; of a model with a gripper.
+  Eigen::Vector3d gripper_center() const;
   /// Links with a bumper, and those of the gripper, that touch something; cleared by observe().
   void touched(const std::string& link);
 

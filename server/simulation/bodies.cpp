@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "server/simulation/cable.hpp"
 #include "server/simulation/gait.hpp"
 #include "server/simulation/simulation.hpp"
 
@@ -22,6 +23,7 @@ const Material kRubber = paint(0.02F, 0.02F, 0.02F, 0.9F, 0, 0.1F);
 const Material kMetal = paint(0.55F, 0.56F, 0.58F, 0.3F, 1, 0.6F);
 const Material kCarton = paint(0.48F, 0.32F, 0.17F, 0.85F, 0, 0.6F);
 const Material kTape = paint(0.62F, 0.52F, 0.34F, 0.4F, 0, 0.6F);
+const Material kTub = paint(0.10F, 0.28F, 0.12F, 0.5F, 0, 0.5F);
 const Material kBarrelBlue = paint(0.02F, 0.10F, 0.42F, 0.4F, 0, 0.4F);
 const Material kSkin = paint(0.52F, 0.32F, 0.23F, 0.6F, 0, 0.6F);
 const Material kHair = paint(0.05F, 0.03F, 0.02F, 0.8F, 0, 0.2F);
@@ -65,6 +67,18 @@ std::vector<Shape> carton(const Eigen::Vector3d& size) {
   const double tape = 0.002, width = std::min(0.05, size.y() / 3);
   return {box({size.x(), size.y(), size.z() - tape}, {0, 0, (size.z() - tape) / 2}, kCarton),
           box({size.x(), width, tape}, {0, 0, size.z() - tape / 2}, kTape)};
+}
+
+/// Bottom, and sides up to the rim.
+std::vector<Shape> container(const Eigen::Vector3d& size) {
+  constexpr double wall = kContainerWall;
+  const double height = size.z() - wall, z = wall + height / 2;
+  const Eigen::Vector2d out = (size.head<2>().array() - wall) / 2;
+  return {box({size.x(), size.y(), wall}, {0, 0, wall / 2}, kTub),
+          box({wall, size.y(), height}, {out.x(), 0, z}, kTub),
+          box({wall, size.y(), height}, {-out.x(), 0, z}, kTub),
+          box({size.x() - 2 * wall, wall, height}, {0, out.y(), z}, kTub),
+          box({size.x() - 2 * wall, wall, height}, {0, -out.y(), z}, kTub)};
 }
 
 std::vector<Shape> barrel(double radius, double height) {
@@ -164,6 +178,13 @@ std::vector<BodyDefinition> agent_bodies(const AgentDefinition& agent, BodyId fi
     case AgentKind::person:
       add_person(assembly);
       break;
+    case AgentKind::container:
+      assembly.add("container", container(agent.size));
+      break;
+    case AgentKind::cable:
+      for (const BodyDefinition& link : cable_bodies(agent.size))
+        assembly.add(link.part.c_str(), link.shapes);
+      break;
     case AgentKind::robot:
       assembly.add("chassis", robot_chassis());
       assembly.add("left_wheel", robot_wheel(1));
@@ -189,6 +210,14 @@ AgentForm agent_form(const AgentDefinition& agent) {
               75,
               true,
               make_disc({0, 0}, kPersonRadius)};
+    case AgentKind::container: {
+      constexpr double wall_density = 600;  // kg/m^3, ribs and handles counted as wall
+      AgentForm form{ShapeKind::box, size, 0, false, make_rectangle(size.x(), size.y()), container(size)};
+      for (const Shape& piece : form.pieces) form.mass += wall_density * piece.size.prod();
+      return form;
+    }
+    case AgentKind::cable:
+      return {ShapeKind::box, size, cable_form(size).mass, false, make_rectangle(size.x(), size.y())};
     case AgentKind::robot:
       break;
   }
@@ -211,10 +240,15 @@ AgentForm robot_form(const RobotModel& model) {
 }
 
 Status check_size(const AgentDefinition& agent) {
-  if (agent.kind != AgentKind::box && agent.kind != AgentKind::barrel) return {};
+  if (agent.kind == AgentKind::person || agent.kind == AgentKind::robot) return {};
   const Eigen::Vector3d& size = agent.size;
   const std::string text =
       std::to_string(size.x()) + " x " + std::to_string(size.y()) + " x " + std::to_string(size.z());
+  if (agent.kind == AgentKind::cable) return check_cable(agent.name, size);
+  if (agent.kind == AgentKind::container && !(size.minCoeff() >= 4 * kContainerWall)) {
+    return Error{"agent '" + agent.name + "': size " + text +
+                 " m; a container has walls of 1.5 cm: expected each length from 6 cm on"};
+  }
   if (!size.allFinite() || size.minCoeff() < 0.02 || size.maxCoeff() > 20) {
     return Error{"agent '" + agent.name + "': size " + text + " m; expected each length from 0.02 to 20 m"};
   }
@@ -236,7 +270,11 @@ void part_poses(const AgentDefinition& agent, const PartMotion& motion,
   switch (agent.kind) {
     case AgentKind::box:
     case AgentKind::barrel:
+    case AgentKind::container:
       poses.emplace_back();
+      break;
+    case AgentKind::cable:
+      cable_poses(agent.size, poses);
       break;
     case AgentKind::person:
       gait_poses(motion.gait_phase, motion.gait_amplitude, stride_length(agent.behaviour.speed), poses);

@@ -19,7 +19,10 @@ struct AgentForm {
   double mass = 10;                  ///< kg
   bool upright = false;              ///< driven, stays upright; otherwise free
   Footprint footprint;               ///< in its own frame
+  std::vector<Shape> pieces = {};    ///< boxes that collide in the place of `shape`; mostly none
 };
+
+constexpr double kContainerWall = 0.015;  ///< m, of its bottom and sides
 
 AgentForm agent_form(const AgentDefinition& agent);
 /// Of an articulated robot: its footprint and height.

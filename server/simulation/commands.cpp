@@ -36,6 +36,8 @@ void Simulation::State::put(Agent& agent, const Pose2& pose) {
   const auto T_map_body = Transform<Map, Body>::planar(pose.x, pose.y, pose.yaw, agent.floor);
   if (agent.robot) {
     agent.robot->put(physics, Transform<Map, Base>(T_map_body.isometry()));
+  } else if (agent.cable) {
+    agent.cable->put(physics, Transform<Map, Base>(T_map_body.isometry()));
   } else {
     physics.teleport(agent.handle, T_map_body);
   }
@@ -74,9 +76,14 @@ Status Simulation::State::spawn(const AgentDefinition& definition, const std::op
   if (agent->robot) {
     agent->robot->enter(physics, definition.T_map_base);
     agent->handle = agent->robot->base();
+  } else if (definition.kind == AgentKind::cable) {
+    agent->cable = std::make_unique<Cable>(definition.size);
+    agent->cable->enter(physics);
+    agent->handle = agent->cable->middle();
   } else {
-    agent->handle = form.upright ? physics.add_upright(form.shape, form.size, form.mass, {})
-                                 : physics.add_free(form.shape, form.size, form.mass, {});
+    agent->handle = form.upright           ? physics.add_upright(form.shape, form.size, form.mass, {})
+                    : !form.pieces.empty() ? physics.add_free(form.pieces, form.mass, {})
+                                           : physics.add_free(form.shape, form.size, form.mass, {});
   }
   agent->watch = BodyWatch(agent->robot ? supervised(definition.name, agent->robot->model())
                                         : supervised(definition, form));
@@ -106,6 +113,8 @@ void Simulation::State::remove(std::size_t index, std::uint64_t request) {
   forget_route(*agent);
   if (agent->robot) {
     agent->robot->leave(physics);
+  } else if (agent->cable) {
+    agent->cable->leave(physics);
   } else {
     physics.remove(agent->handle);
   }

@@ -94,7 +94,7 @@ Party party(const auto& state, PhysicsHandle handle) {
     if (agent->robot && agent->robot->owns(handle))
       return {&agent->definition.name,           !agent->trainee, agent->trainee,
               agent->shown == AgentShown::shown, agent.get(),     nullptr};
-    if (agent->handle == handle)
+    if (agent->handle == handle || (agent->cable && agent->cable->owns(handle)))
       return {&agent->definition.name, true, false, agent->shown == AgentShown::shown};
   }
   if (const FixedObstacle* obstacle = state.building->by_handle(handle)) {

@@ -81,7 +81,7 @@ std::optional<Ahead> Simulation::State::look_ahead(const Looking& from, const Ag
     const double z = other->rigid.T_map_body.translation().z();
     if (z > from.top || z + other->form.size.z() < from.bottom) continue;
     const bool unsensed = self == nullptr && !(real.sensed && other->shown == AgentShown::shown);
-    const bool leans = other->rigid.T_map_body.isometry()(2, 2) <= 0.9999;
+    const bool leans = other->cable || other->rigid.T_map_body.isometry()(2, 2) <= 0.9999;
     const MovingFootprint it =
         leans ? MovingFootprint{&other->placed, {}, {}}
               : MovingFootprint{&other->form.footprint, other->pose, twist_of(other->rigid)};

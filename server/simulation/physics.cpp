@@ -202,16 +202,42 @@ std::unique_ptr<btCollisionShape> make_shape(ShapeKind kind, const Eigen::Vector
 
 }  // namespace
 
-PhysicsHandle Physics::add_free(ShapeKind kind, const Eigen::Vector3d& size, double mass,
-                                const Transform<Map, Body>& T_map_body) {
-  const PhysicsHandle handle =
-      world_->add(make_shape(kind, size), mass, T_map_body.isometry(), {0, 0, size.z() / 2}, kFree,
-                  kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
-  btRigidBody& body = *world_->at(handle).body;
+PhysicsHandle Physics::World::add_free(std::unique_ptr<btCollisionShape> shape, double mass,
+                                       const Eigen::Vector3d& center,
+                                       const Transform<Map, Body>& T_map_body) {
+  const PhysicsHandle handle = add(std::move(shape), mass, T_map_body.isometry(), center, kFree,
+                                   kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
+  btRigidBody& body = *at(handle).body;
   body.setDamping(0.02, 0.1);
   // It was put down at rest: it sleeps where it stands, exactly, until something touches it.
   body.forceActivationState(ISLAND_SLEEPING);
-  world_->put_down.push_back(handle);
+  put_down.push_back(handle);
+  return handle;
+}
+
+PhysicsHandle Physics::add_free(ShapeKind kind, const Eigen::Vector3d& size, double mass,
+                                const Transform<Map, Body>& T_map_body) {
+  return world_->add_free(make_shape(kind, size), mass, {0, 0, size.z() / 2}, T_map_body);
+}
+
+PhysicsHandle Physics::add_free(const std::vector<Shape>& boxes, double mass,
+                                const Transform<Map, Body>& T_map_body) {
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  double volume = 0;
+  for (const Shape& box : boxes) {
+    moment += box.size.prod() * box.T_body_shape.translation();
+    volume += box.size.prod();
+  }
+  const Eigen::Vector3d center = moment / volume;
+  auto compound = std::make_unique<btCompoundShape>(false);
+  std::vector<std::unique_ptr<btCollisionShape>> children;
+  for (const Shape& box : boxes) {
+    children.push_back(make_shape(ShapeKind::box, box.size));
+    compound->addChildShape(to_bullet(Eigen::Translation3d(-center) * box.T_body_shape.isometry()),
+                            children.back().get());
+  }
+  const PhysicsHandle handle = world_->add_free(std::move(compound), mass, center, T_map_body);
+  world_->at(handle).children = std::move(children);
   return handle;
 }
 

@@ -122,6 +122,9 @@ class Physics {
   /// Moves freely under gravity: a box (full lengths) or an upright cylinder (diameter, diameter, height).
   PhysicsHandle add_free(ShapeKind kind, const Eigen::Vector3d& size, double mass,
                          const Transform<Map, Body>& T_map_body);
+  /// The same, of boxes that are held together (in the body's frame, m).
+  PhysicsHandle add_free(const std::vector<Shape>& boxes, double mass,
+                         const Transform<Map, Body>& T_map_body);
   /// Stays upright and at its height; moved in the plane by drive() and by what pushes it.
   PhysicsHandle add_upright(ShapeKind kind, const Eigen::Vector3d& size, double mass,
                             const Transform<Map, Body>& T_map_body);

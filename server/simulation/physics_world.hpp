@@ -60,6 +60,8 @@ struct Physics::World {
 
   PhysicsHandle add(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Isometry3d& pose,
                     const Eigen::Vector3d& center, PhysicsGroup group, int mask);
+  PhysicsHandle add_free(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Vector3d& center,
+                         const Transform<Map, Body>& T_map_body);
   /// What leans on a body that goes away must not stay asleep in the air.
   void wake_neighbours(const btRigidBody& body);
   RigidBody& at(PhysicsHandle handle) {

@@ -136,6 +136,10 @@ void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodi
     agent.robot->append_states(agent.first_body, agent.epoch, bodies);
     return;
   }
+  if (agent.cable) {
+    agent.cable->append_states(agent.first_body, agent.epoch, bodies);
+    return;
+  }
   bodies.push_back(body_state(agent.first_body, agent.epoch, agent.rigid));
   if (agent.body_count == 1) return;
   poses.clear();
@@ -162,6 +166,18 @@ void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodi
   }
   agent.part_epoch = agent.epoch;
   agent.part_poses.swap(poses);
+}
+
+void Simulation::State::observe_cable(Agent& agent) {
+  if (!agent.cable->observe(physics)) return;
+  agent.pose = planar_pose(Transform<Map, Base>(agent.rigid.T_map_body.isometry()));
+  std::vector<Eigen::Vector2d> corners;
+  const double r = agent.cable->form().radius;
+  for (const Eigen::Vector3d& p : agent.cable->points()) {
+    for (int corner = 0; corner < 4; ++corner)
+      corners.emplace_back(p.x() + (corner & 1 ? r : -r), p.y() + (corner & 2 ? r : -r));
+  }
+  agent.placed = make_polygon(convex_hull(std::move(corners)));
 }
 
 void Simulation::State::observe_robot(Agent& agent) {
@@ -344,12 +360,17 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
       state.observe_robot(*agent);
       continue;
     }
+    if (agent->cable) {
+      state.observe_cable(*agent);
+      continue;
+    }
     if (!moved && !agent->form.upright) continue;
     agent->pose = planar_pose(Transform<Map, Base>(agent->rigid.T_map_body.isometry()));
     place_footprint(*agent);
     state.move_parts(*agent);
   }
   state.track_contacts();
+  state.watch_grippers();
   state.watch_doors();
   state.supervise();
   state.record();

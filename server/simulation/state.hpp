@@ -1,5 +1,5 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
-// contacts.cpp, supervision.cpp, foresight.cpp, hazard_events.cpp, robot_supply.cpp, doors.cpp,
+// contacts.cpp, handling.cpp, supervision.cpp, foresight.cpp, hazard_events.cpp, robot_supply.cpp, doors.cpp,
 // door_events.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
 #pragma once
 
@@ -11,7 +11,9 @@
 #include "server/simulation/articulated_robot.hpp"
 #include "server/simulation/bodies.hpp"
 #include "server/simulation/building.hpp"
+#include "server/simulation/cable.hpp"
 #include "server/simulation/contacts.hpp"
+#include "server/simulation/handling.hpp"
 #include "server/simulation/hazards.hpp"
 #include "server/simulation/history.hpp"
 #include "server/simulation/physics.hpp"
@@ -52,6 +54,7 @@ struct Agent {
   std::size_t body_count = 0;
   PhysicsHandle handle = 0;
   std::unique_ptr<ArticulatedRobot> robot;  ///< of one with a robot model: all that `handle` is not
+  std::unique_ptr<Cable> cable;             ///< of a cable: `handle` is its middle
   bool trainee = false;                     ///< the trainee's own robot, simulated
   std::uint64_t key = 0;                    ///< of its name: its stream of random numbers
   std::uint32_t epoch = 0;                  ///< counts spawn and teleports
@@ -77,6 +80,7 @@ struct Agent {
   BodyWatch watch;
   Foresight foresight;  ///< of one with a robot model
   RobotSupply supply;
+  GripperWatch gripper;
 };
 
 constexpr double kDecisionPeriod = 0.05;  // s between two decisions of an agent
@@ -138,6 +142,7 @@ struct Simulation::State {
   std::vector<Router::Answer> route_answers;
   std::vector<TouchingPair> touching;
   std::vector<JointIncident> incidents;
+  std::vector<FingerForce> finger_forces;
   Footprint moved_real;
 
   SimulationTime stamp_of(std::uint64_t number) const {
@@ -148,6 +153,7 @@ struct Simulation::State {
   void record();
   void append_states(Agent& agent, std::vector<BodyState>& bodies);
   void observe_robot(Agent& agent);
+  void observe_cable(Agent& agent);
 
   // real_robot.cpp
   void move_real(const std::optional<RealRobotState>& now);
@@ -248,6 +254,10 @@ struct Simulation::State {
   void track_contacts();
   void collect_body_contacts();
   void collect_building_contacts();
+
+  // handling.cpp
+  void watch_grippers();
+  std::optional<HandledBody> handled(const std::string& name);
 
   // supervision.cpp
   void supervise();

@@ -220,7 +220,7 @@ RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
   command.request = *rc::gen::arbitrary<std::uint64_t>();
   command.action = any_enumerator(AgentCommand::Action::unfreeze);
   command.agent.name = any_name();
-  command.agent.kind = any_enumerator(AgentKind::robot);
+  command.agent.kind = any_enumerator(kLastAgentKind);
   command.agent.T_map_base =
       Transform<Map, Base>::planar(any_within(1000), any_within(1000), any_within(3.14), any_within(10));
   command.agent.size = any_vector(49).array() + 50;
@@ -378,7 +378,7 @@ RC_GTEST_PROP(CodecTwin, WorldMessage, ()) {
   world.step = *rc::gen::arbitrary<std::uint64_t>();
   world.attitude_known = *rc::gen::arbitrary<bool>();
   for (int i = *rc::gen::inRange(0, 8); i > 0; --i) {
-    world.bodies.push_back({any_text(), any_text(), any_enumerator(AgentKind::robot),
+    world.bodies.push_back({any_text(), any_text(), any_enumerator(kLastAgentKind),
                             any_enumerator(BodyOwner::building), *rc::gen::arbitrary<std::uint32_t>(),
                             any_transform<Map, Body>(), any_vector(100), any_vector(100)});
   }
