@@ -1,6 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstdio>
 #include <limits>
+#include <numbers>
+#include <numeric>
 
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/surfels.hpp"
@@ -51,6 +55,8 @@ class Sequence {
       : scans_(scans), options_(options), results_(scans.size()) {}
 
   Status add(std::size_t index);
+  /// Once more those that found no place: scans that came later may have seen what they see.
+  Status place_left_out();
   RegisteredSequence result() &&;
 
  private:
@@ -60,6 +66,7 @@ class Sequence {
                              const Eigen::Isometry3d& T_cloud_scan) const;
   void connect(std::size_t from, const Registration& found, bool loop);
   Status close_loop();
+  std::string leap(const Eigen::Isometry3d& guess, const Eigen::Isometry3d& found) const;
 
   const std::vector<ScanToRegister>& scans_;
   const RegistrationOptions options_;  ///< with a surfel size
@@ -69,13 +76,17 @@ class Sequence {
   std::vector<PoseGraph3Edge> edges_;
 };
 
-/// From the last scan that has a place, by the difference of both guesses.
+/// From the scan before it that has a place, by the difference of both guesses.
 Eigen::Isometry3d Sequence::predicted(std::size_t index) const {
+  std::size_t before = 0;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (nodes_[i].scan < index && nodes_[i].scan >= nodes_[before].scan) before = i;
+  }
   const ScanToRegister& scan = scans_[index];
-  const ScanToRegister& last = scans_[nodes_.back().scan];
-  if (!scan.has_guess) return poses_.back();
+  const ScanToRegister& last = scans_[nodes_[before].scan];
+  if (!scan.has_guess) return poses_[before];
   if (!last.has_guess) return scan.guess.isometry();
-  return poses_.back() * last.guess.isometry().inverse(Eigen::Isometry) * scan.guess.isometry();
+  return poses_[before] * last.guess.isometry().inverse(Eigen::Isometry) * scan.guess.isometry();
 }
 
 /// Nodes before `end` that stand within reach, the nearest first.
@@ -132,6 +143,20 @@ Status Sequence::close_loop() {
   return {};
 }
 
+/// What is wrong with a result that far from its guess: corridors look alike a few metres and a quarter of a
+/// turn on, and ICP slides there where the scans have nothing in common. Empty: nothing.
+std::string Sequence::leap(const Eigen::Isometry3d& guess, const Eigen::Isometry3d& found) const {
+  const Eigen::Isometry3d moved = guess.inverse(Eigen::Isometry) * found;
+  const double way = moved.translation().norm(), angle = Eigen::AngleAxisd(moved.linear()).angle();
+  if (way < 2 * options_.max_distance && angle < std::numbers::pi / 4) return {};
+  std::array<char, 160> words;
+  std::snprintf(words.data(), words.size(),
+                "it fits %.1f m and %.0f degrees from where its guess puts it, but a guess is taken to be "
+                "surer than that",
+                way, angle * 180 / std::numbers::pi);
+  return words.data();
+}
+
 Status Sequence::add(std::size_t index) {
   RegisteredScan& result = results_[index];
   Node node = make_node(scans_[index], index, options_);
@@ -148,21 +173,38 @@ Status Sequence::add(std::size_t index) {
   among.resize(std::min(among.size(), most_scans_of_a_map));
   const Result<Registration> found = match(node, among, start);
   if (!found) return Error{scans_[index].name + ": " + found.error().message};
-  result.converged = found->converged;
   result.why = found->why;
   result.overlap = found->overlap;
   result.rms = found->rms;
   result.T_cloud_scan = Transform<Cloud, Scanner>(start);
-  if (!found->converged) return {};
+  const Eigen::Isometry3d T_cloud_scan = poses_[among.front()] * found->T_target_source.isometry();
+  if (found->converged && scans_[index].has_guess) result.why = leap(start, T_cloud_scan);
+  result.converged = found->converged && result.why.empty();
+  if (!result.converged) return {};
   nodes_.push_back(std::move(node));
-  poses_.push_back(poses_[among.front()] * found->T_target_source.isometry());
+  poses_.push_back(T_cloud_scan);
   connect(among.front(), *found, false);
   return close_loop();
 }
 
+Status Sequence::place_left_out() {
+  for (bool placed = true; placed;) {
+    placed = false;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      if (results_[i].converged) continue;
+      if (const Status status = add(i); !status.ok()) return status;
+      placed = placed || results_[i].converged;
+    }
+  }
+  return {};
+}
+
 RegisteredSequence Sequence::result() && {
   RegisteredSequence result;
-  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+  std::vector<std::size_t> order(nodes_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return nodes_[a].scan < nodes_[b].scan; });
+  for (const std::size_t i : order) {
     RegisteredScan& scan = results_[nodes_[i].scan];
     scan.T_cloud_scan = Transform<Cloud, Scanner>(poses_[i]);
     const PointCloud<Cloud> part = transformed(scan.T_cloud_scan, scans_[nodes_[i].scan].cloud);
@@ -215,6 +257,7 @@ Result<RegisteredSequence> register_sequence(const std::vector<ScanToRegister>& 
     seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     if (progress) progress(i + 1, scans.size());
   }
+  if (const Status status = sequence.place_left_out(); !status.ok()) return status.error();
   RegisteredSequence result = std::move(sequence).result();
   for (std::size_t i = 0; i < scans.size(); ++i) result.scans[i].seconds = seconds[i];
   return result;

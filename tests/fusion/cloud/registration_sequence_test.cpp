@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <numbers>
 
@@ -81,6 +82,49 @@ TEST(RegistrationSequence, ClosesALoopOfManyScans) {
   EXPECT_LT(worst, 0.3);
   EXPECT_GT(drifted, 1);
   EXPECT_EQ(found->cloud.scans.size(), found->cloud.size());
+}
+
+TEST(RegistrationSequence, PlacesAScanOnceTheOneBetweenIsThere) {
+  // Round a corner: the second sees nothing of the first; the last stands between.
+  const std::vector<Eigen::Isometry3d> truth = {pose(4, -7.5, 0, 0), pose(10.5, -3.5, 0, 1.4),
+                                                pose(9.8, -7.2, 0, 0.8), pose(7.5, -7.5, 0, 0.2)};
+  std::vector<ScanToRegister> scans(truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    scans[i].name = std::to_string(i);
+    scans[i].cloud.points = test::scan(test::ring_corridor(), truth[i], 80, 0.01, static_cast<unsigned>(i));
+    const Eigen::Isometry3d off = i == 0 ? Eigen::Isometry3d::Identity() : pose(0.1, 0.05, 0, 0.02);
+    scans[i].guess = Transform<Cloud, Scanner>(truth[0].inverse() * truth[i] * off);
+    scans[i].has_guess = true;
+  }
+  const auto found = register_sequence(scans);
+  ASSERT_TRUE(found.ok()) << found.error().message;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_TRUE(found->scans[i].converged) << i << ": " << found->scans[i].why;
+    const Eigen::Vector3d right = (truth[0].inverse() * truth[i]).translation();
+    EXPECT_LT((found->scans[i].T_cloud_scan.translation() - right).norm(), 0.03) << i;
+  }
+  EXPECT_TRUE(std::is_sorted(found->cloud.scans.begin(), found->cloud.scans.end()));
+}
+
+TEST(RegistrationSequence, BelievesNoFitFarFromItsGuess) {
+  // The next corridor looks like this one turned by a quarter, 8 m from where the scan stands.
+  const std::vector<Eigen::Isometry3d> truth = {pose(4, -7.5, 0, 0), pose(10.6, -2, 0, 1.5)};
+  bool leapt = false;
+  for (const double size : {0.25, 0.3, 0.35, 0.4}) {
+    std::vector<ScanToRegister> scans(2);
+    for (std::size_t i = 0; i < 2; ++i) {
+      scans[i].cloud.points = test::scan(test::ring_corridor(), truth[i], 80, 0.01, static_cast<unsigned>(i));
+      scans[i].guess = Transform<Cloud, Scanner>(truth[0].inverse() * truth[i]);
+      scans[i].has_guess = true;
+    }
+    RegistrationOptions options;
+    options.surfel_size = size;
+    const auto found = register_sequence(scans, options);
+    ASSERT_TRUE(found.ok());
+    EXPECT_FALSE(found->scans[1].converged) << size;
+    leapt = leapt || found->scans[1].why.find("from where its guess puts it") != std::string::npos;
+  }
+  EXPECT_TRUE(leapt);
 }
 
 TEST(RegistrationSequence, LeavesOutAScanOfElsewhereAndSaysSo) {
