@@ -20,6 +20,8 @@ class LevelsSlamTest : public test::TickTest {
         load_session_files(std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml", "");
     ASSERT_TRUE(files.ok()) << files.error().message;
     files->scenario.trainee->slam = true;
+    files->scenario.trainee->model = "rover";
+    files->scenario.agents.clear();
     auto made = configure(files->scenario, *files->robot, files->model, files->robot_models);
     ASSERT_TRUE(made.ok()) << made.error().message;
     start(std::move(*made));

@@ -1,0 +1,68 @@
+// From 3D scans of real sites to robots that drive in them, by the commands that the scenarios say.
+#include "tests/recordings.hpp"
+#include "tests/server/scripted_drive.hpp"
+#include "tests/tools/process.hpp"
+
+namespace parhelion {
+namespace {
+
+class SiteScenarioTest : public test::ScriptedDrive {
+ protected:
+  void TearDown() override {
+    if (HasFailure()) std::fputs(told().c_str(), stderr);
+  }
+  static std::string shipped(const std::string& name) {
+    return std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/" + name;
+  }
+  /// The scenario in a folder of this test's own, beside the model that `cloud` gives.
+  void make_site(const std::string& site, const std::string& cloud, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"map",
+                                       "model",
+                                       cloud,
+                                       "-o",
+                                       folder_ / (site + "_model.yaml"),
+                                       "--keep",
+                                       shipped(site + "_corrections.yaml")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto made = test::run(arguments, folder_ / "model.txt");
+    ASSERT_EQ(made.exit, 0) << made.output;
+    std::filesystem::copy_file(shipped(site + ".yaml"), folder_ / (site + ".yaml"));
+    const auto valid = test::run({"validate", folder_ / (site + ".yaml")}, folder_ / "validate.txt");
+    EXPECT_EQ(valid.exit, 0) << valid.output;
+    load(folder_ / (site + ".yaml"));
+  }
+
+  test::Folder folder_;
+};
+
+TEST_F(SiteScenarioTest, TheTrackedRobotClimbsTheStairsOfARealEntrance) {
+  const auto cloud = test::recording("3d-ori-stairs/06.pcd");
+  PARHELION_NEEDS_RECORDING(cloud);
+  make_site("entrance", cloud);
+  wait(0.5);
+  EXPECT_TRUE(climb_to({4.5, 0.85}, 60)) << motion().T_map_base.translation().transpose();
+  for (const char* step : {"stairs 1 step 1", "stairs 1 step 2", "stairs 1 step 3", "stairs 1 step 4"})
+    EXPECT_TRUE(happened(EventKind::step_climbed, step)) << step;
+  EXPECT_TRUE(happened(EventKind::zone_entered, "landing"));
+  EXPECT_NEAR(motion().T_map_base.translation().z(), 1.27, 0.06);
+  EXPECT_FALSE(happened(EventKind::tipped_over));
+}
+
+TEST_F(SiteScenarioTest, ARobotOpensADoorOfARealGalleryAndDrivesThrough) {
+  const auto scans = test::recording("3d-3dtk-corridor");
+  PARHELION_NEEDS_RECORDING(scans);
+  const auto registered = test::run({"map", "register", scans / "scan000.3d", scans / "scan001.3d",
+                                     scans / "scan002.3d", "-o", folder_ / "gallery.ply"},
+                                    folder_ / "register.txt");
+  ASSERT_EQ(registered.exit, 0) << registered.output;
+  make_site("gallery", folder_ / "gallery.ply", {"--floor-to-zero", "--slice", folder_ / "gallery_map"});
+  wait(0.5);
+  EXPECT_TRUE(drive_to({1.65, -2.4}, 0.4, 30)) << motion().T_map_base.translation().transpose();
+  EXPECT_TRUE(happened(EventKind::door_space_entered, "door 2"));
+  EXPECT_TRUE(happened(EventKind::door_opened, "door 2"));
+  EXPECT_TRUE(happened(EventKind::zone_entered, "room"));
+  EXPECT_FALSE(happened(EventKind::fell));
+}
+
+}  // namespace
+}  // namespace parhelion
