@@ -1,17 +1,14 @@
 // Scripted runs whose events are known beforehand, from geometry and kinematics alone: precision, recall and
 // onset. What is expected of a run is all that may be said in it.
-#include <algorithm>
-#include <cstdio>
-#include <functional>
+#include "scripted_runs.hpp"
 
-#include "worlds.hpp"
+#include <algorithm>
 
 namespace parhelion {
 namespace {
 
 using namespace test;
 
-constexpr double kStep = 1.0 / 240;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPause = 0.25;               // s, of a stop and of a contact's end
 constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
@@ -19,28 +16,6 @@ constexpr double kWarning = 2.0;              // s before a collision
 constexpr double kZoneEdge = 0.05;            // m outside before a zone or a door's space is left
 constexpr double kRelease = 0.02;             // m over the margin where a contact ends
 constexpr double kOpened = 10 * kDegree, kClosed = 3 * kDegree;
-
-struct Expected {
-  EventKind kind;
-  double t;  ///< s from the start; the event is due at the first step from there on
-  std::string object = {};
-  std::string subject = "pioneer";
-};
-
-struct Run {
-  std::string name;
-  double duration = 1;
-  std::function<std::optional<RealRobotState>(double)> robot_at = {};
-  std::vector<Expected> expected = {};
-  SemanticModel model = {};
-  SimulationOptions options = {};
-  bool limits = false;  ///< the robot has limits of attitude
-  std::function<void(Simulation&, double)> before_step = {};
-  /// When this happens hangs on how the solver pushes what fell out of the floor again: neither asked nor
-  /// counted.
-  std::optional<EventKind> uncounted = {};
-  bool on_stairs = false;  ///< what climbs touches steps: contacts with them are true, and not counted
-};
 
 /// Straight on along x from x0 at v until `until`, then it stands.
 auto straight(double x0, double y, double v, double until, double sigma = 0) {
@@ -352,80 +327,6 @@ std::vector<Run> stairs_and_doors() {
           passes_a_door(0.8, 0, std::nullopt),
           hits_a_closed_door(0.5, 0.02),
           hits_a_closed_door(0.9, 0)};
-}
-
-std::vector<Event> events_of(const Run& run) {
-  RobotDescription description = robot();
-  if (run.limits) description.attitude = AttitudeLimits{};
-  auto simulation = Simulation::create(run.options, run.model, description, kStart);
-  EXPECT_TRUE(simulation.ok());
-  std::vector<LaserRequest> requests;
-  for (int i = 1; i <= std::lround(run.duration / kStep); ++i) {
-    if (run.before_step) run.before_step(*simulation, i * kStep);
-    simulation->step(run.robot_at(i * kStep), requests);
-  }
-  std::vector<Event> events = simulation->take_events();
-  std::erase_if(events, [&](const Event& event) {
-    return event.kind == EventKind::agent_spawned || event.kind == run.uncounted ||
-           (run.on_stairs && event.object.starts_with("step ") && event.kind != EventKind::step_climbed);
-  });
-  return events;
-}
-
-struct Score {
-  int said = 0, expected = 0, matched = 0, onset_late = 0, worst = 0;
-};
-
-/// Each event is matched with one that is expected of its kind and entities, the nearest; within half a
-/// second it is the same event, whose onset is then judged.
-void judge(const Run& run, Score& score) {
-  std::vector<Event> events = events_of(run);
-  std::vector<bool> taken(events.size(), false);
-  score.said += static_cast<int>(events.size());
-  score.expected += static_cast<int>(run.expected.size());
-  for (const Expected& due : run.expected) {
-    const int due_step = std::max(1, static_cast<int>(std::ceil(due.t / kStep - 1e-6)));
-    std::optional<std::size_t> best;
-    int error = 120;
-    for (std::size_t i = 0; i < events.size(); ++i) {
-      const Event& event = events[i];
-      if (taken[i] || event.kind != due.kind || event.object != due.object || event.subject != due.subject)
-        continue;
-      const int step = static_cast<int>(std::lround((event.stamp - kStart).seconds() / kStep));
-      if (std::abs(step - due_step) >= error) continue;
-      error = std::abs(step - due_step);
-      best = i;
-    }
-    if (!best) {
-      std::printf("%s: missed %s of '%s' at %.3f s\n", run.name.c_str(), to_string(due.kind),
-                  due.object.c_str(), due.t);
-      continue;
-    }
-    taken[*best] = true;
-    ++score.matched;
-    score.worst = std::max(score.worst, error);
-    if (error <= 1) continue;
-    ++score.onset_late;
-    std::printf("%s: %s of '%s' at %.3f s came %d steps off\n", run.name.c_str(), to_string(due.kind),
-                due.object.c_str(), due.t, error);
-  }
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    if (taken[i]) continue;
-    std::printf("%s: false %s of '%s' and '%s' at %.3f s\n", run.name.c_str(), to_string(events[i].kind),
-                events[i].subject.c_str(), events[i].object.c_str(), (events[i].stamp - kStart).seconds());
-  }
-}
-
-void expect_good(const std::vector<Run>& runs, const char* what) {
-  Score score;
-  for (const Run& run : runs) judge(run, score);
-  const double precision = static_cast<double>(score.matched) / score.said;
-  const double recall = static_cast<double>(score.matched) / score.expected;
-  std::printf("%zu runs %s: %d events expected, %d said; precision %.4f, recall %.4f; worst onset %d steps\n",
-              runs.size(), what, score.expected, score.said, precision, recall, score.worst);
-  EXPECT_GE(precision, 0.99);
-  EXPECT_GE(recall, 0.99);
-  EXPECT_EQ(score.onset_late, 0);
 }
 
 TEST(ScriptedRuns, ThirtyOfMovementAttitudeZonesWallsAndFalls) {
