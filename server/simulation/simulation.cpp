@@ -225,6 +225,12 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   state->next_body = state->end_of_buildings;
 
   state->hazards.resize(options.hazards.size());
+  for (std::size_t i = 0; i < options.hazards.size(); ++i) {
+    const Hazard& hazard = options.hazards[i];
+    // A wide field takes milliseconds: before the session begins.
+    if (hazard.kind == HazardKind::gas && hazard.agent.empty())
+      state->hazards[i].gas.place(*state->building, hazard.position, hazard.reach);
+  }
   RealBody& real = state->real;
   real.name = robot.name;
   real.id = state->next_body++;
