@@ -1,4 +1,5 @@
 // MR_MODEL: a new version of the building takes the old one's place between two physics steps.
+#include "server/door_sight.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -42,6 +43,7 @@ void change_model(const Configuration& configuration, const Message& input, Stat
   state.caster.set_building(std::move(prepared->tree));
   state.model = std::move(prepared->model);
   state.model_version = message.version;
+  find_real_doors(configuration, *state.model, state);
   Event event;
   event.stamp = simulation_time(input.arrival);
   event.kind = EventKind::model_changed;

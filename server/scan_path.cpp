@@ -272,6 +272,10 @@ void answer_scan(const Configuration& configuration, const Message& input, State
   // Without a model everything real is unexplained, and there is nothing to tell people from walls.
   if (verdict.why == Degraded::no && (state.model ? *state.model : configuration.model).entities.size() > 0)
     note_unexplained(configuration, moment, state);
+  // The pose is known, and whether agents can be injected is another matter.
+  if (verdict.why == Degraded::no || verdict.why == Degraded::error)
+    sight_doors(configuration, moment.laser,
+                predicted_error(moment.end, moment.laser.T_map_laser_end.translation()), state);
 }
 
 void note_injection(const Configuration& configuration, SimulationTime now, const std::string& reason,

@@ -1,5 +1,6 @@
 #include "server/state.hpp"
 
+#include "server/door_sight.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
@@ -68,6 +69,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   std::vector<std::string> trainees{configuration.robot.name};
   if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);
   state->scripts = Scripts(configuration.scenario.scripts, std::move(trainees), simulation_time(start));
+  find_real_doors(configuration, configuration.model, *state);
   if (const Status begun = spawn_trainee(configuration, *state); !begun) return begun.error();
   for (const AgentDefinition& agent : configuration.scenario.agents) {
     if (const Status spawned = state->simulation.spawn(agent, std::nullopt); !spawned) {

@@ -122,6 +122,7 @@ struct WaitingImage {
 using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
 
 struct SimulatedSensors;
+struct DoorSights;
 
 /// Whom an operator drives, by what the console says.
 struct DrivingOperator {
@@ -148,6 +149,7 @@ struct State {
   std::vector<RealObstacle> obstacles;
   SimulationTime obstacles_seen;  ///< arrival of the scan that showed them
   UnexplainedReturns unexplained;
+  std::unique_ptr<DoorSights> doors;  ///< null: there are no real ones
 
   std::uint64_t step = 0;              ///< physics steps done
   bool relocalized = false;            ///< since the last physics step

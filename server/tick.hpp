@@ -23,6 +23,9 @@ void advance(const Configuration& configuration, ArrivalTime until, State& state
 /// scan_path.cpp: SCAN to MR_SCAN and MR_SCAN_INFO.
 void answer_scan(const Configuration& configuration, const Message& input, State& state, Outputs& outputs,
                  StageObserver& observer);
+/// door_path.cpp: where real doors stand, by the scan that was answered. `sigma`: m, 1 sigma of where a
+/// return lies in the map.
+void sight_doors(const Configuration& configuration, const LaserMotion& laser, double sigma, State& state);
 /// camera_path.cpp: CAMERA to a job for the render thread, or to MR_CAMERA at once with the reason.
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
 /// The simulated robot's camera at the newest step: a job for the render thread.

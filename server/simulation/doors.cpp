@@ -228,7 +228,10 @@ void Simulation::State::move_doors() {
       building->move_leaf(door);
     } else if (!door.known) {
       door.known = true;
+      const bool was_open = door.open, was_known = door.moved;
       put_leaf(door, *target);
+      // What turned it while nobody saw it is said now.
+      if (was_known) door.open = was_open;
       continue;
     }
     const double left = target ? *target - door.angle : 0;

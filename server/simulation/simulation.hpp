@@ -145,7 +145,7 @@ class Simulation {
   std::vector<DoorState> doors() const;
   /// What sensors say of a real door: rad from where it closes its opening, or that nobody knows. From the
   /// next step on; a word of the instructor's (AgentCommand) stands above it. Other doors and names are
-  /// ignored. The server does not call it yet: its scans are not fitted to doors.
+  /// ignored.
   void observe_door(const std::string& door, std::optional<double> opening);
   /// Of the semantic net: what relates to the entity of an event.
   const std::vector<Relation>& relations_of(const std::string& entity) const;

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "fusion/scan/augment.hpp"
+#include "fusion/scan/leaf_fit.hpp"
 
 namespace parhelion {
 namespace {
@@ -212,6 +213,36 @@ void augment(benchmark::State& state) {
   });
 }
 BENCHMARK(augment)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
+
+/// A door 3 m before 1,081 beams of 0.25 degrees, open by 40 degrees.
+void leaf_fit(benchmark::State& state) {
+  World world;
+  LaserDescription laser = world.laser;
+  laser.angle_step = 0.25 * std::numbers::pi / 180;
+  laser.angle_first = -540 * laser.angle_step;
+  ModelEntity door;
+  door.T_map_body = Transform<Map, Body>::planar(3, 0, std::numbers::pi / 2, 1);
+  door.size = {0.9, 0.04, 2};
+  door.hinge = Hinge{{-0.45, 0}, 0, std::numbers::pi / 2, 0};
+  SemanticModel model;
+  model.entities = {door};
+  model.entities[0].T_map_body = leaf_at(door, *door.hinge, 0.7);
+  const std::vector<float> time(1081, 0);
+  const BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step), time};
+  const auto T_map_laser = Transform<Map, Laser>::planar(0, 0, 0, 0.4);
+  std::vector<RangeHit> none(time.size(), RangeHit{INFINITY, -1, 0}), hits(time.size());
+  cast_building_exact({T_map_laser, T_map_laser}, beams, model, kMaxRange, hits);
+  Scan scan;
+  simulate_scan(laser, {1, 1}, none, hits, {}, scan);
+  LeafFit fit;
+  std::size_t returns = 0;
+  over_scans(state, world, [&] {
+    fit.set_scan(scan, laser, {T_map_laser, T_map_laser}, time, 0.02);
+    returns = fit.find(door, *door.hinge, 0.7).returns;
+  });
+  state.counters["returns"] = static_cast<double>(returns);
+}
+BENCHMARK(leaf_fit)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
 
 }  // namespace
 }  // namespace parhelion
