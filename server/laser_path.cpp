@@ -75,7 +75,7 @@ void cast(const LaserJob& job, const SweptWorld& sweep, const RayCaster& buildin
   bench.caster.share_building(building);
   const double range_max = laser.convention.range_max;
   bench.caster.cast_groups(job.laser, set, sweep.motions, bench.groups, range_max, bench.body_hits);
-  bench.caster.cast_building(job.laser, set, range_max, bench.building_hits);
+  bench.caster.cast_building_before(bench.body_hits, job.laser, set, range_max, bench.building_hits);
   simulate_scan(laser, job.key, bench.body_hits, bench.building_hits, job.stamp, scan);
 }
 

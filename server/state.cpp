@@ -47,11 +47,12 @@ std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose
   return pose;
 }
 
-Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start,
-                                          int threads) {
+Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start, int threads,
+                                          bool solve_all) {
   SimulationOptions options;
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
+  options.solve_all = solve_all;
   options.zones = configuration.scenario.zones;
   options.hazards = configuration.scenario.hazards;
   options.radio = configuration.scenario.radio;

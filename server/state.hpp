@@ -188,8 +188,9 @@ struct State {
 std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose* why = nullptr);
 
 /// The world before the first input, its physics clock set to `start`, with the scenario's agents in it.
-/// `threads`: that cast agents' lasers, at least 1; what they make is the same for any number.
+/// `threads`: that cast agents' lasers, at least 1; what they make is the same for any number. `solve_all`:
+/// SimulationOptions'; for comparisons, as no session log says it.
 Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start,
-                                          int threads = 1);
+                                          int threads = 1, bool solve_all = false);
 
 }  // namespace parhelion

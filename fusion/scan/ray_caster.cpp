@@ -262,6 +262,23 @@ void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams, do
   cast_building(laser, beams, {}, max_range, hits);
 }
 
+void RayCaster::cast_building_before(std::span<const RangeHit> nearer, const LaserMotion& laser,
+                                     const BeamSet& beams, double max_range, std::span<RangeHit> hits) {
+  assert(hits.size() == beams.time.size() && nearer.size() == hits.size());
+  State& state = *state_;
+  state.start(hits.size());
+  if (can_cast(laser, beams)) {
+    state.rays.set(laser, beams);
+    for (std::size_t i = 0; i < hits.size(); ++i) {
+      const double most = std::min(max_range, double{nearer[i].range});
+      const BuildingTree::Hit hit = state.building->cast(state.rays.origin(i), state.rays.direction(i), most);
+      state.range[i] = hit.range;
+      state.reflectivity[i] = hit.reflectivity;
+    }
+  }
+  state.write(max_range, hits);
+}
+
 void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams,
                               std::span<const BodyMotion> doors, double max_range, std::span<RangeHit> hits) {
   assert(hits.size() == beams.time.size());

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "server/simulation/state.hpp"
 
@@ -77,9 +78,11 @@ void Simulation::State::gather_obstacles(const Agent& agent, double range) {
   for (const Footprint& disc : real_discs) {
     if ((disc.center - p).norm() < range + disc.bound) steering.obstacles.push_back(&disc);
   }
-  for (const auto& other : agents) {
-    if (sees || other.get() == &agent || (other->placed.center - p).norm() > range + other->placed.bound)
-      continue;
+  nearby.clear();
+  if (!sees) neighbours.near(p, range, nearby);
+  for (const std::uint32_t i : nearby) {
+    const Agent* other = agents[i].get();
+    if (other == &agent || (other->placed.center - p).norm() > range + other->placed.bound) continue;
     if (other->form.upright) {
       predict(other->placed.center, other->rigid.velocity.head<2>(), other->placed.bound);
     } else {
@@ -161,15 +164,19 @@ Twist2 Simulation::State::decide(Agent& agent) {
   return {};
 }
 
+/// Decisions of many agents are spread over the steps.
+bool Simulation::State::decides(const Agent& agent) const {
+  const auto period = static_cast<std::uint64_t>(std::max(1.0, std::round(kDecisionPeriod * options.rate)));
+  return (step + agent.first_body) % period == 0;
+}
+
 Twist2 Simulation::State::wanted(Agent& agent) {
   const Behaviour& behaviour = agent.definition.behaviour;
   if (held_still(agent) || (behaviour.kind == BehaviourKind::stay && !behaviour.yields)) return {};
   if (behaviour.kind == BehaviourKind::teleop) {
     return agent.teleop_until && stamp_of(step) <= *agent.teleop_until ? agent.teleop : Twist2{};
   }
-  const auto period = static_cast<std::uint64_t>(std::max(1.0, std::round(kDecisionPeriod * options.rate)));
-  // Decisions of many agents are spread over the steps.
-  if ((step + agent.first_body) % period == 0) {
+  if (decides(agent)) {
     gather_obstacles(agent, kSight);
     agent.steering.wanted = decide(agent);
   }
@@ -178,6 +185,9 @@ Twist2 Simulation::State::wanted(Agent& agent) {
 
 void Simulation::State::drive_agents() {
   take_routes();
+  neighbours.place(agents.size(), [this](std::size_t i) {
+    return std::pair(agents[i]->placed.center, agents[i]->placed.bound);
+  });
   for (const auto& agent : agents) {
     if (!agent->form.upright) continue;
     const SteeringLimits limits = limits_of(*agent);
@@ -191,7 +201,12 @@ void Simulation::State::drive_agents() {
                                (twist.vx < agent->driven.vx ? 1.5 : 1) * limits.acceleration * dt);
     agent->driven.vy = walks ? towards(agent->driven.vy, twist.vy, limits.acceleration * dt) : 0;
     agent->driven.wz = towards(agent->driven.wz, twist.wz, limits.angular_acceleration * dt);
-    physics.drive(agent->handle, agent->driven, walks ? 0.9 : 0.6);
+    if (decides(*agent)) set_coasting(*agent, !options.solve_all && alone(*agent));
+    const double friction = walks ? 0.9 : 0.6;
+    if (agent->coasts)
+      Physics::drive(agent->rigid, agent->driven, friction, dt);
+    else
+      physics.drive(agent->handle, agent->driven, friction);
   }
 }
 

@@ -39,7 +39,7 @@ struct PartMotion {
   double gait_amplitude = 0;  ///< 0 stands .. 1 walks
 };
 
-/// Appends T_base_part of each body of agent_bodies(), in its order.
+/// Appends T_base_part of each body of agent_bodies(), in its order: turned about the base's y axis only.
 void part_poses(const AgentDefinition& agent, const PartMotion& motion,
                 std::vector<Transform<Base, Body>>& poses);
 

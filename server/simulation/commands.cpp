@@ -32,6 +32,7 @@ Status Simulation::State::unknown(const std::string& name) const {
 /// Puts the agent there: a new epoch, nothing in between.
 void Simulation::State::put(Agent& agent, const Pose2& pose) {
   ++agent.epoch;
+  set_coasting(agent, false);
   agent.floor = building->floor_height(pose.position());
   const auto T_map_body = Transform<Map, Body>::planar(pose.x, pose.y, pose.yaw, agent.floor);
   if (agent.robot) {
@@ -44,6 +45,7 @@ void Simulation::State::put(Agent& agent, const Pose2& pose) {
   agent.rigid = {T_map_body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   agent.pose = pose;
   place(agent.form.footprint, pose, agent.placed);
+  wake_near(agent.placed);
   agent.driven = {};
   agent.steering = {};
   agent.steering.heading = pose.yaw;

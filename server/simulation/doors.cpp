@@ -165,6 +165,7 @@ Door* Simulation::State::find_door(const std::string& name) {
 }
 
 void Simulation::State::put_leaf(Door& door, double angle) {
+  wake_all();
   door.angle = angle;
   door.rigid = {leaf_at(door.drawn, door.hinge, angle), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   door.open = std::abs(door.opening()) > kOpened;

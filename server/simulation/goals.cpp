@@ -340,8 +340,10 @@ std::optional<Twist2> Simulation::State::step_aside(Agent& agent) {
         real.last.T_map_base.rotation() * Eigen::Vector3d(real.last.twist.vx, real.last.twist.vy, 0);
     consider(real.placed, velocity.head<2>());
   }
-  for (const auto& other : agents) {
-    if (other.get() == &agent || other->definition.kind != AgentKind::robot) continue;
+  neighbours.near(p, 6, nearby);
+  for (const std::uint32_t i : nearby) {
+    const Agent* other = agents[i].get();
+    if (other == &agent || other->definition.kind != AgentKind::robot) continue;
     if ((other->placed.center - p).norm() < 6) consider(other->placed, other->rigid.velocity.head<2>());
   }
   if (!from) return std::nullopt;

@@ -332,6 +332,15 @@ void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_b
   if (rigid.group == kRobot) body.activate(true);
 }
 
+void Physics::set_motion(PhysicsHandle handle, const RigidState& motion) {
+  teleport(handle, motion.T_map_body);
+  RigidBody& rigid = world_->at(handle);
+  const Eigen::Vector3d arm = motion.T_map_body.rotation() * rigid.center;
+  rigid.body->setLinearVelocity(
+      to_bullet(Eigen::Vector3d(motion.velocity + motion.rotation_rate.cross(arm))));
+  rigid.body->setAngularVelocity(to_bullet(motion.rotation_rate));
+}
+
 void Physics::move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
                              const Eigen::Vector3d& velocity, const Eigen::Vector3d& rotation_rate) {
   btRigidBody& body = *world_->at(handle).body;
@@ -372,19 +381,24 @@ void Physics::suspend(PhysicsHandle handle, bool suspended) {
 }
 
 void Physics::drive(PhysicsHandle handle, const Twist2& twist, double friction) {
+  RigidState moving = state(handle);
+  drive(moving, twist, friction, world_->step);
   btRigidBody& body = *world_->at(handle).body;
-  const btMatrix3x3& R = body.getWorldTransform().getBasis();
-  const btVector3 wanted = R * btVector3(twist.vx, twist.vy, 0);
-  btVector3 change = wanted - body.getLinearVelocity();
-  change.setZ(0);
+  body.setLinearVelocity(to_bullet(moving.velocity));
+  body.setAngularVelocity(to_bullet(moving.rotation_rate));
+}
+
+void Physics::drive(RigidState& rigid, const Twist2& twist, double friction, double step) {
+  const Eigen::Isometry3d& T = rigid.T_map_body.isometry();
+  Eigen::Vector2d change = (T.linear() * Eigen::Vector3d(twist.vx, twist.vy, 0) - rigid.velocity).head<2>();
   // Coulomb: the floor gives at most mu * m * g in the plane, in any direction.
-  const double most = friction * kGravity * world_->step;
-  const double length = change.length();
+  const double most = friction * kGravity * step;
+  const double length = change.norm();
   if (length > most) change *= most / length;
-  body.setLinearVelocity(body.getLinearVelocity() + change);
+  rigid.velocity.head<2>() += change;
   // The same force at a lever of 0.2 m turns a body whose radius of gyration is about 0.2 m.
-  const double turn = std::clamp(twist.wz - body.getAngularVelocity().z(), -most / 0.2, most / 0.2);
-  body.setAngularVelocity({0, 0, body.getAngularVelocity().z() + turn});
+  const double turn = std::clamp(twist.wz - rigid.rotation_rate.z(), -most / 0.2, most / 0.2);
+  rigid.rotation_rate = {0, 0, rigid.rotation_rate.z() + turn};
 }
 
 void Physics::step() {

@@ -159,6 +159,8 @@ class Physics {
 
   /// Puts a body there, at rest, without any memory of where it was.
   void teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_body);
+  /// Puts a body there, moving like this.
+  void set_motion(PhysicsHandle handle, const RigidState& motion);
   /// A kinematic body's pose and velocity at the coming step. The velocity is what others are pushed with: it
   /// is not taken from the difference of two poses.
   void move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
@@ -171,6 +173,8 @@ class Physics {
   /// Wheels or feet of an upright body: changes its velocity (body frame) towards `twist` by what friction
   /// with the floor allows in one step.
   void drive(PhysicsHandle handle, const Twist2& twist, double friction);
+  /// The same of a body that is stepped elsewhere.
+  static void drive(RigidState& rigid, const Twist2& twist, double friction, double step);
 
   void step();
   RigidState state(PhysicsHandle handle) const;

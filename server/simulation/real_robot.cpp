@@ -74,6 +74,7 @@ void Simulation::State::move_real(const std::optional<RealRobotState>& now) {
   real.touchable = !jumped;
   real.sensed = now->sensed;
   place(real.footprint, planar_pose(now->T_map_base), real.placed);
+  if (jumped) wake_near(real.placed);
   physics.suspend(real.handle, jumped);
   const Eigen::Isometry3d& base = now->T_map_base.isometry();
   physics.move_kinematic(real.handle, Transform<Map, Body>(base),

@@ -83,6 +83,14 @@ void place_footprint(Agent& agent) {
   agent.placed = make_polygon(convex_hull(std::move(corners)));
 }
 
+/// rad from a to b; all parts of an agent turn about its y axis (part_poses).
+double turned_about_y(const Transform<Base, Body>& a, const Transform<Base, Body>& b) {
+  const auto &from = a.isometry().linear(), &to = b.isometry().linear();
+  const double sine = to(0, 2) * from(0, 0) - to(0, 0) * from(0, 2);
+  const double cosine = to(0, 0) * from(0, 0) + to(0, 2) * from(0, 2);
+  return sine == 0 && cosine > 0 ? 0 : std::atan2(sine, cosine);
+}
+
 BodyState body_state(BodyId id, std::uint32_t epoch, const RigidState& rigid) {
   return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate, true};
 }
@@ -125,6 +133,7 @@ void Simulation::State::rebuild_scene() {
   // Scratch for the worst case, so that a crowd that gathers later allocates nothing.
   const std::size_t movers = agents.size() + 2;
   near.reserve(4 * building->obstacles().size());
+  nearby.reserve(4 * movers + 64);
   steering.obstacles.reserve(building->obstacles().size() + movers + 512);
   while (steering.predicted.size() < movers) steering.predicted.push_back(make_segment({0, 0}, {0, 0}, 0));
 }
@@ -159,8 +168,7 @@ void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodi
     if (!first) {
       const Transform<Base, Body>& before = agent.part_poses[i];
       state.velocity += R * (poses[i].translation() - before.translation()) / dt;
-      const Eigen::AngleAxisd turned(poses[i].rotation() * before.rotation().transpose());
-      state.rotation_rate += R * turned.axis() * (turned.angle() / dt);
+      state.rotation_rate += R.col(1) * (turned_about_y(before, poses[i]) / dt);
     }
     bodies.push_back(state);
   }
@@ -316,6 +324,7 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
         "a model of " + std::to_string(model.entities.size()) +
         " entities: the numbers that were kept for later buildings are used up; start a new session"};
   }
+  state.wake_all();
   const std::vector<Door> old_doors =
       std::exchange(state.doors, next->enter(state.physics, state.next_building, state.door_rules()));
   const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next));
@@ -359,6 +368,12 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
   state.physics.step();
   state.read_doors();
   for (const auto& agent : state.agents) {
+    if (agent->coasts) {
+      state.coast(*agent);
+      place(agent->form.footprint, agent->pose, agent->placed);
+      state.move_parts(*agent);
+      continue;
+    }
     const RigidState rigid = state.physics.state(agent->handle);
     const bool moved = !rigid.T_map_body.isometry().isApprox(agent->rigid.T_map_body.isometry(), 0);
     agent->rigid = rigid;

@@ -58,6 +58,9 @@ struct SimulationOptions {
   BodyId building_bodies = 0;  ///< numbers kept for the bodies of later buildings (set_building)
   /// The library of articulated robots: AgentDefinition::model is the name of one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;
+  /// The slow twin: agents that nothing can touch go through the solver like the others. The same to
+  /// rounding.
+  bool solve_all = false;
   std::vector<Zone> zones;  ///< whose entering and leaving are events
   std::vector<Hazard> hazards;
   std::optional<Radio> radio;      ///< none: simulated robots hear their operator everywhere
@@ -182,6 +185,9 @@ class Simulation {
   /// only: its memory is reused, and what does not move is not written again.
   bool at(SimulationTime t, WorldSnapshot& snapshot) const;
   std::shared_ptr<const Scene> scene() const;
+
+  /// How many agents the newest step moved without the solver, as nothing could touch them.
+  std::size_t coasting() const;
 
   /// Events since the last call. A collision's subject is the real robot or else an agent. Its impulse: of
   /// the first step in collision_started, the largest of one step in collision_stopped; of the real robot

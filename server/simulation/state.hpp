@@ -1,6 +1,6 @@
 // What a Simulation is made of; its functions are spread over simulation.cpp, commands.cpp, real_robot.cpp,
 // contacts.cpp, handling.cpp, supervision.cpp, foresight.cpp, hazard_events.cpp, robot_supply.cpp, doors.cpp,
-// door_events.cpp, behaviour.cpp, goals.cpp and clearance.cpp.
+// door_events.cpp, behaviour.cpp, goals.cpp, coasting.cpp and clearance.cpp.
 #pragma once
 
 #include <memory>
@@ -16,6 +16,7 @@
 #include "server/simulation/handling.hpp"
 #include "server/simulation/hazards.hpp"
 #include "server/simulation/history.hpp"
+#include "server/simulation/neighbours.hpp"
 #include "server/simulation/physics.hpp"
 #include "server/simulation/prediction.hpp"
 #include "server/simulation/robot_supply.hpp"
@@ -60,6 +61,7 @@ struct Agent {
   std::uint32_t epoch = 0;                  ///< counts spawn and teleports
   double floor = 0;                         ///< m, z that it stands on (upright agents)
   bool frozen = false;
+  bool coasts = false;  ///< nothing can touch it now: it is moved without the solver
   AgentShown shown = AgentShown::shown;
   bool clear_of_real = false;  ///< at the newest step, of one that is returning
 
@@ -131,6 +133,7 @@ struct Simulation::State {
   ContactTracker contacts;
   std::vector<HazardState> hazards;  ///< as options.hazards
   Router router;
+  Neighbours neighbours;  ///< of agents, by index
   std::vector<RealObstacle> real_obstacles;
   std::vector<Footprint> real_discs;
 
@@ -143,7 +146,8 @@ struct Simulation::State {
   std::vector<TouchingPair> touching;
   std::vector<JointIncident> incidents;
   std::vector<FingerForce> finger_forces;
-  Footprint moved_real;
+  Footprint moved_real, own_disc;
+  std::vector<std::uint32_t> nearby;
 
   SimulationTime stamp_of(std::uint64_t number) const {
     return start + seconds(static_cast<double>(number) / options.rate);
@@ -187,6 +191,7 @@ struct Simulation::State {
 
   // behaviour.cpp
   void drive_agents();
+  bool decides(const Agent& agent) const;
   Twist2 wanted(Agent& agent);
   Twist2 decide(Agent& agent);
   Twist2 wander(Agent& agent);
@@ -196,6 +201,16 @@ struct Simulation::State {
   void gather_obstacles(const Agent& agent, double range);
   void move_parts(Agent& agent);
   void ask_lasers(std::vector<LaserRequest>& requests);
+
+  // coasting.cpp
+  /// Nothing can touch it before it decides again.
+  bool alone(const Agent& agent);
+  void set_coasting(Agent& agent, bool coasts);
+  /// One step of one that coasts.
+  void coast(Agent& agent);
+  void wake_all();
+  /// Those that may be touched by what appears there.
+  void wake_near(const Footprint& placed);
 
   // goals.cpp
   struct Target {

@@ -1,7 +1,7 @@
 // Crowds through the whole tick: one real robot that stands, simulated ones that wander, their lasers of 361
-// beams at 10 Hz cast and published, MR_WORLD and MR_EVENTS. Prints how many times real time that is on one
-// thread, scans published a second, and percentiles of a step. Agents are upright single bodies with
-// velocity motors that friction bounds, at 240 Hz.
+// beams at 10 Hz cast and published, MR_WORLD and MR_EVENTS. Prints how many times real time that is with so
+// many threads that cast, with all in the solver and as served, scans published a second, and percentiles of
+// a step. Agents are upright single bodies with velocity motors that friction bounds, at 240 Hz.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -107,7 +107,8 @@ class StepClock : public StageObserver {
 void crowd(benchmark::State& bench) {
   const Configuration configuration =
       hall(static_cast<int>(bench.range(0)), static_cast<int>(bench.range(1)));
-  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(2)));
+  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(2)),
+                         bench.range(3) != 0);
   if (!made) return bench.SkipWithError(made.error().message.c_str());
   State& state = **made;
   Outputs outputs;
@@ -148,16 +149,52 @@ void crowd(benchmark::State& bench) {
   bench.counters["step_p99_us"] = clock.us[clock.us.size() * 99 / 100];
 }
 BENCHMARK(crowd)
-    ->ArgNames({"agents", "lasers", "threads"})
-    ->Args({50, 50, 1})
-    ->Args({50, 50, 2})
-    ->Args({100, 100, 1})
-    ->Args({100, 100, 2})
-    ->Args({100, 0, 1})
-    ->Args({1000, 50, 1})
-    ->Args({1000, 50, 2})
+    ->ArgNames({"agents", "lasers", "threads", "solve_all"})
+    ->Args({50, 50, 1, 0})
+    ->Args({50, 50, 2, 0})
+    ->Args({100, 100, 1, 1})
+    ->Args({100, 100, 2, 1})
+    ->Args({100, 100, 1, 0})
+    ->Args({100, 100, 2, 0})
+    ->Args({100, 0, 1, 1})
+    ->Args({100, 0, 1, 0})
+    ->Args({1000, 50, 1, 1})
+    ->Args({1000, 50, 1, 0})
+    ->Args({1000, 50, 2, 0})
     ->Iterations(5)
     ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// Casting, measuring and encoding alone: all lasers of one step, again and again.
+void cast(benchmark::State& bench) {
+  const int agents = static_cast<int>(bench.range(0));
+  const Configuration configuration = hall(agents, agents);
+  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(1)));
+  if (!made) return bench.SkipWithError(made.error().message.c_str());
+  State& state = **made;
+  Outputs outputs;
+  StageObserver unmeasured;
+  std::int64_t utime = kStart + 1'000'000;
+  do {
+    outputs.clear();
+    advance(configuration, ArrivalTime::from_utime(utime += 4'000), state, outputs, unmeasured);
+  } while (state.laser_requests.empty());
+  std::size_t scans = 0;
+  for (auto _ : bench) {
+    outputs.clear();
+    answer_lasers(configuration, state, outputs);
+    scans += outputs.entries().size();
+  }
+  bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(scans), benchmark::Counter::kIsRate);
+}
+BENCHMARK(cast)
+    ->ArgNames({"robots", "threads"})
+    ->Args({50, 1})
+    ->Args({50, 2})
+    ->Args({1000, 2})
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,0 +1,43 @@
+// Who of many is near a place: a grid of the plane, hashed, made anew for each step.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace parhelion {
+
+class Neighbours {
+ public:
+  /// `count` discs; `disc(i)` gives a pair of centre and radius (m).
+  template <class Disc>
+  void place(std::size_t count, Disc disc) {
+    start(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto& [center, radius] = disc(i);
+      add(static_cast<std::uint32_t>(i), center, radius);
+    }
+    finish();
+  }
+
+  /// Sets `found` to the indices, ascending, of all discs that reach within `range` of p, and of some more.
+  void near(const Eigen::Vector2d& p, double range, std::vector<std::uint32_t>& found) const;
+
+ private:
+  static constexpr double kCell = 2.0;    // m
+  static constexpr double kLarge = 1.0;   // m: what has a larger radius is always found
+  static constexpr int kMostCells = 400;  // of a query; a larger one finds all
+
+  void start(std::size_t count);
+  void add(std::uint32_t index, const Eigen::Vector2d& center, double radius);
+  void finish();
+  std::uint32_t bucket(std::int64_t column, std::int64_t row) const;
+
+  std::vector<std::uint32_t> bucket_of_;  // by index; kNowhere: large
+  std::vector<std::uint32_t> first_;      // of each bucket, and the end of the last
+  std::vector<std::uint32_t> members_;
+  std::vector<std::uint32_t> large_;
+  std::uint32_t mask_ = 0;
+};
+
+}  // namespace parhelion

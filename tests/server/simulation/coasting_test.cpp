@@ -1,0 +1,97 @@
+// Agents that nothing can touch are moved without the solver: nobody can tell, and no event is lost.
+#include "worlds.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+SimulationOptions with(bool solve_all) {
+  SimulationOptions options;
+  options.solve_all = solve_all;
+  options.zones = {{"yard", {{-3, -3}, {3, -3}, {3, 3}, {-3, 3}}},
+                   {"corner", {{4, 4}, {9, 4}, {9, 9}, {4, 9}}}};
+  return options;
+}
+
+struct Told {
+  std::vector<Event> events;
+  std::vector<BodyState> bodies;
+  std::size_t coasted = 0;  ///< agents and steps
+};
+
+/// `agents` for `duration` s, with the real robot at `real(s)`.
+template <class Real>
+Told tell(const std::vector<AgentDefinition>& agents, double duration, bool solve_all, Real real) {
+  Simulation simulation = make(room(24), with(solve_all));
+  for (const AgentDefinition& each : agents) spawn(simulation, each);
+  Told told;
+  std::vector<LaserRequest> requests;
+  for (int i = 0; i < std::lround(duration * 240); ++i) {
+    simulation.step(real(i / 240.0), requests);
+    told.coasted += simulation.coasting();
+  }
+  told.events = simulation.take_events();
+  WorldSnapshot world;
+  EXPECT_TRUE(simulation.at(simulation.now(), world));
+  told.bodies = world.bodies;
+  return told;
+}
+
+template <class Real>
+Told expect_twins(const std::vector<AgentDefinition>& agents, double duration, Real real, double within) {
+  const Told solved = tell(agents, duration, true, real), told = tell(agents, duration, false, real);
+  EXPECT_EQ(solved.coasted, 0U);
+  EXPECT_EQ(told.events.size(), solved.events.size());
+  for (std::size_t i = 0; i < std::min(told.events.size(), solved.events.size()); ++i) {
+    const Event &a = told.events[i], &b = solved.events[i];
+    EXPECT_EQ(a.kind, b.kind) << i;
+    EXPECT_EQ(a.subject, b.subject) << i;
+    EXPECT_EQ(a.object, b.object) << i;
+    EXPECT_NEAR((a.stamp - b.stamp).seconds(), 0, 1.0 / 240 + 1e-9) << i << ", " << to_string(a.kind);
+  }
+  for (std::size_t i = 0; i < told.bodies.size(); ++i) {
+    const auto &a = told.bodies[i], &b = solved.bodies[i];
+    EXPECT_LT((a.T_map_body.isometry().matrix() - b.T_map_body.isometry().matrix()).norm(), within) << i;
+    EXPECT_LT((a.velocity - b.velocity).norm(), 100 * within) << i;
+  }
+  return told;
+}
+
+const auto nobody = [](double) { return std::optional<RealRobotState>(); };
+
+TEST(Coasting, WalkersWhoMeetNobodyGoTheSameWayAndSayTheSame) {
+  AgentDefinition patrol = moving("patrol", AgentKind::robot, 6, -8, BehaviourKind::patrol);
+  patrol.behaviour.waypoints = {{6, -8}, {-6, -8}};
+  const std::vector<AgentDefinition> agents{
+      moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander, 1.0),
+      moving("rover", AgentKind::robot, 6, 6, BehaviourKind::wander), patrol,
+      agent("crate", AgentKind::box, -8, 8), agent("stander", AgentKind::person, -8, 0)};
+  const Told told = expect_twins(agents, 40, nobody, 1e-6);
+  EXPECT_GT(told.coasted, 40U * 240);  // one of the five, on the average, or the test shows nothing
+  EXPECT_GT(count(told.events, EventKind::zone_entered), 0U);
+  EXPECT_GT(count(told.events, EventKind::zone_left), 0U);
+  EXPECT_GT(count(told.events, EventKind::movement_started), 2U);
+}
+
+TEST(Coasting, WhomTheRealRobotRunsIntoIsBackInTheSolverBefore) {
+  const auto drives = [](double t) {
+    return std::optional(real_at(-6 + 2.5 * t, 0.05, 0, {t < 4 ? 2.5 : 0, 0, 0}));
+  };
+  const Told told = expect_twins({agent("stander", AgentKind::person, 0, 0)}, 3.5, drives, 1e-6);
+  EXPECT_GT(told.coasted, 240U);
+  EXPECT_EQ(count(told.events, EventKind::collision_started), 1U);
+  EXPECT_EQ(count(told.events, EventKind::movement_started), 1U) << "it was pushed";
+}
+
+TEST(Coasting, ARealRobotThatAppearsBesideOneThatWalksPushesIt) {
+  const auto appears = [](double t) {
+    return t < 1 ? std::optional<RealRobotState>() : std::optional(real_at(-0.65 + (t - 1), 0, 0, {1, 0, 0}));
+  };
+  const Told told = expect_twins({agent("stander", AgentKind::person, 0, 0)}, 2.5, appears, 1e-6);
+  EXPECT_GT(told.coasted, 100U);
+  EXPECT_EQ(count(told.events, EventKind::collision_started), 1U);
+}
+
+}  // namespace
+}  // namespace parhelion
