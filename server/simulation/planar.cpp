@@ -35,7 +35,8 @@ double squared_vertex_distance(const Footprint& a, const Footprint& b) {
   return best;
 }
 
-/// Largest separation along the outward edge normals of a; a point has none.
+/// Largest separation along the outward edge normals of a, and beyond the ends of a segment; a point has
+/// none.
 double separation_along_normals(const Footprint& a, const Footprint& b) {
   double best = -std::numeric_limits<double>::infinity();
   const std::size_t n = a.vertices.size();
@@ -47,6 +48,11 @@ double separation_along_normals(const Footprint& a, const Footprint& b) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector2d& p : b.vertices) nearest = std::min(nearest, normal.dot(p - a.vertices[i]));
     best = std::max(best, nearest);
+    if (n != 2) continue;
+    double beyond = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector2d& p : b.vertices)
+      beyond = std::min(beyond, edge.dot(p - a.vertices[1 - i]) / length);
+    best = std::max(best, beyond);
   }
   return best;
 }

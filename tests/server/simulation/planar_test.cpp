@@ -90,5 +90,13 @@ TEST(Planar, AdvanceIsTheLimitOfManySmallSteps) {
   }
 }
 
+TEST(Planar, WhatLiesInLineWithASegmentIsAsFarAsItsEnd) {
+  const Footprint segment = make_segment({0, 0}, {0, 1}, 0.1);
+  EXPECT_NEAR(signed_distance(segment, make_disc({0, 3}, 0.4)), 1.5, 1e-12);
+  EXPECT_NEAR(signed_distance(make_disc({0, -2}, 0.4), segment), 1.5, 1e-12);
+  EXPECT_NEAR(signed_distance(segment, make_segment({0, 2}, {0, 5}, 0)), 0.9, 1e-12);
+  EXPECT_LT(signed_distance(segment, make_segment({0, 0.5}, {0, 5}, 0)), 0);
+}
+
 }  // namespace
 }  // namespace parhelion
