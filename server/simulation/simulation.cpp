@@ -209,6 +209,7 @@ void Simulation::State::record() {
   record.scene = scene;
   record.attitude_known = real.present && real.last.attitude_known;
   record.building = building;
+  record.bodies.reserve(doors.size() + 1 + agent_definitions.size());
   record_doors(record.bodies);
   if (real.present) {
     const Eigen::Isometry3d& base = real.last.T_map_base.isometry();

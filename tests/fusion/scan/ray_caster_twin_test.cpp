@@ -116,6 +116,32 @@ TEST(RayCasterTwin, agrees_with_the_exact_twin_on_buildings) {
   EXPECT_LE(sum.other_body, 5U);
 }
 
+TEST(RayCasterTwin, finds_of_the_building_what_is_before_the_bodies) {
+  constexpr int kBeams = 361, kScenes = 200;
+  RayCaster caster;
+  std::vector<RangeHit> bodies(kBeams), all(kBeams), before(kBeams);
+  std::size_t hidden = 0, seen = 0;
+  for (std::uint64_t seed = 1; seed <= kScenes; ++seed) {
+    const RandomScene scene = random_scene(seed, kBeams, 10, 30);
+    caster.set_building(scene.building);
+    caster.cast_bodies(scene.laser, scene.beams, scene.bodies, scene.max_range, bodies);
+    caster.cast_building(scene.laser, scene.beams, scene.max_range, all);
+    caster.cast_building_before(bodies, scene.laser, scene.beams, scene.max_range, before);
+    for (std::size_t i = 0; i < kBeams; ++i) {
+      if (!(all[i].range < bodies[i].range)) {
+        ++hidden;
+        ASSERT_GE(before[i].range, bodies[i].range) << "scene " << seed << ", beam " << i;
+        continue;
+      }
+      ++seen;
+      ASSERT_EQ(before[i].range, all[i].range) << "scene " << seed << ", beam " << i;
+      ASSERT_EQ(before[i].reflectivity, all[i].reflectivity) << "scene " << seed << ", beam " << i;
+    }
+  }
+  EXPECT_GT(hidden, kScenes * kBeams / 10U);
+  EXPECT_GT(seen, kScenes * kBeams / 20U);
+}
+
 TEST(RayCasterTwin, agrees_with_the_exact_twin_on_meshes) {
   constexpr int kBeams = 361, kScenes = 100;
   RayCaster caster;
