@@ -114,8 +114,11 @@ void main() {
   half_extent = half_in;
   shape = shape_in;
   vec3 p = R_view_optical * position;
-  gl_Position = vec4(pinhole.x * p.x + pinhole.y * p.z, pinhole.z * p.y + pinhole.w * p.z,
-                     depth_range.x * p.z + depth_range.y, p.z);
+  // With a bias it comes nearer: a shadow lies in the very plane of a floor that was drawn before it.
+  bool raised = depth_range.z > 0.0 && p.z > 4.0 * depth_range.z;
+  float clip_z = raised ? (depth_range.x + depth_range.y / (p.z * (1.0 - depth_range.z / length(p)))) * p.z
+                        : depth_range.x * p.z + depth_range.y;
+  gl_Position = vec4(pinhole.x * p.x + pinhole.y * p.z, pinhole.z * p.y + pinhole.w * p.z, clip_z, p.z);
 }
 )";
 
