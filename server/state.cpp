@@ -1,5 +1,6 @@
 #include "server/state.hpp"
 
+#include "server/crowd_memory.hpp"
 #include "server/door_sight.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
@@ -49,6 +50,7 @@ std::optional<PoseAtInstant> robot_pose(const State& state, SensorTime t, NoPose
 
 Result<std::unique_ptr<State>> make_state(const Configuration& configuration, ArrivalTime start, int threads,
                                           bool solve_all) {
+  if (const Status fits = check_crowd(configuration.scenario, memory_available()); !fits) return fits.error();
   SimulationOptions options;
   options.rate = configuration.scenario.physics_rate;
   options.seed = configuration.scenario.seed;
