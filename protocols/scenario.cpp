@@ -11,6 +11,7 @@
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/script.hpp"
+#include "protocols/yaml/training.hpp"
 #include "protocols/yaml/utf8.hpp"
 #include "protocols/yaml/writer.hpp"
 
@@ -153,7 +154,7 @@ void check_supply(const Scenario& scenario, const Node& node, const char* key, y
                    "its own; remove it, or give an agent a 'model'");
 }
 
-Scenario read_scenario(const Node& node, yaml::Problems& problems) {
+Scenario read_scenario(Node& node, yaml::Problems& problems) {
   Scenario scenario;
   yaml::read(node, "name", scenario.name);
   yaml::read(node, "level", scenario.level);
@@ -198,6 +199,7 @@ Scenario read_scenario(const Node& node, yaml::Problems& problems) {
     scenario.battery = read_battery(*battery, problems);
     check_supply(scenario, *battery, "battery", problems);
   }
+  if (Node* training = node.find("training")) scenario.training = yaml::read_training(*training, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
 }
@@ -302,6 +304,7 @@ std::string to_yaml(const Scenario& scenario) {
   write_hazards(scenario.hazards, writer);
   if (scenario.radio) write(*scenario.radio, writer);
   if (scenario.battery) write(*scenario.battery, writer);
+  if (scenario.training) yaml::write_training(writer, *scenario.training);
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

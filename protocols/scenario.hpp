@@ -11,6 +11,7 @@
 #include "protocols/hazard.hpp"
 #include "protocols/script.hpp"
 #include "protocols/status.hpp"
+#include "protocols/training.hpp"
 #include "protocols/zone.hpp"
 
 namespace parhelion {
@@ -76,6 +77,7 @@ struct Scenario {
   std::vector<Hazard> hazards;
   std::optional<Radio> radio;                   ///< none: simulated robots hear their operator everywhere
   std::optional<Battery> battery;               ///< none: theirs last for ever
+  std::optional<Training> training;             ///< what is graded; none: nothing
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 

@@ -84,6 +84,9 @@ Status check_robot(const RobotDescription& robot);
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
                                 const SemanticModel& model, RobotModels robot_models = {});
 
+/// All that an event can be about by name, but for joints, operators and channels.
+std::vector<std::string> known_names(const Configuration& configuration);
+
 /// MR_SESSION for a configuration, and back. It says nothing of where the files lie.
 SessionHeader session_header(const Configuration& configuration, SensorTime start);
 Result<Configuration> configuration_from(const SessionHeader& header, const std::string& origin);

@@ -78,24 +78,6 @@ std::vector<Scripts::Due> Scripts::take_due(SimulationTime now) {
 
 namespace {
 
-/// All that an event can be about by name, but for joints, operators and channels.
-std::vector<std::string> known_names(const Configuration& configuration) {
-  const Scenario& scenario = configuration.scenario;
-  std::vector<std::string> names{kTrainee, configuration.robot.name};
-  if (scenario.trainee) names.push_back(scenario.trainee->name);
-  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
-  for (const Zone& zone : scenario.zones) names.push_back(zone.name);
-  for (const Script& script : scenario.scripts) {
-    names.push_back(script.name);
-    for (const AgentCommand& command : script.actions) {
-      if (command.action == AgentCommand::Action::spawn) names.push_back(command.agent.name);
-    }
-  }
-  for (const ModelEntity& entity : configuration.model.entities) names.push_back(entity.name);
-  for (const ModelMesh& mesh : configuration.model.meshes) names.push_back(mesh.name);
-  return names;
-}
-
 bool names_things(EventKind kind) {
   switch (kind) {
     case EventKind::joint_broken:

@@ -1,5 +1,6 @@
 #include "server/state.hpp"
 
+#include "server/check_training.hpp"
 #include "server/crowd_memory.hpp"
 #include "server/door_sight.hpp"
 #include "server/sensor_path.hpp"
@@ -68,6 +69,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
       Simulation::create(options, configuration.model, configuration.robot, simulation_time(start));
   if (!simulation) return simulation.error();
   if (const Status known = check_scripts(configuration); !known) return known.error();
+  if (const Status known = check_training(configuration); !known) return known.error();
   auto state = std::make_unique<State>(std::move(*simulation), configuration, std::max(1, threads));
   std::vector<std::string> trainees{configuration.robot.name};
   if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);

@@ -17,6 +17,7 @@ void add_slam(CLI::App& app, Exit& exit);
 void add_map(CLI::App& app, Exit& exit);
 void add_serve(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
+void add_grade(CLI::App& app, Exit& exit);
 void add_demo(CLI::App& app, Exit& exit);
 void add_inject(CLI::App& app, Exit& exit);
 void add_drive(CLI::App& app, Exit& exit);

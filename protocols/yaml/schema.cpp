@@ -49,10 +49,14 @@ Json expand(const Json& schema) {
   return out;
 }
 
+/// What is checked on its own, by whoever reads it: conditions nest without end.
+constexpr const char* kAny = "any";
+
 /// As the document stands after conversion: a text with a unit has become a number.
 Json converted(const Json& schema) {
   if (schema.is_array() || !schema.is_structured()) return schema;
   Json out = Json::object();
+  if (schema.contains("type") && schema["type"] == kAny) return out;
   for (const auto& [key, value] : schema.items()) out[key] = converted(value);
   if (schema.contains("unit") && schema["unit"].is_string()) {
     if (schema.contains("words")) {
@@ -72,7 +76,8 @@ struct Schema {
 const Schema& schema_named(std::string_view name) {
   static const auto schemas = [] {
     std::map<std::string, Schema, std::less<>> all;
-    for (const char* known : {"scenario", "model", "robot", "laser", "robot_model", "joystick"}) {
+    for (const char* known :
+         {"scenario", "condition", "model", "robot", "laser", "robot_model", "joystick"}) {
       Schema& schema = all[known];
       schema.text = expand(schema_files().at(std::string(known) + ".schema.json"));
       const Json number_schema = converted(schema.text);
@@ -125,6 +130,7 @@ class Checker {
     const auto& type = schema.at("type").get_ref<const std::string&>();
     if (type == "object") return convert_map(node, schema, name);
     if (type == "array") return convert_list(node, schema, name);
+    if (type == kAny) return nullptr;
     if (node.kind != Node::Kind::scalar) {
       problems_.add(node.line, "'" + name + "': expected " + wanted(schema) + ", found " + kind_words(node));
       return nullptr;

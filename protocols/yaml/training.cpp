@@ -1,0 +1,284 @@
+#include "protocols/yaml/training.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "protocols/nearest_name.hpp"
+#include "protocols/yaml/parts.hpp"
+#include "protocols/yaml/schema.hpp"
+#include "protocols/yaml/utf8.hpp"
+
+namespace parhelion::yaml {
+namespace {
+
+using Kind = Condition::Kind;
+constexpr std::array<const char*, 10> kinds{"event", "reach",   "pass", "climb", "near",
+                                            "still", "inspect", "all",  "any",   "then"};
+
+/// Which keys go with a kind, besides its own, `within` and `never`.
+bool goes_with(Kind kind, const std::string& key) {
+  const auto one_of = [&key](std::initializer_list<const char*> keys) {
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
+  };
+  if (one_of({"within", "never"})) return true;
+  if (kind == Kind::event) return one_of({"subject", "object", "impulse", "least", "most", "count"});
+  if (kind == Kind::near || kind == Kind::inspect) return one_of({"distance", "for"});
+  return false;
+}
+
+void read_optional(const Node& node, const char* key, std::optional<double>& out) {
+  if (node.find(key)) read(node, key, out.emplace());
+}
+
+class Reader {
+ public:
+  explicit Reader(Problems& problems) : problems_(problems) {}
+
+  Condition read_condition(Node& node) {
+    Condition condition;
+    check(node, "condition", problems_);
+    const Node* what = nullptr;
+    if (node.kind == Node::Kind::map) what = only_one(node, condition.kind);
+    if (!what) return condition;
+    for (std::size_t i = 0; i < node.keys.size(); ++i) {
+      const std::string& key = node.keys[i];
+      const bool known = std::find(kinds.begin(), kinds.end(), key) != kinds.end();
+      if (!known && !goes_with(condition.kind, key))
+        problems_.add(node.key_lines[i],
+                      "'" + printable(key) + "' does not go with '" + name_of(condition) + "'");
+    }
+    read_details(node, *what, condition);
+    if (Node* never = node.find("never")) condition.never.push_back(read_condition(*never));
+    return condition;
+  }
+
+ private:
+  static std::string name_of(const Condition& condition) {
+    return kinds[static_cast<std::size_t>(condition.kind)];
+  }
+
+  const Node* only_one(const Node& node, Kind& kind) {
+    const Node* found = nullptr;
+    for (std::size_t i = 0; i < kinds.size(); ++i) {
+      const Node* here = node.find(kinds[i]);
+      if (!here) continue;
+      if (found)
+        problems_.add(here->line, "a condition: two of them, expected one; join them with all, any or then");
+      found = here;
+      kind = static_cast<Kind>(i);
+    }
+    if (!found)
+      problems_.add(
+          node.line,
+          "a condition: expected one of event, reach, pass, climb, near, still, inspect, all, any, then");
+    return found;
+  }
+
+  void read_details(Node& node, const Node& what, Condition& condition) {
+    read_optional(node, "within", condition.within);
+    switch (condition.kind) {
+      case Kind::event:
+        return read_event(node, what, condition);
+      case Kind::all:
+      case Kind::any:
+      case Kind::then:
+        for (Node& part : node.find(name_of(condition))->items)
+          condition.parts.push_back(read_condition(part));
+        return;
+      case Kind::still:
+        condition.duration = what.number;
+        return;
+      case Kind::near:
+      case Kind::inspect:
+        read(node, "distance", condition.distance);
+        read(node, "for", condition.duration);
+        if (!node.find("distance"))
+          problems_.add(what.line,
+                        "'" + name_of(condition) + "': how near? add a distance, such as 'distance: 2 m'");
+        [[fallthrough]];
+      default:
+        condition.target = what.text;
+    }
+  }
+
+  void read_event(const Node& node, const Node& what, Condition& condition) {
+    std::vector<std::string> names;
+    for (int i = 0; i <= static_cast<int>(kLastEventKind); ++i)
+      names.emplace_back(to_string(static_cast<EventKind>(i)));
+    const auto at = std::find(names.begin(), names.end(), what.text);
+    if (at == names.end()) {
+      problems_.add(what.line, "unknown event '" + printable(what.text) + "'" + suggestion(what.text, names));
+      return;
+    }
+    condition.event = static_cast<EventKind>(at - names.begin());
+    read(node, "subject", condition.subject);
+    read(node, "object", condition.object);
+    read(node, "impulse", condition.impulse);
+    read(node, "count", condition.count);
+    read_optional(node, "least", condition.least);
+    read_optional(node, "most", condition.most);
+  }
+
+  Problems& problems_;
+};
+
+Task read_task(Node& node, Reader& reader) {
+  Task task;
+  read(node, "name", task.name);
+  read(node, "text", task.text);
+  read(node, "points", task.points);
+  read(node, "required", task.required);
+  read_optional(node, "limit", task.limit);
+  task.done = reader.read_condition(*node.find("done"));
+  if (Node* failed = node.find("failed")) task.failed.push_back(reader.read_condition(*failed));
+  return task;
+}
+
+Penalty read_penalty(Node& node, Reader& reader, Problems& problems) {
+  Penalty penalty;
+  read(node, "name", penalty.name);
+  read(node, "points", penalty.points);
+  read(node, "per_impulse", penalty.per_impulse);
+  read_optional(node, "most", penalty.most);
+  penalty.when = reader.read_condition(*node.find("when"));
+  if (!(penalty.points > 0 || penalty.per_impulse > 0))
+    problems.add(node.line,
+                 "penalty '" + printable(penalty.name) + "' costs nothing: add points or per_impulse");
+  return penalty;
+}
+
+void write_condition(Writer& writer, const Condition& condition);
+
+void write_event(Writer& writer, const Condition& condition) {
+  writer.word("event", to_string(condition.event));
+  if (!condition.subject.empty()) writer.text("subject", condition.subject);
+  if (!condition.object.empty()) writer.text("object", condition.object);
+  if (condition.impulse > 0) writer.quantity("impulse", condition.impulse, Quantity::impulse);
+  if (condition.least) writer.number("least", *condition.least);
+  if (condition.most) writer.number("most", *condition.most);
+  if (condition.count > 1) writer.integer("count", condition.count);
+}
+
+void write_condition(Writer& writer, const Condition& condition) {
+  const char* name = kinds[static_cast<std::size_t>(condition.kind)];
+  if (condition.kind == Kind::event) {
+    write_event(writer, condition);
+  } else if (condition.kind == Kind::still) {
+    writer.quantity(name, condition.duration, Quantity::time);
+  } else if (!condition.parts.empty()) {
+    writer.open(name);
+    for (const Condition& part : condition.parts) {
+      writer.begin_item();
+      write_condition(writer, part);
+      writer.end_item();
+    }
+    writer.close();
+  } else {
+    writer.text(name, condition.target);
+  }
+  if (condition.kind == Kind::near || condition.kind == Kind::inspect) {
+    writer.quantity("distance", condition.distance, Quantity::length);
+    writer.quantity("for", condition.duration, Quantity::time);
+  }
+  if (condition.within) writer.quantity("within", *condition.within, Quantity::time);
+  if (condition.never.empty()) return;
+  writer.open("never");
+  write_condition(writer, condition.never.front());
+  writer.close();
+}
+
+void write_named(Writer& writer, const char* key, const Condition& condition) {
+  writer.open(key);
+  write_condition(writer, condition);
+  writer.close();
+}
+
+}  // namespace
+
+Training read_training(Node& node, Problems& problems) {
+  Training training;
+  Reader reader(problems);
+  read(node, "robot", training.robot);
+  read(node, "text", training.text);
+  read_optional(node, "limit", training.limit);
+  if (const Node* order = node.find("order")) training.in_order = order->text == "listed";
+  read(node, "pass_mark", training.pass_mark);
+  std::map<std::string, int> lines;
+  for (Node& task : node.find("tasks")->items) {
+    training.tasks.push_back(read_task(task, reader));
+    const std::string& name = training.tasks.back().name;
+    const auto [known, inserted] = lines.emplace(name, task.line);
+    if (!inserted)
+      problems.add(task.line, "name '" + printable(name) + "' is taken by the task in line " +
+                                  std::to_string(known->second) + ": names must be unique");
+    const auto& limit = training.tasks.back().limit;
+    const auto& within = training.tasks.back().done.within;
+    if (limit && within && *within > *limit)
+      problems.add(task.line, "task '" + printable(name) + "': its condition may take longer than its limit");
+  }
+  if (const Node* grades = node.find("grades")) {
+    for (const Node& grade : grades->items) {
+      GradeStep step;
+      read(grade, "name", step.name);
+      read(grade, "from", step.from);
+      if (!training.grades.empty() && !(step.from < training.grades.back().from))
+        problems.add(grade.line,
+                     "'grades': expected the best first, each from a lower share than the one before");
+      training.grades.push_back(step);
+    }
+  }
+  if (Node* penalties = node.find("penalties")) {
+    for (Node& penalty : penalties->items)
+      training.penalties.push_back(read_penalty(penalty, reader, problems));
+  }
+  return training;
+}
+
+void write_training(Writer& writer, const Training& training) {
+  writer.open("training");
+  if (!training.robot.empty()) writer.text("robot", training.robot);
+  if (!training.text.empty()) writer.text("text", training.text);
+  if (training.limit) writer.quantity("limit", *training.limit, Quantity::time);
+  writer.word("order", training.in_order ? "listed" : "free");
+  writer.number("pass_mark", training.pass_mark);
+  if (!training.grades.empty()) {
+    writer.open("grades");
+    for (const GradeStep& grade : training.grades) {
+      writer.begin_item();
+      writer.text("name", grade.name);
+      writer.number("from", grade.from);
+      writer.end_item();
+    }
+    writer.close();
+  }
+  writer.open("tasks");
+  for (const Task& task : training.tasks) {
+    writer.begin_item();
+    writer.text("name", task.name);
+    if (!task.text.empty()) writer.text("text", task.text);
+    writer.number("points", task.points);
+    if (task.required) writer.flag("required", true);
+    if (task.limit) writer.quantity("limit", *task.limit, Quantity::time);
+    write_named(writer, "done", task.done);
+    if (!task.failed.empty()) write_named(writer, "failed", task.failed.front());
+    writer.end_item();
+  }
+  writer.close();
+  if (!training.penalties.empty()) {
+    writer.open("penalties");
+    for (const Penalty& penalty : training.penalties) {
+      writer.begin_item();
+      writer.text("name", penalty.name);
+      writer.number("points", penalty.points);
+      if (penalty.per_impulse > 0) writer.number("per_impulse", penalty.per_impulse);
+      if (penalty.most) writer.number("most", *penalty.most);
+      write_named(writer, "when", penalty.when);
+      writer.end_item();
+    }
+    writer.close();
+  }
+  writer.close();
+}
+
+}  // namespace parhelion::yaml

@@ -1,0 +1,169 @@
+#include "server/grade_session.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "protocols/bus/log_file.hpp"
+#include "server/check_training.hpp"
+
+namespace parhelion {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string graded_robot(const Configuration& configuration) {
+  return configuration.scenario.training->robot.empty() ? configuration.robot.name
+                                                        : configuration.scenario.training->robot;
+}
+
+Json event_json(const std::optional<Event>& event) {
+  if (!event) return nullptr;
+  return {{"kind", to_string(event->kind)},
+          {"subject", event->subject},
+          {"object", event->object},
+          {"time_ns", event->stamp.ns},
+          {"impulse", event->impulse},
+          {"value", event->value},
+          {"text", event->text}};
+}
+
+std::string event_text(const std::optional<Event>& event) {
+  if (!event) return "";
+  std::string text = std::string("  ") + to_string(event->kind) + " " + event->subject;
+  if (!event->object.empty()) text += " - " + event->object;
+  if (!event->text.empty()) text += " (" + event->text + ")";
+  char impulse[32];
+  std::snprintf(impulse, sizeof impulse, ", %.2f N s", event->impulse);
+  return event->impulse > 0 ? text + impulse : text;
+}
+
+std::string at_text(SimulationTime at, SimulationTime begin) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%8.2f s", (at - begin).seconds());
+  return text;
+}
+
+/// Reads the log's messages into a grader, which it makes when the session's header has come.
+class Reading {
+ public:
+  explicit Reading(const std::string& path) : path_(path) {}
+
+  Status take(const Message& message) {
+    if (message.channel == channel::mr_session) return begin(message);
+    if (!grader_) return {};
+    const ChannelMap& channels = configuration_->channels;
+    if (message.channel == channels.bus(channel::mr_events)) {
+      Event event;
+      if (const Status read = decode(message.channel, message.payload, event); !read) return read;
+      grader_->take(event);
+    } else if (message.channel == channels.bus(channel::mr_world)) {
+      if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
+      grader_->take(world_);
+    } else if (message.channel == channel::loop) {
+      LoopDecision decision;
+      if (const Status read = decode(message.channel, message.payload, decision); !read) return read;
+      if (decision.kind == LoopDecision::Kind::ended) grader_->close(simulation_time(message.arrival));
+    }
+    return {};
+  }
+
+  Result<GradedSession> result(std::uint64_t skipped_bytes) const {
+    if (!grader_)
+      return Error{path_ + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
+    return GradedSession{path_, configuration_->scenario.name, graded_robot(*configuration_),
+                         grader_->grade(), skipped_bytes};
+  }
+
+ private:
+  Status begin(const Message& message) {
+    if (grader_) return Error{path_ + ": a second MR_SESSION; expected the log of one session"};
+    SessionHeader header;
+    if (const Status read = decode(message.channel, message.payload, header); !read) return read;
+    auto configuration = configuration_from(header, path_);
+    if (!configuration) return configuration.error();
+    configuration_ = std::move(*configuration);
+    const auto& training = configuration_->scenario.training;
+    if (!training)
+      return Error{path_ + ": scenario '" + configuration_->scenario.name +
+                   "' says nothing of training: there is nothing to grade"};
+    if (const Status known = check_training(*configuration_); !known)
+      return Error{path_ + ": " + known.error().message};
+    grader_.emplace(*training, configuration_->model, configuration_->robot, configuration_->robot.name,
+                    SimulationTime{header.stamp.ns});
+    return {};
+  }
+
+  const std::string& path_;
+  std::optional<Configuration> configuration_;
+  std::optional<Grader> grader_;
+  WorldMessage world_;
+};
+
+}  // namespace
+
+Result<GradedSession> grade_session(const std::string& path,
+                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+  auto reader = LogReader::open(path);
+  if (!reader) return reader.error();
+  Reading reading(path);
+  while (true) {
+    auto next = reader->next();
+    if (!next) continue;  // damage: counted below, and what follows is read on
+    if (!*next) break;
+    if (const Status taken = reading.take(**next); !taken) return taken.error();
+    if (progress) progress(reader->offset(), reader->size());
+  }
+  return reading.result(reader->skipped_bytes());
+}
+
+std::string to_text(const GradedSession& session) {
+  const Grade& grade = session.grade;
+  char line[256];
+  std::snprintf(line, sizeof line, "%s: %.2f of %.2f points (%.1f %%)%s%s, %s%s\n", session.robot.c_str(),
+                grade.score, grade.most, 100 * grade.share, grade.grade.empty() ? "" : ", grade ",
+                grade.grade.c_str(), grade.passed ? "passed" : "not passed",
+                grade.complete ? "" : " (INCOMPLETE: the log stops in the middle)");
+  std::string text = line;
+  for (const TaskGrade& task : grade.tasks) {
+    std::snprintf(line, sizeof line, "  %+8.2f  %-12s", task.points, to_string(task.outcome));
+    text += (task.ended ? at_text(*task.ended, grade.begin) : "         -") + line + task.name +
+            (task.required ? " (required)" : "") + event_text(task.cause) + "\n";
+  }
+  for (const Charge& charge : grade.charges) {
+    std::snprintf(line, sizeof line, "  %+8.2f  %-12s", -charge.points, "penalty");
+    text += at_text(charge.at, grade.begin) + line + charge.rule + event_text(charge.cause) + "\n";
+  }
+  if (session.skipped_bytes > 0)
+    text += "  " + std::to_string(session.skipped_bytes) +
+            " bytes of the log are damaged: what they held is not graded\n";
+  return text;
+}
+
+std::string to_json(const GradedSession& session) {
+  const Grade& grade = session.grade;
+  Json json{{"log", session.log},         {"scenario", session.scenario},
+            {"robot", session.robot},     {"score", grade.score},
+            {"earned", grade.earned},     {"charged", grade.charged},
+            {"most", grade.most},         {"share", grade.share},
+            {"grade", grade.grade},       {"passed", grade.passed},
+            {"complete", grade.complete}, {"begin_ns", grade.begin.ns},
+            {"end_ns", grade.end.ns},     {"damaged_bytes", session.skipped_bytes}};
+  Json& tasks = json["tasks"] = Json::array();
+  for (const TaskGrade& task : grade.tasks) {
+    tasks.push_back({{"name", task.name},
+                     {"outcome", to_string(task.outcome)},
+                     {"points", task.points},
+                     {"began_ns", task.began ? Json(task.began->ns) : Json()},
+                     {"ended_ns", task.ended ? Json(task.ended->ns) : Json()},
+                     {"cause", event_json(task.cause)}});
+  }
+  Json& charges = json["charges"] = Json::array();
+  for (const Charge& charge : grade.charges)
+    charges.push_back({{"rule", charge.rule},
+                       {"points", charge.points},
+                       {"at_ns", charge.at.ns},
+                       {"cause", event_json(charge.cause)}});
+  return json.dump(2) + "\n";
+}
+
+}  // namespace parhelion

@@ -1,0 +1,29 @@
+// A session log, graded again: what was recorded decides, nothing is simulated.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "server/configuration.hpp"
+#include "server/training/grader.hpp"
+
+namespace parhelion {
+
+struct GradedSession {
+  std::string log, scenario, robot;
+  Grade grade;
+  std::uint64_t skipped_bytes = 0;  ///< lost to damage in the log: what they held is not graded
+};
+
+/// Error: no session log, a scenario without `training`, or a training that names what is not there. A log
+/// that stops in the middle is graded as far as it goes (Grade::complete is false). `progress`: bytes done
+/// and of all; may be empty.
+Result<GradedSession> grade_session(const std::string& path,
+                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
+
+/// For a person, and for programs (numbers read back to the same bits).
+std::string to_text(const GradedSession& session);
+std::string to_json(const GradedSession& session);
+
+}  // namespace parhelion

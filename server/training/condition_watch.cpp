@@ -1,0 +1,151 @@
+#include "server/training/condition_watch.hpp"
+
+#include <algorithm>
+
+namespace parhelion {
+namespace {
+
+constexpr const char* kAnybody = "any";
+
+bool is_contact(EventKind kind) {
+  return kind == EventKind::collision_started || kind == EventKind::collision_continued ||
+         kind == EventKind::collision_stopped;
+}
+
+bool matches(const Condition& condition, const Event& event, const std::string& robot) {
+  if (event.kind != condition.event || event.unsensed) return false;
+  const bool anybody = condition.subject == kAnybody;
+  const std::string& subject = condition.subject.empty() ? robot : condition.subject;
+  const auto fits = [&](const std::string& who, const std::string& whom) {
+    return (anybody || who == subject) && (condition.object.empty() || whom == condition.object);
+  };
+  // A contact is of both.
+  if (!fits(event.subject, event.object) && !(is_contact(event.kind) && fits(event.object, event.subject)))
+    return false;
+  return event.impulse >= condition.impulse && (!condition.least || event.value >= *condition.least) &&
+         (!condition.most || event.value <= *condition.most);
+}
+
+}  // namespace
+
+ConditionWatch::ConditionWatch(const Condition& condition, SimulationTime begin, bool anew)
+    : condition_(&condition), begin_(begin), spent_(anew) {
+  const bool in_order = condition.kind == Condition::Kind::then;
+  for (const Condition& part : condition.parts) {
+    parts_.emplace_back(part, begin, anew);
+    if (in_order) break;
+  }
+  for (const Condition& never : condition.never) never_.emplace_back(never, begin);
+}
+
+Verdict ConditionWatch::look(const Moment& moment) {
+  if (verdict_ != Verdict::open) return verdict_;
+  const bool late = condition_->within && moment.stamp > begin_ + seconds(*condition_->within);
+  for (ConditionWatch& never : never_) {
+    if (never.look(moment) != Verdict::held) continue;
+    cause_ = never.cause();
+    return verdict_ = Verdict::failed;
+  }
+  return verdict_ = late ? Verdict::failed : judge(moment);
+}
+
+Verdict ConditionWatch::judge(const Moment& moment) {
+  const Surroundings& around = moment.around;
+  switch (condition_->kind) {
+    case Condition::Kind::event:
+      return judge_event(moment);
+    case Condition::Kind::reach:
+      if (moment.event && moment.event->kind == EventKind::zone_entered &&
+          moment.event->subject == around.robot() && moment.event->object == condition_->target)
+        cause_ = *moment.event;
+      return held_for(around.in_zone(condition_->target), moment.stamp, 0);
+    case Condition::Kind::pass:
+      return judge_pass(moment);
+    case Condition::Kind::climb: {
+      if (!moment.event || moment.event->kind != EventKind::step_climbed ||
+          moment.event->subject != around.robot())
+        return Verdict::open;
+      const ModelEntity* top = around.top_of(condition_->target);
+      return top && top->name == moment.event->object ? count(*moment.event) : Verdict::open;
+    }
+    case Condition::Kind::near: {
+      const auto distance = around.distance_to(condition_->target);
+      return held_for(distance && *distance <= condition_->distance, moment.stamp, condition_->duration);
+    }
+    case Condition::Kind::still:
+      return held_for(!around.moves(), moment.stamp, condition_->duration);
+    case Condition::Kind::inspect:
+      return held_for(around.sees(condition_->target, condition_->distance), moment.stamp,
+                      condition_->duration);
+    case Condition::Kind::all:
+    case Condition::Kind::any:
+      return judge_parts(moment);
+    case Condition::Kind::then:
+      return judge_order(moment);
+  }
+  return Verdict::open;
+}
+
+Verdict ConditionWatch::count(const Event& event) {
+  cause_ = event;
+  return ++seen_ >= condition_->count ? Verdict::held : Verdict::open;
+}
+
+Verdict ConditionWatch::judge_event(const Moment& moment) {
+  if (!moment.event || !matches(*condition_, *moment.event, moment.around.robot())) return Verdict::open;
+  return count(*moment.event);
+}
+
+/// In on one side of the door's plane, out on the other.
+Verdict ConditionWatch::judge_pass(const Moment& moment) {
+  if (!moment.event || moment.event->subject != moment.around.robot() ||
+      moment.event->object != condition_->target)
+    return Verdict::open;
+  const Event& event = *moment.event;
+  const ModelEntity* door = moment.around.find_entity(condition_->target);
+  if (!door) return Verdict::open;
+  const Eigen::Isometry3d& T_map_door = door->T_map_body.isometry();
+  const double side = T_map_door.linear().col(1).dot(event.position - T_map_door.translation());
+  if (event.kind == EventKind::door_space_entered) came_from_ = side;
+  if (event.kind != EventKind::door_space_left || !came_from_) return Verdict::open;
+  const bool through = side * *came_from_ < 0;
+  came_from_.reset();
+  return through ? count(event) : Verdict::open;
+}
+
+Verdict ConditionWatch::judge_parts(const Moment& moment) {
+  const bool all = condition_->kind == Condition::Kind::all;
+  std::size_t held = 0, failed = 0;
+  for (ConditionWatch& part : parts_) {
+    const bool was_open = part.verdict_ == Verdict::open;
+    const Verdict verdict = part.look(moment);
+    if (was_open && verdict != Verdict::open && part.cause()) cause_ = part.cause();
+    held += verdict == Verdict::held;
+    failed += verdict == Verdict::failed;
+  }
+  if (held >= (all ? parts_.size() : 1)) return Verdict::held;
+  return failed >= (all ? 1 : parts_.size()) ? Verdict::failed : Verdict::open;
+}
+
+/// Each is watched from the instant at which the one before held; what ended one does not begin the next.
+Verdict ConditionWatch::judge_order(const Moment& moment) {
+  const Verdict verdict = parts_.front().look(moment);
+  if (verdict != Verdict::open && parts_.front().cause()) cause_ = parts_.front().cause();
+  if (verdict != Verdict::held) return verdict;
+  if (++part_ == condition_->parts.size()) return Verdict::held;
+  parts_.clear();
+  parts_.emplace_back(condition_->parts[part_], moment.stamp);
+  return Verdict::open;
+}
+
+Verdict ConditionWatch::held_for(bool now, SimulationTime stamp, double duration) {
+  if (!now) {
+    since_.reset();
+    spent_ = false;
+  }
+  if (!now || spent_) return Verdict::open;
+  if (!since_) since_ = stamp;
+  return stamp - *since_ >= seconds(duration) ? Verdict::held : Verdict::open;
+}
+
+}  // namespace parhelion

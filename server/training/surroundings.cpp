@@ -1,0 +1,115 @@
+#include "server/training/surroundings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace parhelion {
+namespace {
+
+/// Whether the segment goes through the box (slabs, in the box's own frame).
+bool meets(const ModelEntity& box, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Isometry3d T_body_map = box.T_map_body.isometry().inverse(Eigen::Isometry);
+  const Eigen::Vector3d a = T_body_map * from, way = T_body_map * to - a;
+  double enter = 0, leave = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double half = box.size[axis] / 2;
+    if (std::abs(way[axis]) < 1e-12) {
+      if (std::abs(a[axis]) > half) return false;
+      continue;
+    }
+    const double one = (-half - a[axis]) / way[axis], other = (half - a[axis]) / way[axis];
+    enter = std::max(enter, std::min(one, other));
+    leave = std::min(leave, std::max(one, other));
+  }
+  return enter < leave;
+}
+
+}  // namespace
+
+Surroundings::Surroundings(const SemanticModel& model, const RobotDescription& description, std::string robot)
+    : model_(model), description_(description), robot_(std::move(robot)) {}
+
+void Surroundings::take(const Event& event) {
+  if (event.subject != robot_) return;
+  switch (event.kind) {
+    case EventKind::zone_entered:
+      zones_.insert(event.object);
+      break;
+    case EventKind::zone_left:
+      zones_.erase(event.object);
+      break;
+    case EventKind::movement_started:
+      moves_ = true;
+      break;
+    case EventKind::movement_stopped:
+      moves_ = false;
+      break;
+    default:
+      break;
+  }
+}
+
+void Surroundings::take(const WorldMessage& world) {
+  bodies_.clear();
+  for (const WorldMessage::Entry& body : world.bodies) bodies_.try_emplace(body.entity, body.T_map_body);
+}
+
+const ModelEntity* Surroundings::find_entity(const std::string& name) const {
+  const auto at = std::find_if(model_.entities.begin(), model_.entities.end(),
+                               [&](const ModelEntity& entity) { return entity.name == name; });
+  return at == model_.entities.end() ? nullptr : &*at;
+}
+
+const ModelEntity* Surroundings::top_of(const std::string& flight) const {
+  const ModelEntity* top = nullptr;
+  const auto height = [](const ModelEntity& step) {
+    return step.T_map_body.translation().z() + step.size.z() / 2;
+  };
+  for (const ModelEntity& entity : model_.entities) {
+    if (entity.label != EntityLabel::stairs || entity.part_of != flight || !is_solid(entity)) continue;
+    if (!top || height(entity) > height(*top)) top = &entity;
+  }
+  return top;
+}
+
+std::optional<Eigen::Vector3d> Surroundings::place_of(const std::string& entity) const {
+  if (const auto body = bodies_.find(entity); body != bodies_.end()) return body->second.translation();
+  if (const ModelEntity* part = find_entity(entity)) return part->T_map_body.translation();
+  return std::nullopt;
+}
+
+std::optional<double> Surroundings::distance_to(const std::string& entity) const {
+  const auto robot = bodies_.find(robot_);
+  const auto place = place_of(entity);
+  if (robot == bodies_.end() || !place) return std::nullopt;
+  return (*place - robot->second.translation()).head<2>().norm();
+}
+
+bool Surroundings::sees(const std::string& entity, double most) const {
+  const auto robot = bodies_.find(robot_);
+  const auto place = place_of(entity);
+  if (robot == bodies_.end() || !place || !description_.camera) return false;
+  const CameraDescription& camera = *description_.camera;
+  const Eigen::Isometry3d T_map_optical = robot->second.isometry() * camera.T_base_optical.isometry();
+  const Eigen::Vector3d p = T_map_optical.inverse(Eigen::Isometry) * *place;
+  if (p.z() <= 0 || p.norm() > most) return false;
+  // The lens bends little where a picture is worth looking at: its middle is judged without.
+  const CameraIntrinsics& lens = camera.intrinsics;
+  const double u = lens.fx * p.x() / p.z() + lens.cx, v = lens.fy * p.y() / p.z() + lens.cy;
+  if (u < 0 || v < 0 || u >= lens.width || v >= lens.height) return false;
+  return !hidden(T_map_optical.translation(), *place, entity);
+}
+
+bool Surroundings::hidden(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                          const std::string& target) const {
+  return std::any_of(model_.entities.begin(), model_.entities.end(), [&](const ModelEntity& entity) {
+    if (!is_solid(entity) || entity.name == target || entity.label == EntityLabel::window) return false;
+    const auto moved = bodies_.find(entity.name);
+    if (moved == bodies_.end()) return meets(entity, from, to);
+    ModelEntity there = entity;
+    there.T_map_body = moved->second;
+    return meets(there, from, to);
+  });
+}
+
+}  // namespace parhelion

@@ -1,0 +1,113 @@
+// Tasks and grading in a scenario: what they may say, and what is said of a mistake.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "protocols/scenario.hpp"
+
+namespace parhelion {
+namespace {
+
+using testing::HasSubstr;
+using Kind = Condition::Kind;
+
+const std::string whole = R"(training:
+  text: Through the door and up the stairs.
+  limit: 5 min
+  order: listed
+  pass_mark: 0.6
+  grades: [{name: A, from: 0.9}, {name: B, from: 0.6}]
+  tasks:
+    - name: door
+      points: 20
+      required: true
+      limit: 60 s
+      done:
+        pass: door 1
+        never: {event: collision_started, object: door 1, impulse: 0.5 N s}
+    - name: crate
+      points: 40
+      done:
+        then:
+          - {event: gripped, object: crate}
+          - any: [{event: placed, object: box}, {reach: dock, within: 30 s}]
+          - {near: crate, distance: 50 cm, for: 2 s}
+      failed: {event: dropped, count: 2}
+  penalties:
+    - {name: collision, per_impulse: 0.5, points: 5, most: 30, when: {event: collision_started}}
+    - {name: near miss, points: 2, when: {event: collision_predicted, most: 1.5}}
+)";
+
+std::string error_of(const std::string& training) {
+  const auto scenario = parse_scenario(training, "s.yaml");
+  return scenario ? "" : scenario.error().message;
+}
+
+TEST(Training, IsReadWithItsConditionsToAnyDepth) {
+  const auto scenario = parse_scenario(whole, "s.yaml");
+  ASSERT_TRUE(scenario.ok()) << scenario.error().message;
+  ASSERT_TRUE(scenario->training.has_value());
+  const Training& training = *scenario->training;
+  EXPECT_EQ(training.limit, 300);
+  EXPECT_TRUE(training.in_order);
+  ASSERT_EQ(training.tasks.size(), 2U);
+  const Task& door = training.tasks[0];
+  EXPECT_EQ(door.done.kind, Kind::pass);
+  EXPECT_EQ(door.done.target, "door 1");
+  ASSERT_EQ(door.done.never.size(), 1U);
+  EXPECT_EQ(door.done.never[0].event, EventKind::collision_started);
+  EXPECT_EQ(door.done.never[0].impulse, 0.5);
+  const Condition& crate = training.tasks[1].done;
+  EXPECT_EQ(crate.kind, Kind::then);
+  ASSERT_EQ(crate.parts.size(), 3U);
+  EXPECT_EQ(crate.parts[1].kind, Kind::any);
+  EXPECT_EQ(crate.parts[1].parts[1].within, 30);
+  EXPECT_EQ(crate.parts[2].distance, 0.5);
+  EXPECT_EQ(crate.parts[2].duration, 2);
+  EXPECT_EQ(training.tasks[1].failed[0].count, 2U);
+  EXPECT_EQ(training.penalties[1].when.most, 1.5);
+}
+
+TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
+  const auto scenario = parse_scenario(whole, "s.yaml");
+  ASSERT_TRUE(scenario.ok());
+  const std::string written = to_yaml(*scenario);
+  const auto again = parse_scenario(written, "again.yaml");
+  ASSERT_TRUE(again.ok()) << again.error().message << "\n" << written;
+  EXPECT_EQ(to_yaml(*again), written);
+  EXPECT_EQ(again->training->tasks[1].done.parts[1].parts[1].within, 30);
+  EXPECT_EQ(again->training->tasks[0].done.never[0].impulse, 0.5);
+}
+
+TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
+  const auto with = [](const std::string& done) {
+    return "training:\n  tasks:\n    - name: t\n      points: 1\n      done: " + done + "\n";
+  };
+  const struct {
+    std::string yaml, words;
+  } mistakes[] = {
+      {with("{raech: hall}"), "s.yaml:5: unknown key 'raech', did you mean 'reach'?"},
+      {with("{event: colision_started}"),
+       "s.yaml:5: unknown event 'colision_started', did you mean 'collision_started'?"},
+      {with("{reach: hall, pass: door 1}"), "s.yaml:5: a condition: two of them"},
+      {with("{within: 3 s}"), "s.yaml:5: a condition: expected one of event, reach"},
+      {with("{reach: hall, distance: 3 m}"), "'distance' does not go with 'reach'"},
+      {with("{near: crate}"), "how near?"},
+      {with("{near: crate, distance: 3}"), "s.yaml:5: 'distance'"},
+      {with("hall"), "s.yaml:5: expected keys with values, found a single value"},
+      {with("{all: []}"), "s.yaml:5: 'all': expected number of items >= 1"},
+      {with("\n        all:\n          - {reach: a}\n          - {then: [{rech: b}]}"),
+       "s.yaml:8: unknown key 'rech'"},
+      {with("{reach: a, within: 20 s}\n      limit: 10 s"), "its condition may take longer than its limit"},
+      {with("{reach: a}") + "    - {name: t, points: 2, done: {reach: b}}\n",
+       "s.yaml:6: name 't' is taken by the task in line 3"},
+      {with("{reach: a}") + "  penalties: [{name: p, when: {event: fell}}]\n",
+       "s.yaml:6: penalty 'p' costs nothing"},
+      {with("{reach: a}") + "  grades: [{name: B, from: 0.5}, {name: A, from: 0.9}]\n", "the best first"},
+      {"training: {tasks: []}\n", "s.yaml:1: 'tasks': expected number of items >= 1"},
+  };
+  for (const auto& mistake : mistakes)
+    EXPECT_THAT(error_of(mistake.yaml), HasSubstr(mistake.words)) << mistake.yaml;
+}
+
+}  // namespace
+}  // namespace parhelion
