@@ -22,9 +22,9 @@ struct Condition {
     still,  ///< it has not moved for `duration`
     inspect,  ///< `target` is in its camera's view, no farther than `distance`, not hidden by the building,
               ///< for `duration` on end
-    all,  ///< each of `parts`, in any order
-    any,  ///< one of them
-    then  ///< one after the other
+    all,      ///< each of `parts`, in any order
+    any,      ///< one of them
+    then      ///< one after the other
   };
   Kind kind = Kind::event;
   EventKind event = EventKind::collision_started;

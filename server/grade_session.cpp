@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
 #include "server/check_training.hpp"
 
 namespace parhelion {

@@ -48,6 +48,17 @@ TEST_F(Validate, WarnsOfAModelWhoseFloorIsNotWhereRobotsDrive) {
   EXPECT_THAT(validate_file(file("level.yaml", to_yaml(model))).notes, IsEmpty());
 }
 
+TEST_F(Validate, EveryShippedScenarioIsInOrder) {
+  int scenarios = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(PARHELION_SOURCE_DIR "/server/scenarios")) {
+    if (entry.path().extension() != ".yaml") continue;
+    const auto verdict = validate_file(entry.path().string());
+    EXPECT_THAT(verdict.errors, IsEmpty()) << entry.path();
+    scenarios += verdict.summary.starts_with("scenario");
+  }
+  EXPECT_GE(scenarios, 2);
+}
+
 TEST_F(Validate, NamesWhatEachFileIs) {
   EXPECT_THAT(validate_file(file("m.yaml", to_yaml(SemanticModel()))).summary,
               HasSubstr("semantic model, 0 entities"));
