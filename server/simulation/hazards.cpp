@@ -6,6 +6,7 @@
 #include <numbers>
 #include <queue>
 
+#include "protocols/line_in_box.hpp"
 #include "server/simulation/building.hpp"
 #include "server/simulation/doors.hpp"
 
@@ -19,26 +20,6 @@ constexpr double kCell = 0.25;        // m
 constexpr int kMostCells = 250;       // along a side; with the longest reach a cell still fits through a door
 constexpr double kBreath = 0.02;      // m: a gap narrower than twice this lets no gas through
 
-/// m of the line from a to b within a box of full lengths `size` at T_map_body (slabs).
-double within_box(const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size,
-                  const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  const Eigen::Matrix3d& R = T_map_body.isometry().linear();
-  const Eigen::Vector3d center = T_map_body.isometry().translation();
-  const Eigen::Vector3d from = R.transpose() * (a - center), way = R.transpose() * (b - a);
-  double enter = 0, leave = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double half = size[axis] / 2;
-    if (std::abs(way[axis]) < 1e-12) {
-      if (std::abs(from[axis]) >= half) return 0;
-      continue;
-    }
-    const double s = (-half - from[axis]) / way[axis], t = (half - from[axis]) / way[axis];
-    enter = std::max(enter, std::min(s, t));
-    leave = std::min(leave, std::max(s, t));
-  }
-  return leave > enter ? (leave - enter) * way.norm() : 0;
-}
-
 /// What gas does not pass: not the leaf of a door, nor what is over a head.
 bool holds_gas(const FixedObstacle& obstacle) { return obstacle.label != EntityLabel::door; }
 
@@ -48,7 +29,7 @@ Crossing crossing(const Building& building, const std::vector<Door>& doors, cons
                   const Eigen::Vector3d& b) {
   Crossing all;
   const auto count = [&](const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size) {
-    const double within = within_box(T_map_body, size, a, b);
+    const double within = line_in_box(T_map_body, size, a, b);
     if (within < kLeastWall) return;
     ++all.walls;
     all.thickness += within;

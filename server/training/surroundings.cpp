@@ -1,31 +1,10 @@
 #include "server/training/surroundings.hpp"
 
 #include <algorithm>
-#include <cmath>
+
+#include "protocols/line_in_box.hpp"
 
 namespace parhelion {
-namespace {
-
-/// Whether the segment goes through the box (slabs, in the box's own frame).
-bool meets(const ModelEntity& box, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const Eigen::Isometry3d T_body_map = box.T_map_body.isometry().inverse(Eigen::Isometry);
-  const Eigen::Vector3d a = T_body_map * from, way = T_body_map * to - a;
-  double enter = 0, leave = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double half = box.size[axis] / 2;
-    if (std::abs(way[axis]) < 1e-12) {
-      if (std::abs(a[axis]) > half) return false;
-      continue;
-    }
-    const double one = (-half - a[axis]) / way[axis], other = (half - a[axis]) / way[axis];
-    enter = std::max(enter, std::min(one, other));
-    leave = std::min(leave, std::max(one, other));
-  }
-  return enter < leave;
-}
-
-}  // namespace
-
 Surroundings::Surroundings(const SemanticModel& model, const RobotDescription& description, std::string robot)
     : model_(model), description_(description), robot_(std::move(robot)) {}
 
@@ -105,10 +84,8 @@ bool Surroundings::hidden(const Eigen::Vector3d& from, const Eigen::Vector3d& to
   return std::any_of(model_.entities.begin(), model_.entities.end(), [&](const ModelEntity& entity) {
     if (!is_solid(entity) || entity.name == target || entity.label == EntityLabel::window) return false;
     const auto moved = bodies_.find(entity.name);
-    if (moved == bodies_.end()) return meets(entity, from, to);
-    ModelEntity there = entity;
-    there.T_map_body = moved->second;
-    return meets(there, from, to);
+    const Transform<Map, Body>& T_map_body = moved == bodies_.end() ? entity.T_map_body : moved->second;
+    return line_in_box(T_map_body, entity.size, from, to) > 0;
   });
 }
 
