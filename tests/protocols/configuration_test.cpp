@@ -104,7 +104,7 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
       {"agents:\n  - {name: a/b, kind: box, pose: {x: 1 m}}", "found 'a/b'"},
       {"agents:\n  - {name: '', kind: box, pose: {x: 1 m}}", "expected 1 to 32 of letters, digits"},
       {"agents:\n  - {name: a, kind: cube, pose: {x: 1 m}}",
-       "expected box, barrel, person or robot, found 'cube'"},
+       "expected box, barrel, person, robot, container or cable, found 'cube'"},
       {"agents:\n  - {name: a, kind: box, pose: {x: 1 m}, size: [1 m, 2 m]}",
        "expected number of items >= 3, found 2"},
       {"agents:\n  - {name: a, kind: box, pose: {x: 1 m}, size: [1 m, 2 m, 0 m]}", "expected size > 0 m"},
