@@ -102,6 +102,18 @@ class ScriptedDrive : public TickTest {
                  {"wrist_joint", -90 * degree - shoulder - elbow}},
                 duration);
   }
+  /// The part on the robot's right into the tub on its left, as the shipped scenarios place them.
+  void lift_part_into_tub() {
+    const double part = -90 * degree, tub = 90 * degree;  // beside the robot where it starts
+    reach(0.68, 0.40, part, 5);
+    reach(0.68, 0.11, part, 3);
+    move_joints({{"left_finger_joint", 0.079}}, 1.5);
+    reach(0.66, 0.50, part, 4);
+    reach(0.68, 0.50, tub, 7);
+    reach(0.68, 0.30, tub, 2);
+    move_joints({{"left_finger_joint", 0.04}}, 0.5);
+    move_joints({{"left_finger_joint", 0}}, 2);
+  }
   const RobotMotion& motion() {
     return *state_->simulation.robot_motion(configuration_.scenario.trainee->name);
   }

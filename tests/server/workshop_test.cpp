@@ -16,17 +16,9 @@ class WorkshopTest : public test::ScriptedDrive {
 TEST_F(WorkshopTest, ATraineeLiftsAPartIntoTheTub) {
   load(workshop);
   wait(0.5);
-  const double part = -90 * degree, tub = 90 * degree;  // beside the robot where it starts
-  reach(0.68, 0.40, part, 5);
-  reach(0.68, 0.11, part, 3);
-  move_joints({{"left_finger_joint", 0.079}}, 1.5);
-  reach(0.66, 0.50, part, 4);
+  lift_part_into_tub();
   EXPECT_TRUE(happened(EventKind::gripped, "part_1"));
   EXPECT_TRUE(happened(EventKind::lifted, "part_1"));
-  reach(0.68, 0.50, tub, 7);
-  reach(0.68, 0.30, tub, 2);
-  move_joints({{"left_finger_joint", 0.04}}, 0.5);
-  move_joints({{"left_finger_joint", 0}}, 2);
   EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
   EXPECT_FALSE(happened(EventKind::dropped));
 }
