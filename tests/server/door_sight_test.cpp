@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "protocols/door.hpp"
+#include "tests/server/level_1.hpp"
 #include "tests/server/tick_fixture.hpp"
 
 namespace parhelion {
@@ -167,6 +168,42 @@ TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
   EXPECT_TRUE(seen);
   // What explains real returns stands there too: the leaf is nobody who is in the way.
   EXPECT_TRUE(state_->obstacles.empty());
+}
+
+/// The rover stands at x = -2 and looks at the door.
+TEST_F(DoorSightTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
+  for (const double opening : {0.0, 80 * kDegree}) {
+    Scenario scenario;
+    scenario.doors.emplace_back().name = "door 1";
+    scenario.doors.back().angle = opening;
+    out_.clear();
+    start(test::level_1({}, scenario, room_with_door()));
+    std::optional<WorldSnapshot> pictured;
+    for (int step = 0; step < 120; ++step) {
+      outputs_.clear();
+      advance(configuration_, ArrivalTime{state_->simulation.next_step().ns}, *state_, outputs_, observer_);
+      for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+      if (!outputs_.frames().empty()) pictured = outputs_.frames().back().job.world;
+    }
+    const Scan scan = decoded<Scan>(channel::scan).back();
+    const double leaf = 4 - 0.02 - configuration_.robot.laser->T_base_laser.translation().x();
+    const double ahead = scan.ranges[scan.ranges.size() / 2];
+    if (opening == 0) {
+      EXPECT_NEAR(ahead, leaf, 0.1);
+    } else {
+      EXPECT_GT(ahead, leaf + 0.5) << "through the opening";
+    }
+    ASSERT_TRUE(pictured.has_value());
+    const auto id = std::find_if(pictured->scene->bodies.begin(), pictured->scene->bodies.end(),
+                                 [](const auto& body) { return body->entity == "door 1"; });
+    ASSERT_NE(id, pictured->scene->bodies.end());
+    const auto body = std::find_if(pictured->bodies.begin(), pictured->bodies.end(),
+                                   [&](const BodyState& each) { return each.id == (*id)->id; });
+    ASSERT_NE(body, pictured->bodies.end());
+    const ModelEntity drawn = room_with_door().entities.back();
+    const auto expected = leaf_at(drawn, *drawn.hinge, opening);
+    EXPECT_LT((body->T_map_body.translation() - expected.translation()).norm(), 0.03);
+  }
 }
 
 }  // namespace
