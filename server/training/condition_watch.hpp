@@ -20,7 +20,8 @@ struct Moment {
 
 enum class Verdict : std::uint8_t { open, held, failed };
 
-/// `condition` must outlive it. Events that are flagged unsensed count for nothing.
+/// `condition` must outlive it. To a condition of kind `event` what is flagged unsensed is nothing: no
+/// contact is scored that the trainee could not see coming.
 class ConditionWatch {
  public:
   /// `anew`: where things are so already at the beginning, they must first have been otherwise.
