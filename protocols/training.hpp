@@ -47,7 +47,8 @@ struct Task {
   bool required = false;        ///< without it nothing is passed
   std::optional<double> limit;  ///< s from its begin
   Condition done;
-  std::vector<Condition> failed;  ///< none or one
+  std::vector<Condition> failed;    ///< none or one
+  std::vector<std::string> skills;  ///< that it trains, each once
 };
 
 struct Penalty {

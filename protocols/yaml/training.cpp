@@ -123,12 +123,25 @@ class Reader {
   Problems& problems_;
 };
 
-Task read_task(Node& node, Reader& reader) {
+std::vector<std::string> read_skills(const Node& task, Problems& problems) {
+  std::vector<std::string> skills;
+  const Node* list = task.find("skills");
+  if (!list) return skills;
+  for (const Node& skill : list->items) {
+    if (std::find(skills.begin(), skills.end(), skill.text) != skills.end())
+      problems.add(skill.line, "'skills': '" + printable(skill.text) + "' is there twice");
+    skills.push_back(skill.text);
+  }
+  return skills;
+}
+
+Task read_task(Node& node, Reader& reader, Problems& problems) {
   Task task;
   read(node, "name", task.name);
   read(node, "text", task.text);
   read(node, "points", task.points);
   read(node, "required", task.required);
+  task.skills = read_skills(node, problems);
   read_optional(node, "limit", task.limit);
   task.done = reader.read_condition(*node.find("done"));
   if (Node* failed = node.find("failed")) task.failed.push_back(reader.read_condition(*failed));
@@ -206,7 +219,7 @@ Training read_training(Node& node, Problems& problems) {
   read(node, "pass_mark", training.pass_mark);
   std::map<std::string, int> lines;
   for (Node& task : node.find("tasks")->items) {
-    training.tasks.push_back(read_task(task, reader));
+    training.tasks.push_back(read_task(task, reader, problems));
     const std::string& name = training.tasks.back().name;
     const auto [known, inserted] = lines.emplace(name, task.line);
     if (!inserted)
@@ -259,6 +272,11 @@ void write_training(Writer& writer, const Training& training) {
     if (!task.text.empty()) writer.text("text", task.text);
     writer.number("points", task.points);
     if (task.required) writer.flag("required", true);
+    if (!task.skills.empty()) {
+      writer.open("skills");
+      for (const std::string& skill : task.skills) writer.item(Writer::quote(skill));
+      writer.close();
+    }
     if (task.limit) writer.quantity("limit", *task.limit, Quantity::time);
     write_named(writer, "done", task.done);
     if (!task.failed.empty()) write_named(writer, "failed", task.failed.front());

@@ -20,6 +20,7 @@ const std::string whole = R"(training:
     - name: door
       points: 20
       required: true
+      skills: [doors, "wheels: no touch"]
       limit: 60 s
       done:
         pass: door 1
@@ -53,6 +54,8 @@ TEST(Training, IsReadWithItsConditionsToAnyDepth) {
   const Task& door = training.tasks[0];
   EXPECT_EQ(door.done.kind, Kind::pass);
   EXPECT_EQ(door.done.target, "door 1");
+  EXPECT_EQ(door.skills, (std::vector<std::string>{"doors", "wheels: no touch"}));
+  EXPECT_TRUE(training.tasks[1].skills.empty());
   ASSERT_EQ(door.done.never.size(), 1U);
   EXPECT_EQ(door.done.never[0].event, EventKind::collision_started);
   EXPECT_EQ(door.done.never[0].impulse, 0.5);
@@ -76,6 +79,7 @@ TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
   EXPECT_EQ(to_yaml(*again), written);
   EXPECT_EQ(again->training->tasks[1].done.parts[1].parts[1].within, 30);
   EXPECT_EQ(again->training->tasks[0].done.never[0].impulse, 0.5);
+  EXPECT_EQ(again->training->tasks[0].skills, scenario->training->tasks[0].skills);
 }
 
 TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
@@ -97,6 +101,8 @@ TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
       {with("{all: []}"), "s.yaml:5: 'all': expected number of items >= 1"},
       {with("\n        all:\n          - {reach: a}\n          - {then: [{rech: b}]}"),
        "s.yaml:8: unknown key 'rech'"},
+      {with("{reach: a}\n      skills: [doors, stairs, doors]"),
+       "s.yaml:6: 'skills': 'doors' is there twice"},
       {with("{reach: a, within: 20 s}\n      limit: 10 s"), "its condition may take longer than its limit"},
       {with("{reach: a}") + "    - {name: t, points: 2, done: {reach: b}}\n",
        "s.yaml:6: name 't' is taken by the task in line 3"},
