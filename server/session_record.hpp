@@ -1,0 +1,19 @@
+// A session log as a row of the trainees' records.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "server/grade_session.hpp"
+#include "server/training/records.hpp"
+
+namespace parhelion {
+
+/// Graded by grade_session(), whose Errors and `progress` these are. Identity: SHA-256 of MR_SESSION and its
+/// instant, so that a copy, a log that is cut off and a replay of the same are the same session, and one with
+/// another scenario or seed is not.
+Result<SessionRecord> session_record(const std::string& path,
+                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
+
+}  // namespace parhelion

@@ -1,0 +1,94 @@
+// Sessions for the records, each with something of everything that a grade can hold.
+#pragma once
+
+#include <iomanip>
+#include <sstream>
+#include <string>
+
+#include "server/training/records.hpp"
+
+namespace parhelion::test {
+
+inline Event recorded_event(int number) {
+  Event event;
+  event.stamp = SimulationTime{1'700'000'000'123'456'789 + number};
+  event.kind = static_cast<EventKind>(number % (static_cast<int>(kLastEventKind) + 1));
+  event.subject = "rover";
+  event.object = "Türe \"" + std::to_string(number) + "\", links;\nunten";
+  event.pair = PairKind::real_virtual;
+  event.position = {0.1 * number, -1.0 / 3, 1e-300};
+  event.impulse = 4.2 + number;
+  event.value = -0.1;
+  event.unsensed = number % 3 == 0;
+  event.request = 0xffffffffffffffffULL;
+  event.text = "in wall 7";
+  return event;
+}
+
+/// `number` is its identity.
+inline SessionRecord recorded_session(int number) {
+  SessionRecord session;
+  session.identity = std::to_string(number);
+  session.scenario = "first lesson";
+  session.programme = number % 2 == 0 ? "" : "doors";
+  session.robot = "rover";
+  session.log = "session-" + std::to_string(number) + ".lcm";
+  session.level = 1 + number % 3;
+  session.damaged_bytes = static_cast<std::uint64_t>(number) * 7;
+  Grade& grade = session.grade;
+  grade.begin = SimulationTime{1'700'000'000'000'000'001 + number * 1'000'000'000'000};
+  grade.end = grade.begin + seconds(600.1);
+  for (const TaskOutcome outcome : {TaskOutcome::done, TaskOutcome::failed, TaskOutcome::waiting}) {
+    TaskGrade& task = grade.tasks.emplace_back();
+    task.name = "task " + std::to_string(grade.tasks.size());
+    task.required = grade.tasks.size() == 1;
+    task.outcome = outcome;
+    task.points = outcome == TaskOutcome::done ? 50.1 : 0;
+    if (outcome == TaskOutcome::waiting) continue;
+    task.began = grade.begin;
+    task.ended = grade.begin + seconds(30);
+    if (outcome == TaskOutcome::done) task.cause = recorded_event(number);
+  }
+  grade.charges = {{grade.begin + seconds(1), "collision", 5 + 0.1 * number, recorded_event(number + 1)},
+                   {grade.begin + seconds(2), "too near", 1.0 / 3, std::nullopt}};
+  grade.earned = 50.1;
+  grade.charged = 5 + 0.1 * number + 1.0 / 3;
+  grade.most = 120;
+  grade.score = grade.earned - grade.charged;
+  grade.share = grade.score / grade.most;
+  grade.grade = "C";
+  grade.passed = number % 2 == 0;
+  grade.ended = grade.complete = true;
+  return session;
+}
+
+inline std::string text_of(const std::optional<Event>& event) {
+  if (!event) return "-";
+  std::ostringstream text;
+  text << std::hexfloat << event->stamp.ns << ' ' << to_string(event->kind) << ' ' << event->subject << '|'
+       << event->object << '|' << static_cast<int>(event->pair) << ' ' << event->position.x() << ' '
+       << event->position.y() << ' ' << event->position.z() << ' ' << event->impulse << ' ' << event->value
+       << ' ' << event->unsensed << ' ' << event->request << ' ' << event->text;
+  return text.str();
+}
+
+/// Everything, numbers to the bit.
+inline std::string text_of(const SessionRecord& session) {
+  const auto at = [](const std::optional<SimulationTime>& t) { return t ? std::to_string(t->ns) : "-"; };
+  const Grade& grade = session.grade;
+  std::ostringstream text;
+  text << std::hexfloat << session.identity << '|' << session.scenario << '|' << session.programme << '|'
+       << session.robot << '|' << session.log << '|' << session.level << ' ' << session.damaged_bytes << ' '
+       << grade.begin.ns << ' ' << grade.end.ns << ' ' << grade.earned << ' ' << grade.charged << ' '
+       << grade.most << ' ' << grade.score << ' ' << grade.share << ' ' << grade.grade << ' ' << grade.passed
+       << grade.ended << grade.complete << '\n';
+  for (const TaskGrade& task : grade.tasks)
+    text << task.name << '|' << task.required << ' ' << to_string(task.outcome) << ' ' << task.points << ' '
+         << at(task.began) << ' ' << at(task.ended) << ' ' << text_of(task.cause) << '\n';
+  for (const Charge& charge : grade.charges)
+    text << charge.at.ns << ' ' << charge.rule << ' ' << charge.points << ' ' << text_of(charge.cause)
+         << '\n';
+  return text.str();
+}
+
+}  // namespace parhelion::test
