@@ -9,9 +9,9 @@ namespace parhelion {
 namespace {
 
 constexpr const char* description =
-    "Check files: scenario (with the model and robot that it names), semantic model, robot description, "
-    "laser preset, "
-    "ROS map, LCM log";
+    "Check files: scenario (with the model and robot that it names), course, semantic model, robot "
+    "description, "
+    "laser preset, ROS map, LCM log";
 constexpr const char* footer =
     "Example:\n  parhelion validate lab.yaml drive.lcm\n\n"
     "Prints one line per file, for a log one more per channel. Errors go to stderr with file and line, "

@@ -6,6 +6,7 @@
 
 #include "fusion/pose/slam.hpp"
 #include "fusion/semantic/build_model.hpp"
+#include "protocols/course.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
@@ -50,6 +51,24 @@ Verdict validate_scenario(const std::string& path) {
                                        files->model, files->robot_models);
   const Status begun = configuration ? check_start(*configuration, path) : configuration.error();
   if (!begun) verdict.errors.push_back(begun.error().message);
+  return verdict;
+}
+
+/// The course itself, and that each of its programmes is a scenario that is graded. A scenario that needs a
+/// model which is made of recordings (and is not there) is read all the same.
+Verdict validate_course(const std::string& path) {
+  const auto course = load_course(path);
+  if (!course) return {"", {}, {course.error().message}};
+  Verdict verdict;
+  verdict.summary =
+      "course '" + course->name + "', " + count(course->programmes.size(), "programme", "programmes");
+  for (const CourseProgramme& programme : course->programmes) {
+    const auto scenario = load_scenario(programme.scenario);
+    if (!scenario)
+      verdict.errors.push_back(scenario.error().message);
+    else if (!scenario->training)
+      verdict.errors.push_back(programme.scenario + ":1: says nothing of training: it is no programme");
+  }
   return verdict;
 }
 
@@ -127,11 +146,12 @@ Verdict validate_file(const std::string& path) {
   if (kind == "robot") return validate_robot(path);
   if (kind == "laser") return validate_preset(path);
   if (kind == "robot_model") return validate_robot_model(path);
-  return {"",
-          {},
-          {path + ":1: none of its keys belongs to a scenario, model, robot description, robot model, laser "
-                  "preset or ROS "
-                  "map"}};
+  if (kind == "course") return validate_course(path);
+  return {
+      "",
+      {},
+      {path + ":1: none of its keys belongs to a scenario, course, model, robot description, robot model, "
+              "laser preset or ROS map"}};
 }
 
 }  // namespace parhelion

@@ -10,7 +10,7 @@
 namespace parhelion::yaml {
 
 /// Checks `root` against `schema` ("scenario", "condition", "model", "robot", "laser", "robot_model",
-/// "joystick"); what is wrong goes to `problems`, by line. Fills Node::number. Where there are no problems,
+/// "joystick", "course"); what is wrong goes to `problems`, by line. Fills Node::number. Where there are no problems,
 /// each value is of the type that the schema says, finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 

@@ -1,0 +1,54 @@
+// A course: programmes in the order of their difficulty, and the ranks that it gives (the ranking system of
+// the paper, section 4.1). Level, tasks and the skills that they train are each programme's own: its
+// scenario's.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct CourseProgramme {
+  std::string scenario;  ///< path of a scenario with `training`
+  std::string text;      ///< what it teaches
+};
+
+struct CourseRank {
+  std::string name;
+  std::uint64_t passed = 0;  ///< programmes, at least
+  double from = 0;           ///< mean share of the points over all programmes, 0..1
+};
+
+struct Course {
+  std::string name, text;
+  std::vector<CourseProgramme> programmes;  ///< the easiest first; each once
+  std::vector<CourseRank> ranking;          ///< the highest first
+};
+
+/// A trainee's best session of one programme.
+struct ProgrammeResult {
+  double share = 0;  ///< of the points, 0..1
+  bool passed = false;
+};
+
+struct CourseStanding {
+  std::string rank;                 ///< empty: none yet
+  std::size_t passed = 0;           ///< programmes
+  double share = 0;                 ///< mean over all programmes; those that were not driven count as 0
+  std::optional<std::size_t> next;  ///< first programme that is not passed; none: all are
+};
+
+/// Reads YAML (schema course.schema.json). Paths are left as they are written; the scenarios are not read.
+Result<Course> parse_course(const std::string& yaml, const std::string& origin);
+/// The same from a file; paths of scenarios are resolved against its folder.
+Result<Course> load_course(const std::string& path);
+
+/// `best`: one for each programme of the course, in its order; none: not driven yet.
+CourseStanding standing_in(const Course& course, const std::vector<std::optional<ProgrammeResult>>& best);
+
+}  // namespace parhelion
