@@ -330,7 +330,7 @@ void check(Node& root, std::string_view name, Problems& problems) {
 std::string guess_schema(const Node& root) {
   std::string best;
   std::size_t most = 0;
-  for (const char* name : {"scenario", "model", "robot", "laser", "robot_model", "joystick"}) {
+  for (const char* name : {"scenario", "model", "robot", "laser", "robot_model", "joystick", "course"}) {
     const Json& properties = schema_named(name).text.at("properties");
     const auto names = keys_of(properties);
     std::size_t known = 0;

@@ -114,6 +114,9 @@ class ScriptedDrive : public TickTest {
     move_joints({{"left_finger_joint", 0.04}}, 0.5);
     move_joints({{"left_finger_joint", 0}}, 2);
   }
+  /// What the server says, in order.
+  virtual void heard(const Outputs::Entry& /*entry*/) {}
+
   const RobotMotion& motion() {
     return *state_->simulation.robot_motion(configuration_.scenario.trainee->name);
   }
@@ -149,6 +152,7 @@ class ScriptedDrive : public TickTest {
     outputs_.clear();
     tick(configuration_, input, *state_, outputs_, observer_);
     for (const Outputs::Entry& entry : outputs_.entries()) {
+      heard(entry);
       if (entry.channel != channel::mr_events) continue;
       Event event;
       ASSERT_TRUE(decode(entry.channel, entry.payload, event).ok());
