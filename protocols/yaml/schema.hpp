@@ -10,8 +10,8 @@
 namespace parhelion::yaml {
 
 /// Checks `root` against `schema` ("scenario", "condition", "model", "robot", "laser", "robot_model",
-/// "joystick", "course"); what is wrong goes to `problems`, by line. Fills Node::number. Where there are no problems,
-/// each value is of the type that the schema says, finite and in range.
+/// "joystick", "course"); what is wrong goes to `problems`, by line. Fills Node::number. Where there are no
+/// problems, each value is of the type that the schema says, finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 
 /// The schema whose keys fit the document's top level best, misspelt ones included; empty where none does.
