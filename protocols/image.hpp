@@ -63,6 +63,8 @@ struct CameraDescription {
   Transform<Base, CameraOptical> T_base_optical;  ///< with all joints of `head` at zero
   std::vector<HeadJoint> head;                    ///< from the base outwards; none: fixed to the base
   double readout = 0;                             ///< s, first to last row of a rolling shutter; 0: global
+  double rate = 0;                                ///< Hz, of images; 0: not said
+  double noise = 0;                               ///< 1 sigma of an 8-bit pixel's value, each channel its own
   std::string source;                             ///< what an imported source said beyond these fields
 };
 

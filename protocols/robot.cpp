@@ -65,6 +65,8 @@ CameraDescription read_camera(const Node& node, yaml::Problems& problems) {
       Transform<Base, CameraOptical>(yaml::read_camera_isometry(*node.find("pose"), problems));
   camera.head = yaml::read_head(node, problems);
   yaml::read(node, "readout", camera.readout);
+  yaml::read(node, "rate", camera.rate);
+  yaml::read(node, "noise", camera.noise);
   yaml::read(node, "source", camera.source);
   return camera;
 }
@@ -202,6 +204,8 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
     yaml::write_head(writer, robot.camera->head);
     write_intrinsics(writer, robot.camera->intrinsics);
     writer.quantity("readout", robot.camera->readout, Quantity::time);
+    writer.quantity("rate", robot.camera->rate, Quantity::rate);
+    writer.quantity("noise", robot.camera->noise, Quantity::digital_number);
     writer.text("source", robot.camera->source);
     writer.close();
   }

@@ -10,7 +10,6 @@ namespace {
 constexpr Duration depth_partner = milliseconds(50);  // further off in time it shows another moment
 constexpr Duration same_moment = milliseconds(5);     // nearer than any two exposures of one camera
 constexpr Duration longest_wait = milliseconds(50);   // for the depth image of the same moment
-constexpr double picture_noise = 1.5;                 // of 255, 1 sigma, of a simulated camera
 
 /// Through the render thread like all others, so that no original overtakes an image that is still drawn.
 void pass_original(Image image, std::uint64_t sequence, const std::string& reason, Outputs& outputs) {
@@ -186,7 +185,7 @@ void take_picture(const Configuration& configuration, const RobotMotion& motion,
   frame.job.camera = camera;
   frame.job.T_map_optical = motion.T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
   frame.model = state.model;
-  frame.exposure = {true, picture_noise, configuration.scenario.seed, frame.sequence};
+  frame.exposure = {true, camera.noise, configuration.scenario.seed, frame.sequence};
   ++state.tally.frames_in;
   outputs.add_frame(std::move(frame));
 }

@@ -15,8 +15,8 @@ constexpr double joint_rate = 30;
 constexpr double bumper_rate = 10;  // and at each change
 constexpr double odometry_rate = 50;
 constexpr double pose_rate = 50;
-constexpr double scan_rate = 10;  // of a laser whose description says none
-constexpr double camera_rate = 15;
+constexpr double scan_rate = 10;    // of a laser whose description says none
+constexpr double camera_rate = 15;  // of a camera, the same
 // What is known exactly is said to be known to a millimetre: no covariance may be singular.
 constexpr double exact_position = 1e-3;  // m
 constexpr double exact_angle = 1e-4;     // rad
@@ -170,7 +170,8 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const Rob
       bumpers(model.bumpers) {
   if (configuration.robot.imu)
     imu.emplace(*configuration.robot.imu, ImuErrors{}, configuration.scenario.seed);
-  if (configuration.robot.camera) camera_clock.emplace(camera_rate);
+  if (const auto& camera = configuration.robot.camera)
+    camera_clock.emplace(camera->rate > 0 ? camera->rate : camera_rate);
   laser.agent = configuration.robot.name;
   laser.laser = *configuration.robot.laser;
 }

@@ -37,6 +37,7 @@ constexpr Unit power_levels[] = {{"dBm"}};
 constexpr Unit losses[] = {{"dB"}};
 constexpr Unit dose_rates[] = {{"uSv/h"}, {"mSv/h", 1000, 1}};
 constexpr Unit concentrations[] = {{"ppm"}, {"%", 10000, 1}};
+constexpr Unit digital_numbers[] = {{"DN"}};
 
 struct Dimension {
   std::string_view name;
@@ -44,7 +45,7 @@ struct Dimension {
 };
 
 /// In the order of Quantity.
-constexpr std::array<Dimension, 20> dimensions{{{"length", lengths},
+constexpr std::array<Dimension, 21> dimensions{{{"length", lengths},
                                                 {"angle", angles},
                                                 {"time", times},
                                                 {"rate", rates},
@@ -63,7 +64,8 @@ constexpr std::array<Dimension, 20> dimensions{{{"length", lengths},
                                                 {"power_level", power_levels},
                                                 {"loss", losses},
                                                 {"dose_rate", dose_rates},
-                                                {"concentration", concentrations}}};
+                                                {"concentration", concentrations},
+                                                {"digital_number", digital_numbers}}};
 
 const Dimension& dimension(Quantity quantity) { return dimensions[static_cast<std::size_t>(quantity)]; }
 

@@ -11,26 +11,27 @@ namespace parhelion::yaml {
 /// What a number measures; the first unit of each is the one that structs hold and that numbers are written
 /// in.
 enum class Quantity {
-  length,         ///< m, cm, mm, km
-  angle,          ///< rad, deg
-  time,           ///< s, ms, us, ns, min
-  rate,           ///< Hz, kHz, MHz, GHz
-  speed,          ///< m/s, cm/s, mm/s, km/h
-  angular_speed,  ///< rad/s, deg/s
-  acceleration,   ///< m/s^2
-  mass,           ///< kg, g
-  pixels,         ///< px
-  length_ratio,   ///< m/m, %
-  angle_ratio,    ///< rad/rad, deg/deg, %
-  force,          ///< N, kN
-  torque,         ///< N m
-  impulse,        ///< N s
-  energy,         ///< J, kJ, Wh
-  power,          ///< W
-  power_level,    ///< dBm
-  loss,           ///< dB
-  dose_rate,      ///< uSv/h, mSv/h
-  concentration,  ///< ppm, %
+  length,          ///< m, cm, mm, km
+  angle,           ///< rad, deg
+  time,            ///< s, ms, us, ns, min
+  rate,            ///< Hz, kHz, MHz, GHz
+  speed,           ///< m/s, cm/s, mm/s, km/h
+  angular_speed,   ///< rad/s, deg/s
+  acceleration,    ///< m/s^2
+  mass,            ///< kg, g
+  pixels,          ///< px
+  length_ratio,    ///< m/m, %
+  angle_ratio,     ///< rad/rad, deg/deg, %
+  force,           ///< N, kN
+  torque,          ///< N m
+  impulse,         ///< N s
+  energy,          ///< J, kJ, Wh
+  power,           ///< W
+  power_level,     ///< dBm
+  loss,            ///< dB
+  dose_rate,       ///< uSv/h, mSv/h
+  concentration,   ///< ppm, %
+  digital_number,  ///< DN: one step of an 8-bit pixel
 };
 
 /// "length" to Quantity::length; error for a name that is none.

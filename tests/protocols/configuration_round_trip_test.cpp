@@ -369,8 +369,13 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
   if (*rc::gen::arbitrary<bool>()) a.laser = any_laser();
   if (*rc::gen::arbitrary<bool>()) a.line_laser = LineLaserDescription{any_laser(), any_head()};
   if (*rc::gen::arbitrary<bool>()) {
-    a.camera = CameraDescription{any_intrinsics(), any_pose<Base, CameraOptical>(), any_head(),
-                                 between(0, 60), text()};
+    a.camera = CameraDescription{any_intrinsics(),
+                                 any_pose<Base, CameraOptical>(),
+                                 any_head(),
+                                 between(0, 60),
+                                 between(0, 100),
+                                 between(0, 50),
+                                 text()};
   }
   if (*rc::gen::arbitrary<bool>()) {
     a.depth = DepthCameraDescription{
@@ -402,6 +407,7 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
     RC_ASSERT(same(a.camera->T_base_optical, b->camera->T_base_optical));
     RC_ASSERT(same(a.camera->head, b->camera->head));
     RC_ASSERT(a.camera->readout == b->camera->readout && a.camera->source == b->camera->source);
+    RC_ASSERT(a.camera->rate == b->camera->rate && a.camera->noise == b->camera->noise);
   }
   RC_ASSERT(a.depth.has_value() == b->depth.has_value());
   if (a.depth) {
