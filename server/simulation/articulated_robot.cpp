@@ -8,6 +8,7 @@ namespace parhelion {
 namespace {
 
 constexpr double kServo = 12;          // 1/s: how fast a position error is driven out
+constexpr double kCourse = 0.1;        // share of its speed with which a joint goes back to its course
 constexpr double kSpeedUp = 0.2;       // s from rest to a joint's full speed
 constexpr double kCommandHolds = 0.5;  // s of velocities and efforts without a new command
 constexpr double kStayAwake = 1.0;     // s after a command
@@ -278,8 +279,9 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   if (servo.until && now > *servo.until) {
     servo.until.reset();
     servo.mode = Servo::Mode::position;
-    servo.target = state.position;
+    servo.target = servo.course.value_or(state.position);
   }
+  if (servo.mode != Servo::Mode::velocity) servo.course.reset();
   if (servo.mode == Servo::Mode::effort) {
     const double effort = std::clamp(servo.target, -joint.effort, joint.effort);
     servo.asked = 0;
@@ -288,13 +290,33 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
                         std::abs(effort) * geared_share(physics, i, state.position, effort));
     return;
   }
-  double wanted =
-      servo.mode == Servo::Mode::velocity ? servo.target : kServo * (servo.target - state.position);
-  wanted = std::clamp(wanted, -servo.most_speed, servo.most_speed);
-  servo.asked = towards(servo.asked, wanted, joint.velocity / kSpeedUp * dt);
+  if (servo.mode == Servo::Mode::velocity) {
+    servo.asked = keep_course(servo, joint, state.position, dt);
+  } else {
+    const double wanted =
+        std::clamp(kServo * (servo.target - state.position), -servo.most_speed, servo.most_speed);
+    servo.asked = towards(servo.asked, wanted, joint.velocity / kSpeedUp * dt);
+  }
   if (std::abs(servo.asked) > 0.01 * joint.velocity) awake_until_ = std::max(awake_until_.value_or(now), now);
   const double share = geared_share(physics, i, state.position, servo.asked);
   physics.drive_joint(joint_handles_[i], servo.asked, share * (joint.effort + joint.friction));
+}
+
+/// A motor under load gives way a little: without a course an arm that is told to stand still would sink.
+double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, double position, double dt) {
+  const double most = kCourse * joint.velocity;
+  if (!servo.course) {
+    const double correction = std::clamp(servo.asked, -most, most);
+    servo.speed = servo.asked - correction;
+    servo.course = position + correction / kServo;
+  }
+  // What stops the joint is not made up for afterwards.
+  servo.course = position + std::clamp(*servo.course - position, -most / kServo, most / kServo);
+  const double wanted = std::clamp(servo.target, -servo.most_speed, servo.most_speed);
+  servo.speed = towards(servo.speed, wanted, joint.velocity / kSpeedUp * dt);
+  const double asked = servo.speed + kServo * (*servo.course - position);
+  *servo.course += servo.speed * dt;
+  return std::clamp(asked, -joint.velocity, joint.velocity);
 }
 
 double ArticulatedRobot::geared_share(Physics& physics, std::size_t i, double position, double way) const {

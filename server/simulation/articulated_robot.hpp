@@ -75,6 +75,8 @@ class ArticulatedRobot {
     double most_speed = 0;                ///< rad/s or m/s
     std::optional<SimulationTime> until;  ///< of velocities and efforts
     double asked = 0;                     ///< rad/s or m/s that the motor goes for now
+    double speed = 0;                     ///< rad/s or m/s: of a commanded velocity, what it has come to
+    std::optional<double> course;         ///< rad or m: where that would have taken the joint
     double load = 0;                      ///< N m or N, over some steps
     double stalled = 0;                   ///< s that it has been at its limit without moving
     bool overloaded = false, broken = false;
@@ -91,6 +93,8 @@ class ArticulatedRobot {
   void drive_runners(Physics& physics, const Twist2& wanted, double dt);
   void steer(Physics& physics, double curvature, double dt);
   void drive_joint(Physics& physics, std::size_t i, SimulationTime now, double dt);
+  /// What a joint's motor goes for that is commanded a velocity.
+  static double keep_course(Servo& servo, const RobotJoint& joint, double position, double dt);
   /// Share of its effort that a joint has which is geared to another: none to run ahead of it. `way`: its
   /// sign says where to.
   double geared_share(Physics& physics, std::size_t i, double position, double way) const;

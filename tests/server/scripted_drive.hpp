@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "server/session_files.hpp"
+#include "tests/server/crawler_arm.hpp"
 #include "tests/server/tick_fixture.hpp"
 
 namespace parhelion::test {
@@ -88,19 +89,9 @@ class ScriptedDrive : public TickTest {
       send_joints(positions);
     }
   }
-  /// The crawler's arm: the point between its pads to `ahead` m from the turret's axis and z of base_link,
-  /// fingers downwards, the turret turned.
+  /// The crawler's arm: where its gripper is to be (crawler_reach).
   void reach(double ahead, double z, double turned, double duration) {
-    const double upper = 0.46, fore = 0.40, hand = 0.1875;  // m, of the model
-    const double dz = z + hand - 0.355, d2 = ahead * ahead + dz * dz;
-    const double elbow = -std::acos((d2 - upper * upper - fore * fore) / (2 * upper * fore));
-    const double shoulder =
-        std::atan2(dz, ahead) + std::acos((d2 + upper * upper - fore * fore) / (2 * upper * std::sqrt(d2)));
-    move_joints({{"turret_joint", turned},
-                 {"shoulder_joint", shoulder},
-                 {"elbow_joint", elbow},
-                 {"wrist_joint", -90 * degree - shoulder - elbow}},
-                duration);
+    move_joints(crawler_reach(ahead, z, turned), duration);
   }
   /// The part on the robot's right into the tub on its left, as the shipped scenarios place them.
   void lift_part_into_tub() {

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "robots_world.hpp"
+#include "tests/server/crawler_arm.hpp"
 
 namespace parhelion {
 namespace {
@@ -181,17 +182,8 @@ class Gripper : public testing::Test {
     const Status status = world->joint_command("r", command);
     ASSERT_TRUE(status.ok()) << status.error().message;
   }
-  /// The point between the pads to `ahead` m from the turret's axis and z of base_link, fingers downwards.
   void reach(double ahead, double z, double turned, double wait) {
-    const double upper = 0.46, fore = 0.40, hand = 0.1875;  // m, of the model
-    const double dz = z + hand - 0.355, d2 = ahead * ahead + dz * dz;
-    const double elbow = -std::acos((d2 - upper * upper - fore * fore) / (2 * upper * fore));
-    const double shoulder =
-        std::atan2(dz, ahead) + std::acos((d2 + upper * upper - fore * fore) / (2 * upper * std::sqrt(d2)));
-    joints({{"turret_joint", turned},
-            {"shoulder_joint", shoulder},
-            {"elbow_joint", elbow},
-            {"wrist_joint", -90 * kDegree - shoulder - elbow}});
+    joints(crawler_reach(ahead, z, turned));
     run(*world, wait);
   }
   void fingers(double way, double wait) {

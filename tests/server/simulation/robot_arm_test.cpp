@@ -3,6 +3,7 @@
 #include <map>
 
 #include "robots_world.hpp"
+#include "tests/server/crawler_arm.hpp"
 
 namespace parhelion {
 namespace {
@@ -115,17 +116,30 @@ TEST(RobotArm, StretchedOutItHoldsStill) {
   EXPECT_LT(fastest, 0.005);
 }
 
-/// Sends the point between the finger pads to (x, z) of base_link, fingers pointing down.
-void reach(Simulation& simulation, double x, double z) {
-  const double upper = 0.46, fore = 0.40, hand = 0.1875;  // m, of the model
-  const double dx = x - 0.12, dz = z + hand - 0.355, d2 = dx * dx + dz * dz;
-  const double elbow = -std::acos((d2 - upper * upper - fore * fore) / (2 * upper * fore));
-  const double shoulder =
-      std::atan2(dz, dx) + std::acos((d2 + upper * upper - fore * fore) / (2 * upper * std::sqrt(d2)));
-  joints(simulation, {{"shoulder_joint", shoulder},
-                      {"elbow_joint", elbow},
-                      {"wrist_joint", -90 * kDegree - shoulder - elbow}});
+TEST(RobotArm, AJointThatIsToldToStandStillDoesNotSinkUnderItsLoad) {
+  Simulation simulation = make(floor_of(20), with_robots({"crawler"}));
+  spawn(simulation, articulated("r", "crawler", 0, 0));
+  joints(simulation, {{"shoulder_joint", 30 * kDegree}, {"elbow_joint", 0}});
+  run(simulation, 5);
+  const double stood = position(simulation, "shoulder_joint");
+  Joints command;
+  command.names = {"shoulder_joint"};
+  const auto keep = [&](double velocity, double duration) {
+    command.velocities = {velocity};
+    for (int i = 0; i < std::lround(duration / 0.1); ++i) {
+      ASSERT_TRUE(simulation.joint_command("r", command).ok());
+      run(simulation, 0.1);
+    }
+  };
+  keep(0, 5);
+  EXPECT_NEAR(position(simulation, "shoulder_joint"), stood, 1e-3);
+  keep(0.2, 1);
+  keep(0, 5);
+  EXPECT_NEAR(position(simulation, "shoulder_joint"), stood + 0.2, 2e-3) << "as far as the command says";
 }
+
+/// Sends the point between the finger pads to (x, z) of base_link, fingers pointing down.
+void reach(Simulation& simulation, double x, double z) { joints(simulation, crawler_reach(x - kTurret, z)); }
 
 void fingers(Simulation& simulation, double way) {
   joints(simulation, {{"left_finger_joint", way}});  // the other one is geared to it

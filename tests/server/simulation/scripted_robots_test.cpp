@@ -1,10 +1,5 @@
-// Scripted runs of simulated robots on stairs and with the arm. The physics moves them, so when a thing
-// happens is read off their motion, by rules that are written down here once more.
-#include <map>
-#include <memory>
-
-#include "robots_world.hpp"
-#include "scripted_runs.hpp"
+// Scripted runs of simulated robots on stairs: when a thing happens is read off their motion.
+#include "scripted_robots.hpp"
 
 namespace parhelion {
 namespace {
@@ -13,28 +8,6 @@ using namespace test;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTread = 0.29;
-
-/// Moving from 0.05 m/s or 0.1 rad/s on, standing after a quarter of a second below 0.02 m/s and 0.04 rad/s.
-class MovementWitness {
- public:
-  void see(const RobotMotion& motion, double t, std::vector<Expected>& expected) {
-    const double speed = motion.velocity.norm(), rate = motion.rotation_rate.norm();
-    if (!moves_ && (speed > 0.05 || rate > 0.10)) {
-      moves_ = true;
-      slow_ = 0;
-      expected.push_back({EventKind::movement_started, t, "", "r"});
-    } else if (moves_) {
-      slow_ = speed < 0.02 && rate < 0.04 ? slow_ + 1 : 0;
-      if (slow_ <= 60) return;
-      moves_ = false;
-      expected.push_back({EventKind::movement_stopped, t, "", "r"});
-    }
-  }
-
- private:
-  bool moves_ = false;
-  int slow_ = 0;  // steps
-};
 
 /// base_link comes over the steps of a flight from x = 1 m on, not far below their tops; its nose goes up and
 /// down again.
@@ -60,21 +33,6 @@ class StairsWitness {
   double rise_;
   bool warned_ = false;
 };
-
-Run with_robot(RobotModel model, SemanticModel site, double duration) {
-  Run run{.name = "robot", .duration = duration};
-  run.model = std::move(site);
-  run.options.robot_models.push_back(std::make_shared<const RobotModel>(std::move(model)));
-  return run;
-}
-
-void joint(Simulation& simulation, const std::vector<std::string>& names, double position) {
-  Joints command;
-  command.names = names;
-  command.positions.assign(names.size(), position);
-  const Status status = simulation.joint_command("r", command);
-  ASSERT_TRUE(status.ok()) << status.error().message;
-}
 
 /// The tracked robot climbs a flight as an operator takes it up, and stands on top.
 Run climbs(int steps, double rise, double speed) {
@@ -107,55 +65,9 @@ Run climbs(int steps, double rise, double speed) {
   return run;
 }
 
-std::size_t index_of(const Joints& joints, const std::string& name) {
-  return static_cast<std::size_t>(std::find(joints.names.begin(), joints.names.end(), name) -
-                                  joints.names.begin());
-}
-
-/// The shoulder is sent up with a motor that is too weak for the stretched arm: half a second after it stands
-/// still under all its torque it is overloaded.
-Run overloads_its_shoulder(double effort) {
-  RobotModel model = *shipped("crawler");
-  for (RobotJoint& each : model.joints) {
-    if (each.name != "shoulder_joint") continue;
-    each.effort = effort;
-    each.break_effort = 0;
-  }
-  Run run = with_robot(model, floor_of(20), 5);
-  run.name = "overload";
-  run.before_step = [](Simulation& simulation, double t) {
-    if (t != kStep) return;
-    spawn(simulation, articulated("r", "crawler", 0, 0));
-    joint(simulation, {"elbow_joint"}, 0);
-    joint(simulation, {"shoulder_joint"}, 60 * kDegree);
-  };
-  const auto moves = std::make_shared<MovementWitness>();
-  const auto stalled = std::make_shared<double>(0);
-  const auto overloaded = std::make_shared<bool>(false);
-  const auto shoulder = std::find_if(model.joints.begin(), model.joints.end(),
-                                     [](const RobotJoint& each) { return each.name == "shoulder_joint"; });
-  const double slow = 0.05 * shoulder->velocity;
-  run.witness = [=](const Simulation& simulation, double t, std::vector<Expected>& expected) {
-    const RobotMotion& now = motion(simulation, "r");
-    moves->see(now, t, expected);
-    const std::size_t at = index_of(now.joints, "shoulder_joint");
-    const double share = std::abs(now.joints.efforts[at]) / effort;
-    *stalled = share >= 0.99 && std::abs(now.joints.velocities[at]) < slow ? *stalled + kStep : 0;
-    if (share < 0.9) *overloaded = false;
-    if (*overloaded || *stalled <= 0.5) return;
-    *overloaded = true;
-    expected.push_back({EventKind::joint_overload, t, "shoulder_joint", "r"});
-  };
-  return run;
-}
-
 TEST(ScriptedRobots, OnStairs) {
   expect_good({climbs(4, 0.17, 0.3), climbs(6, 0.15, 0.25), climbs(3, 0.17, 0.4)},
               "of the tracked robot on stairs");
-}
-
-TEST(ScriptedRobots, WithTheArm) {
-  expect_good({overloads_its_shoulder(6), overloads_its_shoulder(12)}, "of the arm");
 }
 
 }  // namespace

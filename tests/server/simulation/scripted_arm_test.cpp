@@ -1,0 +1,309 @@
+// Scripted runs of the crawler's arm. When a thing is gripped, lifted, dropped or placed and when a joint
+// breaks is reckoned beforehand, from the speeds that the joints are commanded, from the arm's measures and
+// from free fall; what else is said, of movement and touch, is read off the bodies' poses.
+#include <map>
+
+#include "scripted_robots.hpp"
+#include "tests/server/crawler_arm.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+constexpr double kDegree = std::numbers::pi / 180, kGravity = 9.81;
+constexpr double kLetGo = 0.1, kRest = 0.3, kLift = 0.02, kSink = 0.5;  // s, s, m, m/s: the rules of gripping
+constexpr double kSpeedUp = 0.2;        // s, of a joint's motor to its full speed
+constexpr double kPads = 0.08;          // m from the middle of the open gripper to either pad
+constexpr double kFinger = 0.006;       // m from a finger's origin to its pad's face
+constexpr double kFingerLength = 0.11;  // m
+constexpr double kAhead = 0.68;         // m from the turret's axis to the load
+constexpr double kTouch = 2e-5;         // m
+constexpr double kWall = 0.015;         // m, of a container
+const Eigen::Vector3d kLoad(0.08, 0.08, 0.16);
+
+using Values = std::map<std::string, double>;
+
+/// Said ten times a second from `from` on, until the next one.
+struct Command {
+  double from = 0;
+  Values positions, speeds = {}, efforts = {};
+};
+
+void say(Simulation& simulation, const std::vector<Command>& script, double t) {
+  const auto newest = std::find_if(script.rbegin(), script.rend(),
+                                   [&](const Command& each) { return each.from <= t + kStep / 2; });
+  if (newest == script.rend() || std::lround((t - newest->from) / kStep) % 24 != 0) return;
+  const auto send = [&](const Values& values, std::vector<double> Joints::*list) {
+    if (values.empty()) return;
+    Joints joints;
+    for (const auto& [name, value] : values) {
+      joints.names.push_back(name);
+      (joints.*list).push_back(value);
+    }
+    const Status status = simulation.joint_command("r", joints);
+    ASSERT_TRUE(status.ok()) << status.error().message;
+  };
+  send(newest->positions, &Joints::positions);
+  send(newest->speeds, &Joints::velocities);
+  send(newest->efforts, &Joints::efforts);
+}
+
+const RobotJoint& joint_of(const RobotModel& model, const std::string& name) {
+  return *std::find_if(model.joints.begin(), model.joints.end(),
+                       [&](const RobotJoint& each) { return each.name == name; });
+}
+
+/// When a joint that stands and is commanded `speed` at `t` has gone `way`: it speeds up evenly, and has each
+/// step's speed from the step's beginning on.
+double gone(const std::string& name, double t, double speed, double way) {
+  const double acceleration = joint_of(*shipped("crawler"), name).velocity / kSpeedUp;
+  return t - kStep + way / speed + speed / (2 * acceleration) - kStep / 2;
+}
+
+/// z over the floor of a point that the shoulder turns upwards by `angle`: ahead of it and above it.
+double raised(double ahead, double above, double angle) {
+  return kShoulder + ahead * std::sin(angle) + above * std::cos(angle);
+}
+
+/// The angle at which f, which grows with it, is `value`.
+template <class F>
+double solve(const F& f, double value) {
+  double low = 0, high = 1;
+  for (int i = 0; i < 60; ++i) (f((low + high) / 2) < value ? low : high) = (low + high) / 2;
+  return low;
+}
+
+/// All of the load, at a step.
+class LoadWitness {
+ public:
+  /// After `lets_go` nothing presses on the load: it is placed once it has been still in the tub for a while.
+  explicit LoadWitness(double lets_go) : lets_go_(lets_go) {}
+  void see(const Simulation& simulation, double t, std::vector<Expected>& expected) {
+    WorldSnapshot world;
+    ASSERT_TRUE(simulation.at(simulation.now(), world));
+    std::map<std::string, BodyState> at;
+    for (const auto& body : world.scene->bodies) {
+      const bool finger = body->part == "left_finger" || body->part == "right_finger";
+      if (body->entity == "r" && !finger) continue;
+      for (const BodyState& state : world.bodies) {
+        if (state.id == body->id) at[body->entity == "r" ? body->part : body->entity] = state;
+      }
+    }
+    robot_.see(motion(simulation, "r"), t, expected);
+    if (!at.contains("load")) return;
+    const BodyState& load = at["load"];
+    load_.see(load.velocity, load.rotation_rate, t, expected);
+    const double between = std::min(gap(load, at["left_finger"], -1), gap(load, at["right_finger"], 1));
+    pads_.see(t <= lets_go_ && between < kTouch, t, expected);
+    if (!at.contains("tub")) return;
+    tub_.see(at["tub"].velocity, at["tub"].rotation_rate, t, expected);
+    double lowest = 1;
+    for (const Eigen::Vector3d& corner : corners(load))
+      lowest = std::min(lowest, (at["tub"].T_map_body.inverse() * corner).z());
+    const Eigen::Vector3d in_tub = at["tub"].T_map_body.inverse() * load.T_map_body.translation();
+    const bool inside = in_tub.head<2>().norm() < 0.15;
+    landed_.see(inside && lowest < kWall + kTouch, t, expected);
+    if (t <= lets_go_ + kLetGo) return;
+    still_ = inside && load.velocity.norm() < 0.02 ? still_ + 1 : 0;
+    if (still_ == 1 + std::lround(kRest / kStep)) expected.push_back({EventKind::placed, t, "tub", "r"});
+  }
+
+ private:
+  static std::vector<Eigen::Vector3d> corners(const BodyState& load) {
+    std::vector<Eigen::Vector3d> corners;
+    for (int i = 0; i < 8; ++i) {
+      const Eigen::Vector3d p(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 1 : 0);
+      corners.emplace_back(load.T_map_body * Eigen::Vector3d(p.cwiseProduct(kLoad)));
+    }
+    return corners;
+  }
+  /// m between the load and the face of a pad before it, which looks along `way` times its finger's y axis.
+  static double gap(const BodyState& load, const BodyState& finger, double way) {
+    const Eigen::Vector3d center = load.T_map_body * Eigen::Vector3d(0, 0, kLoad.z() / 2);
+    const Eigen::Vector3d ahead = finger.T_map_body.inverse() * center;
+    double nearest = 1;
+    if (std::abs(ahead.z()) > kLoad.x() / 2 || std::abs(ahead.x() - kFingerLength) > kLoad.z() / 2)
+      return nearest;
+    for (const Eigen::Vector3d& corner : corners(load))
+      nearest = std::min(nearest, way * (finger.T_map_body.inverse() * corner).y());
+    return nearest - kFinger;
+  }
+  double lets_go_;
+  long still_ = 0;  // steps
+  MovementWitness robot_, load_{"load"}, tub_{"tub"};
+  ContactWitness pads_{"r", "load"}, landed_{"load", "tub"};
+};
+
+/// The crawler, a load before it and a tub on its left, where its turret takes the load.
+Run with_load(const std::string& name, double duration, std::vector<Command> script, double lets_go) {
+  Run run = with_robot(*shipped("crawler"), floor_of(20), duration);
+  run.name = name;
+  run.before_step = [script](Simulation& simulation, double t) {
+    if (t == kStep) {
+      spawn(simulation, articulated("r", "crawler", 0, 0));
+      AgentDefinition load = agent("load", AgentKind::box, kTurret + kAhead, 0);
+      load.size = kLoad;
+      spawn(simulation, load);
+      AgentDefinition tub = agent("tub", AgentKind::container, kTurret, kAhead);
+      tub.size = {0.4, 0.3, 0.2};
+      spawn(simulation, tub);
+    }
+    say(simulation, script, t);
+  };
+  const auto witness = std::make_shared<LoadWitness>(lets_go);
+  run.witness = [=](const Simulation& simulation, double t, std::vector<Expected>& expected) {
+    witness->see(simulation, t, expected);
+  };
+  return run;
+}
+
+/// How the load is taken: speeds of the fingers and of the shoulder, which goes up for `raises` s.
+struct Taking {
+  double fingers = 0.06, shoulder = 0.25, raises = 0.3;
+};
+
+/// Down over the load, gripped from 6 s and raised from 9 s on.
+constexpr double kGrips = 6, kRaises = 9;
+std::vector<Command> take(const Taking& taking) {
+  const Values close{{"left_finger_joint", taking.fingers}};
+  Values raise = close, still = close;
+  raise["shoulder_joint"] = taking.shoulder;
+  still["shoulder_joint"] = 0;
+  return {{0.1, crawler_reach(kAhead, 0.40)},
+          {2.5, crawler_reach(kAhead, 0.28)},
+          {3.5, crawler_reach(kAhead, 0.19)},
+          {4.5, crawler_reach(kAhead, 0.11)},
+          {kGrips, {}, close},
+          {kRaises, {}, raise},
+          {kRaises + taking.raises, {}, still}};
+}
+std::vector<Expected> taken(const Taking& taking) {
+  const double inner = kAhead - kLoad.x() / 2;  // m: its lower edge that comes up last
+  const double angle = solve([&](double a) { return raised(inner, -kShoulder, a); }, kLift);
+  return {{EventKind::gripped, gone("left_finger_joint", kGrips, taking.fingers, kPads - kLoad.y() / 2),
+           "load", "r"},
+          {EventKind::lifted, gone("shoulder_joint", kRaises, taking.shoulder, angle), "load", "r"}};
+}
+
+/// When fingers that are driven apart at `opens` no longer press: their pads come out of what they are
+/// pressed into first.
+double let_go(double opens) { return opens + kStep; }
+
+/// Raised by less than what makes a fall of it, and let go of.
+Run drops(const Taking& taking) {
+  const double opens = 11;
+  auto script = take(taking);
+  script.push_back({opens, {}, {{"shoulder_joint", 0}}, {{"left_finger_joint", -70}}});
+  Run run = with_load("drops", opens + 1.2, script, let_go(opens));
+  run.expected = taken(taking);
+  run.expected.push_back({EventKind::dropped, let_go(opens) - kStep + kSink / kGravity, "load", "r"});
+  return run;
+}
+
+/// Raised, carried to the tub, and let go of `above` its bottom, from where it has landed and come to rest
+/// before it counts as let go of.
+Run places(const Taking& taking, double above) {
+  const double opens = 20, beside = 90 * kDegree;
+  auto script = take(taking);
+  const Values hold{{"left_finger_joint", taking.fingers}};
+  script.push_back({10, crawler_reach(kAhead, 0.50), hold});
+  script.push_back({12, crawler_reach(kAhead, 0.50, beside), hold});
+  for (const auto& [at, higher] :
+       {std::pair{14.5, 0.25}, {16.0, 0.15}, {17.0, 0.08}, {17.7, 0.04}, {18.4, 0.02}, {19.1, 0.0}})
+    script.push_back({at, crawler_reach(kAhead, 0.11 + kWall + above + higher, beside), hold});
+  script.push_back({opens, {}, {}, {{"left_finger_joint", -70}}});
+  Run run = with_load("places", opens + 0.9, script, let_go(opens));
+  run.expected = taken(taking);
+  return run;
+}
+
+std::size_t index_of(const Joints& joints, const std::string& name) {
+  return static_cast<std::size_t>(std::find(joints.names.begin(), joints.names.end(), name) -
+                                  joints.names.begin());
+}
+
+/// The stretched arm stands at an angle and is then driven with the torque of its shoulder. What tears at
+/// that, averaged over 20 ms, passes what it bears in the step after the one in which this is foreseen.
+Run breaks(double angle, double effort, double break_effort) {
+  RobotModel model = *shipped("crawler");
+  for (RobotJoint& each : model.joints) {
+    if (each.name == "shoulder_joint") each.break_effort = break_effort;
+  }
+  const double drives = 5;
+  Run run = with_robot(model, floor_of(20), drives + 3);
+  run.name = "breaks";
+  const std::vector<Command> script{
+      {0.1, {{"shoulder_joint", angle}, {"elbow_joint", 0}, {"wrist_joint", 0}}},
+      {drives, {}, {}, {{"shoulder_joint", effort}}}};
+  run.before_step = [=](Simulation& simulation, double t) {
+    if (t == kStep) spawn(simulation, articulated("r", "crawler", 0, 0));
+    say(simulation, script, t);
+  };
+  const auto moves = std::make_shared<MovementWitness>();
+  const auto load = std::make_shared<double>(0);
+  const auto broken = std::make_shared<bool>(false);
+  run.witness = [=](const Simulation& simulation, double t, std::vector<Expected>& expected) {
+    const RobotMotion& now = motion(simulation, "r");
+    moves->see(now, t, expected);
+    const double torque = std::abs(now.joints.efforts[index_of(now.joints, "shoulder_joint")]);
+    *load += (torque - *load) * kStep / 0.02;
+    if (*broken || *load + (torque - *load) * kStep / 0.02 <= break_effort) return;
+    *broken = true;
+    expected.push_back({EventKind::joint_broken, t + kStep, "shoulder_joint", "r"});
+  };
+  return run;
+}
+
+/// The shoulder is sent up with a motor that is too weak for the stretched arm: half a second after it stands
+/// still under all its torque it is overloaded.
+Run overloads_its_shoulder(double effort) {
+  RobotModel model = *shipped("crawler");
+  for (RobotJoint& each : model.joints) {
+    if (each.name != "shoulder_joint") continue;
+    each.effort = effort;
+    each.break_effort = 0;
+  }
+  Run run = with_robot(model, floor_of(20), 5);
+  run.name = "overload";
+  run.before_step = [](Simulation& simulation, double t) {
+    if (t != kStep) return;
+    spawn(simulation, articulated("r", "crawler", 0, 0));
+    joint(simulation, {"elbow_joint"}, 0);
+    joint(simulation, {"shoulder_joint"}, 60 * kDegree);
+  };
+  const auto moves = std::make_shared<MovementWitness>();
+  const auto stalled = std::make_shared<double>(0);
+  const auto overloaded = std::make_shared<bool>(false);
+  const double slow = 0.05 * joint_of(model, "shoulder_joint").velocity;
+  run.witness = [=](const Simulation& simulation, double t, std::vector<Expected>& expected) {
+    const RobotMotion& now = motion(simulation, "r");
+    moves->see(now, t, expected);
+    const std::size_t at = index_of(now.joints, "shoulder_joint");
+    const double share = std::abs(now.joints.efforts[at]) / effort;
+    *stalled = share >= 0.99 && std::abs(now.joints.velocities[at]) < slow ? *stalled + kStep : 0;
+    if (share < 0.9) *overloaded = false;
+    if (*overloaded || *stalled <= 0.5) return;
+    *overloaded = true;
+    expected.push_back({EventKind::joint_overload, t, "shoulder_joint", "r"});
+  };
+  return run;
+}
+
+TEST(ScriptedArm, GripsLiftsAndDrops) {
+  expect_good({drops({}), drops({0.1, 0.2, 0.35}), drops({0.08, 0.3, 0.25})}, "of what the arm drops");
+}
+
+TEST(ScriptedArm, GripsLiftsAndPlacesInAContainer) {
+  expect_good({places({}, 0.02), places({0.08, 0.3, 0.25}, 0.02), places({0.1, 0.2, 0.35}, 0.03)},
+              "of what the arm places");
+}
+
+TEST(ScriptedArm, BreaksAndIsOverloaded) {
+  expect_good({breaks(0.3, 110, 40), breaks(0.6, 110, 50), breaks(0.5, -80, 40), overloads_its_shoulder(6),
+               overloads_its_shoulder(12)},
+              "of joints under too much load");
+}
+
+}  // namespace
+}  // namespace parhelion
