@@ -12,11 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string graded_robot(const Configuration& configuration) {
-  return configuration.scenario.training->robot.empty() ? configuration.robot.name
-                                                        : configuration.scenario.training->robot;
-}
-
 Json event_json(const std::optional<Event>& event) {
   if (!event) return nullptr;
   return {{"kind", to_string(event->kind)},
@@ -44,10 +39,17 @@ std::string at_text(SimulationTime at, SimulationTime begin) {
   return text;
 }
 
+}  // namespace
+
+std::string graded_robot(const Configuration& configuration) {
+  const auto& training = configuration.scenario.training;
+  return !training || training->robot.empty() ? configuration.robot.name : training->robot;
+}
+
 /// Reads the log's messages into a grader, which it makes when the session's header has come.
-class Reading {
+class SessionGrading::Reading {
  public:
-  explicit Reading(const std::string& path) : path_(path) {}
+  explicit Reading(std::string path) : path_(std::move(path)) {}
 
   Status take(const Message& message) {
     if (message.channel == channel::mr_session) return begin(message);
@@ -68,6 +70,8 @@ class Reading {
     return {};
   }
 
+  const Configuration* configuration() const { return configuration_ ? &*configuration_ : nullptr; }
+  const Grader* grader() const { return grader_ ? &*grader_ : nullptr; }
   Result<GradedSession> result(std::uint64_t skipped_bytes) const {
     if (!grader_)
       return Error{path_ + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
@@ -94,19 +98,26 @@ class Reading {
     return {};
   }
 
-  const std::string& path_;
+  std::string path_;
   std::optional<Configuration> configuration_;
   std::optional<Grader> grader_;
   WorldMessage world_;
 };
 
-}  // namespace
+SessionGrading::SessionGrading(std::string path) : reading_(std::make_unique<Reading>(std::move(path))) {}
+SessionGrading::~SessionGrading() = default;
+Status SessionGrading::take(const Message& message) { return reading_->take(message); }
+const Configuration* SessionGrading::configuration() const { return reading_->configuration(); }
+const Grader* SessionGrading::grader() const { return reading_->grader(); }
+Result<GradedSession> SessionGrading::result(std::uint64_t skipped_bytes) const {
+  return reading_->result(skipped_bytes);
+}
 
 Result<GradedSession> grade_session(const std::string& path,
                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
   auto reader = LogReader::open(path);
   if (!reader) return reader.error();
-  Reading reading(path);
+  SessionGrading reading(path);
   while (true) {
     auto next = reader->next();
     if (!next) continue;  // damage: counted below, and what follows is read on

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 
+#include "protocols/bus/bus.hpp"
 #include "server/configuration.hpp"
 #include "server/training/grader.hpp"
 
@@ -15,6 +17,29 @@ struct GradedSession {
   Grade grade;
   std::uint64_t skipped_bytes = 0;  ///< lost to damage in the log: what they held is not graded
 };
+
+/// The same for those who read the log anyhow: feed it every message, in the log's order.
+class SessionGrading {
+ public:
+  /// `path`: for the words of errors.
+  explicit SessionGrading(std::string path);
+  ~SessionGrading();
+
+  /// Error: as of grade_session; nothing is to be fed after one.
+  Status take(const Message& message);
+  /// nullptr before MR_SESSION; there where that is refused for want of `training`, too.
+  const Configuration* configuration() const;
+  /// nullptr before MR_SESSION.
+  const Grader* grader() const;
+  Result<GradedSession> result(std::uint64_t skipped_bytes) const;
+
+ private:
+  class Reading;
+  std::unique_ptr<Reading> reading_;
+};
+
+/// Name of the robot that is graded, the trainee's where there is no training.
+std::string graded_robot(const Configuration& configuration);
 
 /// Error: no session log, a scenario without `training`, or a training that names what is not there. A log
 /// that stops in the middle is graded as far as it goes (Grade::complete is false). `progress`: bytes done

@@ -18,6 +18,7 @@ void add_map(CLI::App& app, Exit& exit);
 void add_serve(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
 void add_grade(CLI::App& app, Exit& exit);
+void add_report(CLI::App& app, Exit& exit);
 void add_demo(CLI::App& app, Exit& exit);
 void add_inject(CLI::App& app, Exit& exit);
 void add_drive(CLI::App& app, Exit& exit);

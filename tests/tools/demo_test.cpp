@@ -36,8 +36,8 @@ TEST(Demo, DemoPutsVirtualRobotsIntoTheScansAndTheVideoOfARealRecording) {
 
 TEST(Demo, EveryCommandExplainsItselfWithAnExample) {
   const test::Folder folder;
-  for (const char* name : {"demo", "import", "slam", "map", "serve", "replay", "grade", "inject", "drive",
-                           "joystick", "topic", "validate", "doctor"}) {
+  for (const char* name : {"demo", "import", "slam", "map", "serve", "replay", "grade", "report", "inject",
+                           "drive", "joystick", "topic", "validate", "doctor"}) {
     const auto ran = test::run({name, "--help"}, folder / "help.txt");
     EXPECT_EQ(ran.exit, 0) << name;
     EXPECT_NE(ran.output.find("Example"), std::string::npos) << name;

@@ -1,0 +1,62 @@
+#include "server/review/nearest_return.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parhelion {
+namespace {
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+}
+
+double distance_to_outline(const Eigen::Vector2d& p, const std::vector<Eigen::Vector2d>& outline) {
+  double nearest = kInfinity;
+  bool inside = true;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Eigen::Vector2d& a = outline[i];
+    const Eigen::Vector2d edge = outline[(i + 1) % outline.size()] - a, to = p - a;
+    if (edge.x() * to.y() - edge.y() * to.x() < 0) inside = false;
+    const double along = std::clamp(to.dot(edge) / std::max(edge.squaredNorm(), 1e-12), 0.0, 1.0);
+    nearest = std::min(nearest, (to - along * edge).norm());
+  }
+  return inside ? 0 : nearest;
+}
+
+NearestReturn::NearestReturn(const RobotDescription& description) : robot_(description) {
+  if (!knows()) return;
+  const Eigen::Vector2d laser = robot_.laser->T_base_laser.translation().head<2>();
+  for (const Eigen::Vector2d& corner : robot_.footprint) reach_ = std::max(reach_, (corner - laser).norm());
+}
+
+NearestReturn::Distances NearestReturn::of(const Scan& scan, const ScanInfo* info) {
+  Distances nearest{kInfinity, kInfinity};
+  if (!knows()) return nearest;
+  const LaserDescription& laser = *robot_.laser;
+  if (directions_.size() != scan.ranges.size() || angle_first_ != scan.angle_first ||
+      angle_step_ != scan.angle_step) {
+    angle_first_ = scan.angle_first;
+    angle_step_ = scan.angle_step;
+    directions_.resize(scan.ranges.size());
+    for (std::size_t i = 0; i < directions_.size(); ++i) {
+      const double angle = angle_first_ + static_cast<double>(i) * angle_step_;
+      directions_[i] =
+          (laser.T_base_laser.rotation() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)).head<2>();
+    }
+  }
+  const bool told = info && info->beam_agent.size() == scan.ranges.size();
+  const Eigen::Vector2d origin = laser.T_base_laser.translation().head<2>();
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    const float range = scan.ranges[i];
+    if (laser.convention.classify(range) != BeamKind::hit) continue;
+    const bool injected = told && info->beam_agent[i] >= 0;
+    // What is farther off than the nearest so far, even from the nearest corner, need not be measured.
+    const double least = range * directions_[i].norm() - reach_;
+    if (least >= nearest.any && (!injected || least >= nearest.injected)) continue;
+    const double d = distance_to_outline(origin + range * directions_[i], robot_.footprint);
+    nearest.any = std::min(nearest.any, d);
+    if (injected) nearest.injected = std::min(nearest.injected, d);
+  }
+  return nearest;
+}
+
+}  // namespace parhelion

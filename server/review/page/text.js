@@ -1,0 +1,119 @@
+// All words of the page, and how figures are written.
+const TEXT = {
+  title: "After-action review",
+  against: "Two runs beside each other",
+  level: (n) => `level ${n}`,
+  robot: (name) => `robot ${name}`,
+  log: (name) => `log ${name}`,
+  run: (letter) => `Run ${letter}`,
+  ungraded: "Not graded: the scenario says nothing of training",
+  points: (score, most) => `${figure(score, 2)} of ${figure(most, 2)} points`,
+  passed: "passed",
+  notPassed: "not passed",
+  grade: (name) => `grade ${name}`,
+  incomplete: "The log stops in the middle: graded as far as it goes.",
+  cutOff: "The log has no end: it stops in the middle.",
+  damaged: (bytes) => `${bytes} bytes of the log are damaged; what they held is not in here.`,
+  sum: (earned, charged, score) => `${figure(earned, 2)} earned − ${figure(charged, 2)} charged = ${figure(score, 2)}`,
+  atLeastZero: "a score is never below 0",
+  why: "Score and its reasons",
+  tasks: "Tasks",
+  charges: "Penalties",
+  noCharges: "No penalty.",
+  columns: { number: "No.", second: "Time", task: "Task", outcome: "Outcome", rule: "Rule", cause: "Event", points: "Points" },
+  outcomes: { waiting: "not reached", open: "not finished", done: "done", failed: "failed", out_of_time: "out of time" },
+  required: "required",
+  noCause: "where things were, not an event",
+  noTaskCause: "–",
+  rulePoints: (rule) => {
+    const parts = [];
+    if (rule.points) parts.push(`${figure(rule.points, 2)} each time`);
+    if (rule.per_impulse) parts.push(`${figure(rule.per_impulse, 2)} per N s`);
+    if (rule.most !== null) parts.push(`at most ${figure(rule.most, 2)} in all`);
+    return parts.join(", ");
+  },
+  goTo: (what, t) => `${what}, at ${clock(t)}: show this moment`,
+  map: "Map",
+  mapLabel: (s) => `Map: the way of ${s.path.name || s.robot}, ${figure(s.path.length, 1)} m, coloured by speed, ` +
+    `${s.agents.length} others, and ${(s.grade ? s.grade.charges : []).length} penalties`,
+  speedKey: "speed, m/s",
+  othersKey: "others' ways",
+  chargeKey: "penalty, by its number",
+  zoneKey: "zone",
+  closer: "Closer",
+  farther: "Farther",
+  fit: "Fit",
+  noWorld: "The log holds no place of the robot.",
+  metres: (n) => `${n} m`,
+  timeline: "Timeline",
+  timelineLabel: (s) => `Tasks, penalties and ${s.events.length} events over ${clock(s.duration)}`,
+  laneTasks: "tasks",
+  laneCharges: "penalties",
+  laneEvents: "events",
+  moment: "Moment",
+  previous: "Previous penalty",
+  next: "Next penalty",
+  picture: "What the camera showed (MR_CAMERA)",
+  pictureAt: (t, now) => `Picture of ${clock(t)}${Math.abs(t - now) >= 0.05 ? `, ${figure(Math.abs(now - t), 1)} s ${t < now ? "before" : "after"} this moment` : ""}`,
+  pictureAlt: (t) => `Camera picture at ${clock(t)}`,
+  noPictures: "The log holds no picture (MR_CAMERA).",
+  noPictureHere: "No picture within 10 s of this moment.",
+  chargePictures: "Pictures at the penalties",
+  now: "At this moment",
+  plots: "Plots",
+  plotLabel: (title, unit, range) => `${title}, ${unit}${range ? `: from ${figure(range[0], 2)} to ${figure(range[1], 2)}` : ""}`,
+  noSeries: "Not in the log.",
+  plotTitles: {
+    speed: "Speed", nearest: "Distance to the nearest obstacle", attitude: "Pitch and roll",
+    forward: "Forward: asked and given", turn: "Turn: asked and given", delay: "Delay over the fastest message",
+  },
+  series: {
+    speed: "speed", nearest: "all that the laser was shown", nearest_injected: "virtual", pitch: "pitch, nose up", roll: "roll, left up",
+    asked_forward: "asked (TELEOP)", given_forward: "given (MR_CMD)", asked_turn: "asked (TELEOP)", given_turn: "given (MR_CMD)",
+    delay_scan: "SCAN", delay_camera: "CAMERA", delay_teleop: "TELEOP",
+  },
+  units: { speed: "m/s", nearest: "m", attitude: "°", forward: "m/s", turn: "rad/s", delay: "ms" },
+  events: "Events",
+  eventsLeftOut: (left) => `Left out, too many of a kind: ${Object.entries(left).map(([kind, n]) => `${n} × ${TEXT.kind(kind)}`).join(", ")}.`,
+  kind: (kind) => kind.replaceAll("_", " "),
+  event: (e) => {
+    let words = e.subject ? `${e.subject}: ${TEXT.kind(e.kind)}` : TEXT.kind(e.kind);
+    if (e.object) words += `, ${e.object}`;
+    if (e.text) words += ` (${e.text})`;
+    if (e.impulse > 0) words += `, ${figure(e.impulse, 2)} N s`;
+    if (e.unsensed) words += ", not scored: it could not be seen coming";
+    return words;
+  },
+  comparison: "Comparison",
+  comparisonColumns: ["Session", "When (UTC)", "Points", "Share", "Grade", "Passed", "Penalties", "Charged", "Time"],
+  groups: { now: "this run", other: "other run", earlier: "earlier", group: "group" },
+  otherScenario: (name) => `other scenario: ${name}`,
+  shareLabel: "Share of the points, this run among the others",
+  passMark: (share) => `pass mark ${percent(share)}`,
+  groupMedian: (share, n) => `Median of the group of ${n}: ${percent(share)}.`,
+  figures: "Figures",
+  figureRows: { score: "Points", charged: "Charged", charges: "Penalties", length: "Driven, m", speed: "Fastest, m/s", nearest: "Nearest, m", seconds: "Time" },
+  yes: "yes",
+  no: "no",
+  none: "–",
+  made: (program) => `Made by parhelion ${program} from the session log alone. The log does not hold how long the server ` +
+    "itself took; delays are of the messages' arrival against the sender's own clock, over the fastest of the session.",
+};
+
+/// At most `digits` after the point, none of them a zero at the end.
+function figure(value, digits) {
+  const written = value.toFixed(digits);
+  return (written.includes(".") ? written.replace(/\.?0+$/, "") : written).replace(/^-0$/, "0").replace("-", "−");
+}
+
+/// 1:02.3
+function clock(t) {
+  const tenths = Math.round(Math.max(t, 0) * 10);
+  const minutes = Math.floor(tenths / 600);
+  const hours = Math.floor(minutes / 60);
+  const rest = ((tenths % 600) / 10).toFixed(1).padStart(4, "0");
+  return hours ? `${hours}:${String(minutes % 60).padStart(2, "0")}:${rest}` : `${minutes}:${rest}`;
+}
+
+const percent = (share) => `${figure(100 * share, 1)} %`;
+const day = (us) => new Date(us / 1000).toISOString().slice(0, 16).replace("T", " ");

@@ -1,0 +1,213 @@
+// What the page draws from, as JSON: figures rounded to what can be seen.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "protocols/yaml/base64.hpp"
+#include "server/review/page.hpp"
+
+namespace parhelion {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// To thousandths: millimetres, milliseconds. What is not finite does not get here.
+double rounded(double value) {
+  const double thousandths = std::round(value * 1000) / 1000;
+  return thousandths == 0 ? 0 : thousandths;  // no -0
+}
+
+Json number_or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
+
+Json event_json(const Event& event, SimulationTime begin) {
+  return {{"t", rounded((event.stamp - begin).seconds())},
+          {"kind", to_string(event.kind)},
+          {"subject", event.subject},
+          {"object", event.object},
+          {"x", rounded(event.position.x())},
+          {"y", rounded(event.position.y())},
+          {"impulse", rounded(event.impulse)},
+          {"value", rounded(event.value)},
+          {"unsensed", event.unsensed},
+          {"text", event.text}};
+}
+
+Json seconds_after(const std::optional<SimulationTime>& at, SimulationTime begin) {
+  return at ? Json(rounded((*at - begin).seconds())) : Json();
+}
+
+Json grade_json(const Grade& grade) {
+  const SimulationTime begin = grade.begin;
+  Json json{{"score", grade.score},
+            {"earned", grade.earned},
+            {"charged", grade.charged},
+            {"most", grade.most},
+            {"share", grade.share},
+            {"grade", grade.grade},
+            {"passed", grade.passed},
+            {"complete", grade.complete},
+            {"seconds", rounded((grade.end - begin).seconds())}};
+  Json& tasks = json["tasks"] = Json::array();
+  for (const TaskGrade& task : grade.tasks)
+    tasks.push_back({{"name", task.name},
+                     {"required", task.required},
+                     {"outcome", to_string(task.outcome)},
+                     {"points", task.points},
+                     {"began", seconds_after(task.began, begin)},
+                     {"ended", seconds_after(task.ended, begin)},
+                     {"cause", task.cause ? event_json(*task.cause, begin) : Json()}});
+  Json& charges = json["charges"] = Json::array();
+  for (const Charge& charge : grade.charges)
+    charges.push_back({{"t", rounded((charge.at - begin).seconds())},
+                       {"rule", charge.rule},
+                       {"points", charge.points},
+                       {"cause", charge.cause ? event_json(*charge.cause, begin) : Json()}});
+  return json;
+}
+
+/// What the trainee was told: the figures that points are explained with.
+Json training_json(const Training& training) {
+  Json json{{"text", training.text}, {"pass_mark", training.pass_mark}};
+  json["limit"] = number_or_null(training.limit);
+  Json& tasks = json["tasks"] = Json::array();
+  for (const Task& task : training.tasks)
+    tasks.push_back({{"name", task.name},
+                     {"text", task.text},
+                     {"points", task.points},
+                     {"limit", number_or_null(task.limit)}});
+  Json& rules = json["penalties"] = Json::array();
+  for (const Penalty& penalty : training.penalties)
+    rules.push_back({{"name", penalty.name},
+                     {"points", penalty.points},
+                     {"per_impulse", penalty.per_impulse},
+                     {"most", number_or_null(penalty.most)}});
+  return json;
+}
+
+Json trail_json(const Trail& trail) {
+  Json json{
+      {"name", trail.entity}, {"kind", to_string(trail.kind)}, {"length", rounded(trail.track.length())}};
+  Json t = Json::array(), x = Json::array(), y = Json::array(), yaw = Json::array(), speed = Json::array(),
+       jumps = Json::array();
+  const auto points = trail.track.points();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    t.push_back(rounded(points[i].t));
+    x.push_back(rounded(points[i].x));
+    y.push_back(rounded(points[i].y));
+    yaw.push_back(std::round(points[i].yaw * 100) / 100);
+    speed.push_back(std::round(points[i].speed * 100) / 100);
+    if (points[i].after_jump) jumps.push_back(i);
+  }
+  json["t"] = std::move(t);
+  json["x"] = std::move(x);
+  json["y"] = std::move(y);
+  json["yaw"] = std::move(yaw);
+  json["speed"] = std::move(speed);
+  json["jumps"] = std::move(jumps);
+  return json;
+}
+
+Json series_json(const Series& series, double scale, double less) {
+  Json t = Json::array(), v = Json::array();
+  for (const Series::Sample& sample : series.samples()) {
+    t.push_back(rounded(sample.t));
+    v.push_back(rounded(scale * (sample.value - less)));
+  }
+  return {{"width", series.width()}, {"t", std::move(t)}, {"v", std::move(v)}};
+}
+
+Json outline_json(const auto& corners) {
+  Json json = Json::array();
+  for (const Eigen::Vector2d& corner : corners) json.push_back({rounded(corner.x()), rounded(corner.y())});
+  return json;
+}
+
+Json plan_json(const SessionReview& review) {
+  Json json{{"cell", kPlanCell}};
+  Json parts = Json::array(), rows = Json::array(), zones = Json::array();
+  for (const PlanPart& part : review.plan.parts)
+    parts.push_back(
+        {{"name", part.name}, {"label", to_string(part.label)}, {"corners", outline_json(part.corners)}});
+  for (const PlanRow& row : review.plan.rows)
+    rows.push_back({rounded(row.y), rounded(row.left), rounded(row.right)});
+  for (const Zone& zone : review.scenario.zones)
+    zones.push_back({{"name", zone.name}, {"corners", outline_json(zone.outline)}});
+  json["parts"] = std::move(parts);
+  json["rows"] = std::move(rows);
+  json["zones"] = std::move(zones);
+  return json;
+}
+
+Json pictures_json(const SessionReview& review) {
+  Json json = Json::array();
+  for (const Picture& picture : review.pictures)
+    json.push_back({{"t", rounded(picture.t)},
+                    {"width", picture.width},
+                    {"height", picture.height},
+                    {"jpeg", yaml::to_base64(picture.jpeg)}});
+  return json;
+}
+
+Json session_json(const SessionReview& review) {
+  Json json{{"log", review.log},
+            {"scenario", review.scenario.name},
+            {"level", review.scenario.level},
+            {"robot", review.robot},
+            {"begin_us", review.begin.utime()},
+            {"duration", rounded(review.duration)},
+            {"cut_off", review.cut_off},
+            {"damaged_bytes", review.skipped_bytes},
+            {"footprint", outline_json(review.footprint)}};
+  json["grade"] = review.grade ? grade_json(*review.grade) : Json();
+  json["training"] = review.scenario.training ? training_json(*review.scenario.training) : Json();
+  json["path"] = trail_json(review.path);
+  Json& agents = json["agents"] = Json::array();
+  for (const Trail& trail : review.agents) agents.push_back(trail_json(trail));
+  Json& events = json["events"] = Json::array();
+  for (const Event& event : review.events) events.push_back(event_json(event, review.begin));
+  json["events_left_out"] = review.events_left_out;
+  Json& all = json["series"] = Json::object();
+  for (const auto& [name, series] : review.series) {
+    const auto least = review.least_delay.find(name);
+    const bool is_delay = least != review.least_delay.end();
+    all[name] = series_json(series, is_delay ? 1000 : 1, is_delay ? least->second : 0);
+  }
+  json["plan"] = plan_json(review);
+  json["pictures"] = pictures_json(review);
+  json["pictures_seen"] = review.pictures_seen;
+  json["pictures_unreadable"] = review.pictures_unreadable;
+  return json;
+}
+
+Json scores_json(const std::vector<SessionScore>& scores) {
+  Json json = Json::array();
+  for (const SessionScore& each : scores) {
+    const Grade& grade = each.grade;
+    json.push_back({{"log", each.log},
+                    {"scenario", each.scenario},
+                    {"begin_us", grade.begin.utime()},
+                    {"score", grade.score},
+                    {"most", grade.most},
+                    {"share", grade.share},
+                    {"grade", grade.grade},
+                    {"passed", grade.passed},
+                    {"complete", grade.complete},
+                    {"charges", grade.charges.size()},
+                    {"charged", grade.charged},
+                    {"seconds", rounded((grade.end - grade.begin).seconds())}});
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const ReviewPage& page) {
+  Json json{{"program", version_text()}};
+  Json& sessions = json["sessions"] = Json::array();
+  for (const SessionReview& review : page.sessions) sessions.push_back(session_json(review));
+  json["earlier"] = scores_json(page.earlier);
+  json["group"] = scores_json(page.group);
+  // Names are bytes that came from outside: what is not UTF-8 is replaced, what is not ASCII escaped.
+  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
+}
+
+}  // namespace parhelion

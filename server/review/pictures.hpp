@@ -1,0 +1,52 @@
+// The pictures of MR_CAMERA that a review shows, out of many.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+struct Picture {
+  double t = 0;  ///< s, when it went out
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> jpeg;
+};
+
+/// Remembers the encoded messages, decodes only what is chosen.
+class PictureChoice {
+ public:
+  /// At most `most` for charges (the dearest), and `strip` at equal intervals.
+  PictureChoice(std::size_t most, std::size_t strip) : most_(most), strip_most_(strip) {}
+
+  /// MR_CAMERA as it was logged.
+  void saw(double t, std::vector<std::uint8_t>&& message);
+  /// A charge now: the picture that was out last is kept.
+  void charged(double points);
+  std::uint64_t seen() const { return seen_; }
+
+  /// As JPEG, in the order of time. Messages that are no image, or none that can be shown, are left out;
+  /// `unreadable` counts them.
+  std::vector<Picture> finish(std::uint64_t& unreadable) const;
+
+ private:
+  struct Frame {
+    double t;
+    std::vector<std::uint8_t> message;
+  };
+  struct Charged {
+    double points;
+    std::shared_ptr<const Frame> frame;
+  };
+  std::size_t most_, strip_most_;
+  std::shared_ptr<const Frame> last_;
+  std::vector<Charged> charged_;
+  std::vector<std::shared_ptr<const Frame>> strip_;
+  double strip_interval_ = 1, strip_next_ = 0;  // s
+  std::uint64_t seen_ = 0;
+};
+
+}  // namespace parhelion

@@ -1,0 +1,294 @@
+#include "server/review/review.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "server/review/nearest_return.hpp"
+
+namespace parhelion {
+namespace {
+
+/// Reads the log's messages into a review.
+class Gathering {
+ public:
+  Gathering(const std::string& path, const ReviewLimits& limits)
+      : limits_(limits),
+        path_(path),
+        grading_(path),
+        pictures_(limits.charge_pictures, limits.strip_pictures) {
+    review_.log = std::filesystem::path(path).filename().string();
+  }
+
+  Status take(Message& message);
+  Result<SessionReview> result(std::uint64_t skipped_bytes);
+
+ private:
+  using Handler = Status (Gathering::*)(Message&);
+
+  Status begin(const Message& message);
+  void listen(const std::string& canonical, Handler handler) {
+    handlers_[configuration_->channels.bus(canonical)] = handler;
+  }
+  Status grade(const Message& message);
+  Status event(Message& message);
+  Status world(Message& message);
+  Status scan(Message& message);
+  Status scan_info(Message& message);
+  Status asked(Message& message);
+  Status given(Message& message);
+  Status picture(Message& message);
+  Status loop(Message& message);
+  Status real_scan(Message& message) { return delay("delay_scan", message); }
+  Status real_picture(Message& message) { return delay("delay_camera", message); }
+
+  Status delay(const char* name, const Message& message);
+  void measure_nearest();
+  void follow(const WorldMessage::Entry& body, double t);
+  void attitude(const WorldMessage::Entry& body, double t, bool known);
+  void list(Event&& event);
+  void add(const std::string& name, double t, double value) {
+    review_.series.try_emplace(name, limits_.windows).first->second.add(t, value);
+  }
+  double at(ArrivalTime arrival) { return seen(simulation_time(arrival)); }
+  double seen(SimulationTime stamp) {
+    const double t = (stamp - review_.begin).seconds();
+    review_.duration = std::max(review_.duration, t);
+    return t;
+  }
+
+  ReviewLimits limits_;
+  std::string path_;
+  SessionGrading grading_;
+  bool graded_ = true, ended_ = false;
+  const Configuration* configuration_ = nullptr;
+  std::map<std::string, Handler, std::less<>> handlers_;
+  SessionReview review_;
+  std::optional<NearestReturn> nearest_;
+  PictureChoice pictures_;
+  std::size_t charges_ = 0;
+  WorldMessage world_;
+  Scan scan_;
+  ScanInfo info_;
+  bool have_scan_ = false, have_info_ = false;
+  std::map<std::string, Trail, std::less<>> trails_;
+  std::map<std::string, std::uint32_t, std::less<>> epochs_;
+  std::map<EventKind, std::size_t> listed_;
+};
+
+Status Gathering::take(Message& message) {
+  if (const Status status = grade(message); !status) return status;
+  if (!configuration_) return {};
+  const auto handler = handlers_.find(message.channel);
+  return handler == handlers_.end() ? Status{} : (this->*handler->second)(message);
+}
+
+/// Without training there is a review all the same, without a score.
+Status Gathering::grade(const Message& message) {
+  const bool first = message.channel == channel::mr_session;
+  if (!graded_) return first ? Status{Error{path_ + ": a second MR_SESSION"}} : Status{};
+  const Status taken = grading_.take(message);
+  if (first && !configuration_) {
+    const Configuration* configuration = grading_.configuration();
+    graded_ = taken.ok();
+    if (configuration && (taken.ok() || !configuration->scenario.training)) {
+      configuration_ = configuration;
+      return begin(message);
+    }
+  }
+  if (!taken) return taken;
+  if (!configuration_) return {};
+  const auto& charges = grading_.grader()->charges();
+  for (; charges_ < charges.size(); ++charges_) pictures_.charged(charges[charges_].points);
+  return {};
+}
+
+Status Gathering::begin(const Message& message) {
+  SessionHeader header;
+  if (const Status read = decode(message.channel, message.payload, header); !read) return read;
+  review_.begin = SimulationTime{header.stamp.ns};
+  review_.scenario = configuration_->scenario;
+  review_.robot = graded_robot(*configuration_);
+  review_.plan = plan_of(configuration_->model);
+  listen(channel::mr_events, &Gathering::event);
+  listen(channel::mr_world, &Gathering::world);
+  listen(channel::mr_camera, &Gathering::picture);
+  listen(channel::loop, &Gathering::loop);
+  listen(channel::scan, &Gathering::real_scan);
+  listen(channel::camera, &Gathering::real_picture);
+  if (review_.robot == configuration_->robot.name) {
+    review_.footprint = configuration_->robot.footprint;
+    nearest_.emplace(configuration_->robot);
+    listen(channel::mr_scan, &Gathering::scan);
+    listen(channel::mr_scan_info, &Gathering::scan_info);
+    listen(channel::teleop, &Gathering::asked);
+    listen(channel::mr_cmd, &Gathering::given);
+  } else {
+    handlers_["MR_AGENT_" + review_.robot + "_TELEOP"] = &Gathering::asked;
+  }
+  return {};
+}
+
+Status Gathering::event(Message& message) {
+  Event event;
+  if (const Status read = decode(message.channel, message.payload, event); !read) return read;
+  seen(event.stamp);
+  list(std::move(event));
+  return {};
+}
+
+/// All kinds get their place, however many there are of one.
+void Gathering::list(Event&& event) {
+  if (event.kind == EventKind::collision_continued) return;
+  if (++listed_[event.kind] <= limits_.events_of_kind)
+    review_.events.push_back(std::move(event));
+  else
+    ++review_.events_left_out[to_string(event.kind)];
+}
+
+Status Gathering::world(Message& message) {
+  if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
+  const double t = seen(SimulationTime{world_.stamp.ns});
+  const std::string* before = nullptr;  // bodies of one entity lie together, the first is the one that counts
+  for (const WorldMessage::Entry& body : world_.bodies) {
+    if (body.owner == BodyOwner::building || (before && *before == body.entity)) continue;
+    before = &body.entity;
+    follow(body, t);
+    if (body.entity == review_.robot)
+      attitude(body, t, body.owner != BodyOwner::real_robot || world_.attitude_known);
+  }
+  return {};
+}
+
+void Gathering::follow(const WorldMessage::Entry& body, double t) {
+  auto [trail, is_new] = trails_.try_emplace(body.entity);
+  if (is_new) trail->second = {body.entity, body.kind, Track(limits_.path_points)};
+  auto [epoch, first] = epochs_.try_emplace(body.entity, body.epoch);
+  const Eigen::Vector3d p = body.T_map_body.translation();
+  trail->second.track.add({t, p.x(), p.y(), body.T_map_body.yaw(), body.velocity.head<2>().norm(),
+                           first || epoch->second != body.epoch});
+  epoch->second = body.epoch;
+}
+
+void Gathering::attitude(const WorldMessage::Entry& body, double t, bool known) {
+  add("speed", t, body.velocity.head<2>().norm());
+  if (!known) return;
+  constexpr double degrees = 180 / std::numbers::pi;
+  const Eigen::Matrix3d R = body.T_map_body.rotation();
+  // Nose up is positive; so is the left side up.
+  add("pitch", t, degrees * std::asin(std::clamp(R(2, 0), -1.0, 1.0)));
+  add("roll", t, degrees * std::atan2(R(2, 1), R(2, 2)));
+}
+
+Status Gathering::scan(Message& message) {
+  have_scan_ = false;
+  if (const Status read = decode(message.channel, message.payload, scan_); !read) return read;
+  have_scan_ = true;
+  at(message.arrival);
+  measure_nearest();
+  return {};
+}
+
+Status Gathering::scan_info(Message& message) {
+  have_info_ = false;
+  if (const Status read = decode(message.channel, message.payload, info_); !read) return read;
+  have_info_ = true;
+  measure_nearest();
+  return {};
+}
+
+/// They come one after the other, either first.
+void Gathering::measure_nearest() {
+  if (!have_scan_ || !have_info_ || scan_.stamp != info_.stamp) return;
+  have_scan_ = have_info_ = false;
+  const auto distances = nearest_->of(scan_, &info_);
+  add("nearest", review_.duration, distances.any);
+  add("nearest_injected", review_.duration, distances.injected);
+}
+
+Status Gathering::asked(Message& message) {
+  TwistCommand command;
+  // An input that is broken was refused by the server: it asked for nothing.
+  if (!decode(message.channel, message.payload, command)) return {};
+  const double t = at(message.arrival);
+  add("asked_forward", t, command.twist.vx);
+  add("asked_turn", t, command.twist.wz);
+  return delay("delay_teleop", message);
+}
+
+Status Gathering::given(Message& message) {
+  TwistCommand command;
+  if (const Status read = decode(message.channel, message.payload, command); !read) return read;
+  const double t = at(message.arrival);
+  add("given_forward", t, command.twist.vx);
+  add("given_turn", t, command.twist.wz);
+  return {};
+}
+
+Status Gathering::picture(Message& message) {
+  pictures_.saw(at(message.arrival), std::move(message.payload));
+  return {};
+}
+
+Status Gathering::loop(Message& message) {
+  LoopDecision decision;
+  if (const Status read = decode(message.channel, message.payload, decision); !read) return read;
+  if (decision.kind == LoopDecision::Kind::ended) ended_ = true;
+  return {};
+}
+
+/// The bytes' own stamp; a message that is broken otherwise is the server's business, which refused it.
+Status Gathering::delay(const char* name, const Message& message) {
+  const auto stamp = leading_stamp(message.payload);
+  if (!stamp) return {};
+  const double late = Duration{message.arrival.ns - stamp->ns}.seconds();
+  const auto [least, first] = review_.least_delay.try_emplace(name, late);
+  if (!first) least->second = std::min(least->second, late);
+  add(name, at(message.arrival), late);
+  return {};
+}
+
+Result<SessionReview> Gathering::result(std::uint64_t skipped_bytes) {
+  if (!configuration_)
+    return Error{path_ + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
+  if (graded_) {
+    auto session = grading_.result(skipped_bytes);
+    if (!session) return session.error();
+    review_.grade = std::move(session->grade);
+  }
+  review_.cut_off = !ended_;
+  review_.skipped_bytes = skipped_bytes;
+  for (auto& [name, trail] : trails_) {
+    if (name == review_.robot)
+      review_.path = std::move(trail);
+    else
+      review_.agents.push_back(std::move(trail));
+  }
+  for (Trail& trail : review_.agents)
+    trail.track.allow(std::max<std::size_t>(limits_.agent_points / review_.agents.size(), 2));
+  review_.pictures_seen = pictures_.seen();
+  review_.pictures = pictures_.finish(review_.pictures_unreadable);
+  return std::move(review_);
+}
+
+}  // namespace
+
+Result<SessionReview> review_session(const std::string& path, const ReviewLimits& limits,
+                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+  auto reader = LogReader::open(path);
+  if (!reader) return reader.error();
+  Gathering gathering(path, limits);
+  while (true) {
+    auto next = reader->next();
+    if (!next) continue;  // damage: counted below, and what follows is read on
+    if (!*next) break;
+    if (const Status taken = gathering.take(**next); !taken) return taken.error();
+    if (progress) progress(reader->offset(), reader->size());
+  }
+  return gathering.result(reader->skipped_bytes());
+}
+
+}  // namespace parhelion

@@ -1,0 +1,93 @@
+// parhelion report: the after-action page of a session.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "server/review/page.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+struct Arguments {
+  std::string log, against, output = "report.html";
+  std::vector<std::string> earlier, group;
+  bool overwrite = false;
+};
+
+Exit fail(const std::string& what) {
+  std::fprintf(stderr, "parhelion report: %s\n", what.c_str());
+  return Exit::failed;
+}
+
+Status add_session(const std::string& path, ReviewPage& page) {
+  Progress progress(path, "MB");
+  auto review = review_session(path, {}, [&](std::uint64_t done, std::uint64_t all) {
+    progress.update(static_cast<double>(done) / 1e6, static_cast<double>(all) / 1e6);
+  });
+  progress.finish();
+  if (!review) return review.error();
+  page.sessions.push_back(std::move(*review));
+  return {};
+}
+
+Status add_scores(const std::vector<std::string>& paths, std::vector<SessionScore>& scores) {
+  for (const std::string& path : paths) {
+    auto session = grade_session(path);
+    if (!session) return session.error();
+    scores.push_back(
+        {std::filesystem::path(path).filename().string(), session->scenario, std::move(session->grade)});
+  }
+  std::stable_sort(scores.begin(), scores.end(), [](const SessionScore& a, const SessionScore& b) {
+    return a.grade.begin < b.grade.begin;
+  });
+  return {};
+}
+
+Exit run(const Arguments& arguments) {
+  if (const Status writable = check_writable(arguments.output, arguments.overwrite); !writable)
+    return fail(writable.error().message);
+  ReviewPage page;
+  if (const Status added = add_session(arguments.log, page); !added) return fail(added.error().message);
+  if (!arguments.against.empty()) {
+    if (const Status added = add_session(arguments.against, page); !added) return fail(added.error().message);
+  }
+  for (const auto& [paths, scores] :
+       {std::pair{&arguments.earlier, &page.earlier}, std::pair{&arguments.group, &page.group}}) {
+    if (const Status added = add_scores(*paths, *scores); !added) return fail(added.error().message);
+  }
+  const std::string html = to_html(page);
+  if (const Status written = write_text(arguments.output, html, arguments.overwrite); !written)
+    return fail(written.error().message);
+  if (arguments.output != "-")
+    std::fprintf(stderr, "%s: %.1f MB, opens in any browser\n", arguments.output.c_str(),
+                 static_cast<double>(html.size()) / 1e6);
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, Exit& exit) {
+  CLI::App* command =
+      app.add_subcommand("report", "After-action review of a session: one page for a browser");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
+  command->add_option("-o,--output", arguments->output, "Page to write; - for standard output");
+  command->add_option("--against", arguments->against,
+                      "A second session, shown beside the first: the same log with other agents, say");
+  command->add_option("--earlier", arguments->earlier, "The trainee's earlier sessions");
+  command->add_option("--group", arguments->group, "Sessions of others, to compare with");
+  command->add_flag("--force", arguments->overwrite, "Overwrite a file that exists");
+  command->footer(
+      "Example: parhelion report session.lcm -o report.html --earlier monday.lcm tuesday.lcm\n"
+      "What if: parhelion replay session.lcm --scenario other.yaml -o other.lcm\n"
+      "         parhelion report session.lcm --against other.lcm -o both.html\n\n"
+      "The page holds everything that it shows and asks the network for nothing; it prints to paper, too.\n"
+      "A session whose scenario says nothing of training is shown without a score.");
+  command->callback([arguments, &exit] { exit = run(*arguments); });
+}
+
+}  // namespace parhelion
