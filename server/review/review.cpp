@@ -48,6 +48,7 @@ class Gathering {
   Status delay(const char* name, const Message& message);
   void measure_nearest();
   void follow(const WorldMessage::Entry& body, double t);
+  bool attitude_known(const WorldMessage::Entry& body) const;
   void attitude(const WorldMessage::Entry& body, double t, bool known);
   void list(Event&& event);
   void add(const std::string& name, double t, double value) {
@@ -117,8 +118,10 @@ Status Gathering::begin(const Message& message) {
   listen(channel::mr_world, &Gathering::world);
   listen(channel::mr_camera, &Gathering::picture);
   listen(channel::loop, &Gathering::loop);
-  listen(channel::scan, &Gathering::real_scan);
-  listen(channel::camera, &Gathering::real_picture);
+  if (!simulates_trainee(review_.scenario)) {
+    listen(channel::scan, &Gathering::real_scan);
+    listen(channel::camera, &Gathering::real_picture);
+  }
   if (review_.robot == configuration_->robot.name) {
     review_.footprint = configuration_->robot.footprint;
     nearest_.emplace(configuration_->robot);
@@ -157,10 +160,14 @@ Status Gathering::world(Message& message) {
     if (body.owner == BodyOwner::building || (before && *before == body.entity)) continue;
     before = &body.entity;
     follow(body, t);
-    if (body.entity == review_.robot)
-      attitude(body, t, body.owner != BodyOwner::real_robot || world_.attitude_known);
+    if (body.entity == review_.robot) attitude(body, t, attitude_known(body));
   }
   return {};
+}
+
+/// Of a real robot only what an inertial sensor measured.
+bool Gathering::attitude_known(const WorldMessage::Entry& body) const {
+  return world_.attitude_known || body.owner != BodyOwner::real_robot || simulates_trainee(review_.scenario);
 }
 
 void Gathering::follow(const WorldMessage::Entry& body, double t) {

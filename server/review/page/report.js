@@ -10,11 +10,11 @@ function drawSession(session, letter) {
   const article = html("article", { class: "session" });
   if (letter) article.append(html("h2", {}, `${TEXT.run(letter)}: ${session.scenario}, ${session.log}`), drawScore(session));
   else article.append(html("h2", { class: "unseen" }, session.scenario));
-  const left = html("div", { class: "column" }, drawMap(session), drawPicture(session));
-  const right = html("div", { class: "column" }, ...[drawReasons(session), drawEvents(session)].filter(Boolean));
-  article.append(html("div", { class: "columns" }, left, right), drawPlots(session));
-  const pictures = drawChargePictures(session);
-  if (pictures) article.append(pictures);
+  const parts = { map: drawMap(session), picture: drawPicture(session), reasons: drawReasons(session), events: drawEvents(session), plots: drawPlots(session), pictures: drawChargePictures(session) };
+  for (const [name, part] of Object.entries(parts)) if (part) part.classList.add(`part-${name}`);
+  const column = (...names) => html("div", { class: "column" }, ...names.map((name) => parts[name]));
+  article.append(html("div", { class: "columns" }, column("map", "picture"), column("reasons", "events")), parts.plots);
+  if (parts.pictures) article.append(parts.pictures);
   return article;
 }
 

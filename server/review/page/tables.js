@@ -30,7 +30,6 @@ function drawReasons(session) {
   if (!grade) return null;
   const warnings = [];
   if (!grade.complete) warnings.push(TEXT.incomplete);
-  else if (session.cut_off) warnings.push(TEXT.cutOff);
   if (session.damaged_bytes) warnings.push(TEXT.damaged(session.damaged_bytes));
   const clipped = grade.earned - grade.charged < 0 ? ` (${TEXT.atLeastZero})` : "";
   const c = TEXT.columns;
@@ -38,7 +37,7 @@ function drawReasons(session) {
     const of = training.tasks[i] ? training.tasks[i].points : 0;
     const name = html("span", {}, task.name, task.required ? html("small", {}, ` ${TEXT.required}`) : null);
     return cells(html("tr", { class: task.outcome }), jump(task.ended, task.name), name, TEXT.outcomes[task.outcome],
-      task.cause ? TEXT.event(task.cause) : TEXT.noTaskCause, `${figure(task.points, 2)} / ${figure(of, 2)}`);
+      task.cause ? TEXT.event(task.cause) : task.outcome === "done" ? TEXT.noCause : TEXT.none, `${figure(task.points, 2)} / ${figure(of, 2)}`);
   });
   const charges = grade.charges.map((charge, i) => {
     const rule = training.penalties.find((each) => each.name === charge.rule);

@@ -12,7 +12,6 @@ const TEXT = {
   notPassed: "not passed",
   grade: (name) => `grade ${name}`,
   incomplete: "The log stops in the middle: graded as far as it goes.",
-  cutOff: "The log has no end: it stops in the middle.",
   damaged: (bytes) => `${bytes} bytes of the log are damaged; what they held is not in here.`,
   sum: (earned, charged, score) => `${figure(earned, 2)} earned − ${figure(charged, 2)} charged = ${figure(score, 2)}`,
   atLeastZero: "a score is never below 0",
@@ -24,7 +23,6 @@ const TEXT = {
   outcomes: { waiting: "not reached", open: "not finished", done: "done", failed: "failed", out_of_time: "out of time" },
   required: "required",
   noCause: "where things were, not an event",
-  noTaskCause: "–",
   rulePoints: (rule) => {
     const parts = [];
     if (rule.points) parts.push(`${figure(rule.points, 2)} each time`);
@@ -96,7 +94,7 @@ const TEXT = {
   yes: "yes",
   no: "no",
   none: "–",
-  made: (program) => `Made by parhelion ${program} from the session log alone. The log does not hold how long the server ` +
+  made: (program) => `Made by ${program} from the session log alone. The log does not hold how long the server ` +
     "itself took; delays are of the messages' arrival against the sender's own clock, over the fastest of the session.",
 };
 
