@@ -62,7 +62,8 @@ struct WrittenSession {
     };
     const Configuration session = configuration();
     put(channel::mr_session, 0, session_header(session, SensorTime::from_utime(us(0))));
-    Image image = picture();
+    std::vector<Image> film;
+    for (int i = 0; pictures && i < 7; ++i) film.push_back(picture(i));
     Scan scan = scan_at(1);
     std::size_t touched = 0;
     const int steps = static_cast<int>(seconds * 30);
@@ -78,6 +79,7 @@ struct WrittenSession {
         put(channel::mr_cmd, t + 0.01,
             TwistCommand{SensorTime::from_utime(us(t)), {share * 0.3, 0, share * 0.15}});
         if (pictures) {
+          Image& image = film[static_cast<std::size_t>(i / 2) % film.size()];
           image.stamp = SensorTime::from_utime(us(t));
           put(channel::mr_camera, t + 0.02, image);
         }
@@ -139,14 +141,15 @@ struct WrittenSession {
     }
     return made;
   }
-  Image picture() const {
+  /// The one after the other differ.
+  Image picture(int number) const {
     Image image;
     image.width = picture_width;
     image.height = picture_width * 3 / 4;
     std::vector<std::uint8_t> bgr;
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x)
-        for (const int c : {x * 255 / image.width, y * 255 / image.height, (x / 8 + y / 8) % 2 * 90})
+        for (const int c : {x * 255 / image.width, y * 255 / image.height, (x / 8 + y / 8 + number) % 7 * 30})
           bgr.push_back(static_cast<std::uint8_t>(c));
     JpegCodec codec;
     image.bytes = *codec.encode(bgr, {image.width, image.height, 85, {}});
