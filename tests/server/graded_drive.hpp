@@ -33,6 +33,17 @@ class GradedDrive : public ScriptedDrive {
     for (const Eigen::Vector2d& place : places)
       EXPECT_TRUE(drive_to(place, speed, limit)) << place.transpose() << " was not reached";
   }
+  /// Waits until all tasks have ended, or for so long.
+  void stand(double limit) {
+    drive(
+        Twist2{}, [this] { return over(); }, limit);
+  }
+  /// Turns on the spot until it looks at a place.
+  void look_at(const Eigen::Vector2d& place) {
+    const auto ask = [&] { return towards(place, 0); };
+    const auto looks = [&] { return std::abs(towards(place, 0).wz) < 0.05; };
+    EXPECT_TRUE(drive(ask, looks, 15));
+  }
   bool over() const { return grade().ended; }
   Grade grade() const { return grader_->grade(); }
   std::string marks() const {

@@ -4,20 +4,7 @@
 namespace parhelion {
 namespace {
 
-class Programmes : public test::GradedDrive {
- protected:
-  /// Waits until all tasks have ended, or for so long.
-  void stand(double limit) {
-    drive(
-        Twist2{}, [this] { return over(); }, limit);
-  }
-  /// Turns on the spot until it looks at a place.
-  void look_at(const Eigen::Vector2d& place) {
-    const auto ask = [&] { return towards(place, 0); };
-    const auto looks = [&] { return std::abs(towards(place, 0).wz) < 0.05; };
-    EXPECT_TRUE(drive(ask, looks, 15));
-  }
-};
+class Programmes : public test::GradedDrive {};
 
 TEST_F(Programmes, TheFirstDriveIsDoneFromMarkToMark) {
   begin("programmes/first_drive.yaml");

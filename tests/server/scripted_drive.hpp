@@ -75,13 +75,16 @@ class ScriptedDrive : public TickTest {
       if (phase != 1) pressed = now_;
       if ((phase == 1 && now_ - pressed > seconds(4)) || (phase == 2 && pitch < 4 * degree)) phase = 0;
       const double angle = std::array{35, -20, -6}[phase] * degree;
-      send_joints({{"left_flipper_joint", angle}, {"right_flipper_joint", angle}});
+      send_flippers(angle);
       return towards(place, 0.3);
     };
     const auto there = [&] { return (motion().T_map_base.translation().head<2>() - place).norm() < 0.12; };
     return drive(ask, there, limit);
   }
 
+  void send_flippers(double angle) {
+    send_joints({{"left_flipper_joint", angle}, {"right_flipper_joint", angle}});
+  }
   /// Joints to positions, and time for it.
   void move_joints(const std::map<std::string, double>& positions, double duration) {
     for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) {

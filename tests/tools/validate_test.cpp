@@ -61,7 +61,7 @@ TEST_F(Validate, EveryShippedScenarioIsInOrder) {
     EXPECT_THAT(verdict.errors, IsEmpty()) << entry.path();
     scenarios += verdict.summary.starts_with("scenario");
   }
-  EXPECT_GE(scenarios, 10);
+  EXPECT_GE(scenarios, 20);
 }
 
 TEST_F(Validate, NamesWhatEachFileIs) {
