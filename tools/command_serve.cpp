@@ -10,6 +10,7 @@
 #include <ctime>
 #include <filesystem>
 
+#include "server/crowd_time.hpp"
 #include "server/live_site.hpp"
 #include "server/loop.hpp"
 #include "server/session_files.hpp"
@@ -71,6 +72,7 @@ Exit run_once(const Arguments& arguments) {
   if (!bus) return fail(bus.error().message);
   const auto configuration = configuration_for(arguments, **bus, options);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
+  if (const auto slow = warn_of_slow_crowd(*configuration)) options.say(*slow);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
   if (configuration->scenario.mapping) {
     const auto site = std::make_shared<LiveSite>(configuration->model);
