@@ -18,6 +18,7 @@
 #include "server/clock_offset.hpp"
 #include "server/configuration.hpp"
 #include "server/crew.hpp"
+#include "server/hazard_sensor.hpp"
 #include "server/injection_gate.hpp"
 #include "server/model_version.hpp"
 #include "server/percentiles.hpp"
@@ -142,6 +143,7 @@ struct State {
   RayCaster caster;
   InjectionGate gate;
   ScanPath scan;
+  HazardResponse hazard_sensor;
   Crew crew;
   AgentScanPath agent_laser;
   std::unique_ptr<SimulatedSensors> sensors;  ///< of the trainee's robot where it is simulated

@@ -254,8 +254,11 @@ TEST_F(LevelsTest, ItsHazardSensorReadsAtTenHertzWhatIsThere) {
   ASSERT_EQ(readings.back().values.size(), 1U);
   const double height = configuration_.robot.height;
   const Eigen::Vector3d sensor = motion().T_map_base * Eigen::Vector3d(0, 0, height);
-  EXPECT_NEAR(readings.back().values[0].value, 100 / (Eigen::Vector3d(1, 0, 0.5) - sensor).squaredNorm(),
-              0.01);
+  const double truth = 100 / (Eigen::Vector3d(1, 0, 0.5) - sensor).squaredNorm();
+  const HazardSensor its;
+  EXPECT_NEAR(readings.back().values[0].value, truth,
+              4 * truth / std::sqrt(2 * its.radiation_counts * truth * its.radiation_lag));
+  EXPECT_NE(readings.back().values[0].value, readings[readings.size() - 2].values[0].value) << "it counts";
   EXPECT_EQ(readings.back().values[0].unit, "uSv/h");
   EXPECT_NEAR((readings.back().stamp - readings.front().stamp).seconds(), 0.1 * (readings.size() - 1.0),
               1e-5);
@@ -405,7 +408,8 @@ TEST_F(LevelsSession, WhatASimulatedRobotSaidReplaysAsARealRobotsRecording) {
   EXPECT_EQ(tally.refused_inputs, 0U) << tally.last_refusal;
   EXPECT_GT(tally.beams_replaced, 0U) << "the barrel is injected into them";
   EXPECT_GT(tally.frames_in, 5U) << "CAMERA is read back as a real camera's";
-  EXPECT_EQ(tally.frames_out, tally.frames_in);
+  EXPECT_EQ(tally.frames_out + replayed->frames_dropped, tally.frames_in)
+      << "as live: a busy machine drops some";
   EXPECT_GT(tally.frames_composited, 0U) << "and the barrel is drawn into it";
   std::uint64_t degraded = 0;
   for (std::size_t why = 1; why < degraded_kinds; ++why) degraded += tally.scans_degraded[why];
