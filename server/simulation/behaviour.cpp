@@ -15,6 +15,9 @@ constexpr double kPatience = 3.0;   // s that a patrol waits before it looks for
 constexpr double kHoldRange = 2.0;  // m from the real robot within which agents hold still while it is blind
 constexpr double kRespect = 0.15;   // m kept to the real robot beyond what is kept to everything
 constexpr double kScanAge = 0.5;    // s: an older scan of its own is not trusted
+constexpr double kTurningFeet = 0.3;  // m/rad that feet go in a turn on the spot
+constexpr double kSmallSteps = 0.35;  // share of a whole step's height and reach
+constexpr double kStands = 0.05;      // m/s: slower, and the feet stand
 
 /// SplitMix64 (Steele, Lea, Flood 2014) of (seed, agent, step): no state that a skipped decision could shift.
 double random_unit(std::uint64_t seed, std::uint64_t key, std::uint64_t step, std::uint64_t draw) {
@@ -222,10 +225,16 @@ void Simulation::State::move_parts(Agent& agent) {
   parts.wheel_right =
       wrap_angle(parts.wheel_right + (v.x() + w * kRobotDrive.track / 2) / kRobotDrive.wheel_radius * dt);
   const double speed = std::hypot(v.x(), v.y());
-  const double stride = stride_length(agent.definition.behaviour.speed);
-  parts.gait_phase = wrap_angle(parts.gait_phase + std::copysign(speed, v.x()) / stride * turn * dt);
-  const bool walking = speed > 0.05;
-  parts.gait_amplitude = towards(parts.gait_amplitude, walking ? 1 : 0, 3 * dt);
+  // A turn on the spot takes steps as well, as many as its feet would go about the middle.
+  const double pace = std::max(speed, kTurningFeet * std::abs(w));
+  // Sideways no leg swings back: only where it mostly goes backwards does the gait run backwards.
+  const double direction = v.x() < -0.5 * speed ? -1 : 1;
+  // Feet swing as far to the front as the way goes to the front; steps aside and turns are small ones, and so
+  // there are more of them.
+  const double reach = pace > kStands ? std::max(kSmallSteps, std::abs(v.x()) / pace) : 0;
+  const double stride = std::max(kSmallSteps, reach) * stride_length(agent.definition.behaviour.speed);
+  parts.gait_phase = wrap_angle(parts.gait_phase + direction * pace / stride * turn * dt);
+  parts.gait_amplitude = towards(parts.gait_amplitude, reach, 3 * dt);
 }
 
 Status Simulation::State::fit_laser(Agent& agent) {

@@ -1,6 +1,7 @@
 #include "server/simulation/bodies.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "server/simulation/gait.hpp"
 #include "worlds.hpp"
@@ -30,6 +31,49 @@ TEST(Bodies, FeetThatStandDoNotSlideAndNoneIsBelowTheFloor) {
     }
     EXPECT_TRUE(stands) << "walks, does not run";
     before = now;
+  }
+}
+
+/// How often `foot` of the person is set down in `duration` s, and how far it swings to the front at most, m.
+std::pair<int, double> steps_of(Simulation& simulation, const std::string& foot, double duration,
+                                const std::function<RealRobotState(double)>& robot_at) {
+  std::vector<LaserRequest> requests;
+  int steps = 0;
+  double farthest = 0;
+  bool up = false;
+  for (double t = 0; t < duration; t += 1.0 / 240) {
+    simulation.step(robot_at(t), requests);
+    const BodyState torso = body(simulation, "walker", "torso"), at = body(simulation, "walker", foot);
+    const Eigen::Vector3d p = torso.T_map_body.inverse() * at.T_map_body.translation();
+    farthest = std::max(farthest, p.x());
+    const double height = at.T_map_body.translation().z() - kPerson.ankle;
+    if (up && height < 0.002) ++steps;
+    up = height > 0.015 || (up && height >= 0.002);
+  }
+  return {steps, farthest};
+}
+
+TEST(Bodies, ATurnOnTheSpotAndAStepAsideTakeSmallStepsOfBothFeet) {
+  for (const bool aside : {false, true}) {
+    for (const char* foot : {"left_foot", "right_foot"}) {
+      Simulation simulation = make(room(20));
+      AgentDefinition walker = moving("walker", AgentKind::person, 2, 0.1, BehaviourKind::stay);
+      if (aside)
+        walker.behaviour.yields = true;
+      else
+        walker.behaviour.kind = BehaviourKind::teleop;
+      spawn(simulation, walker, real_at(-4, 0));
+      const auto comes = [](double t) { return real_at(-4 + 0.5 * t, 0, 0, {0.5, 0, 0}); };
+      const auto turns = [&](double) {
+        simulation.teleop("walker", {0, 0, 1.0});
+        return real_at(-4, 0);
+      };
+      const auto [steps, farthest] =
+          aside ? steps_of(simulation, foot, 10, comes) : steps_of(simulation, foot, 6, turns);
+      EXPECT_GE(steps, aside ? 1 : 2) << foot << (aside ? " aside" : " turning");
+      EXPECT_LT(steps, 8) << foot;
+      EXPECT_LT(farthest, 0.12) << "small ones";
+    }
   }
 }
 
