@@ -14,7 +14,9 @@ namespace parhelion {
 namespace {
 
 constexpr const char* training = R"(training:
-  tasks: [{name: set off, points: 50, done: {event: movement_started}}]
+  tasks:
+    - {name: set off, points: 50, done: {event: movement_started}}
+    - {name: never, points: 50, done: {event: battery_low}}  # what is done whole is graded no further
   penalties: [{name: touched, points: 10, when: {event: collision_started}}]
 )";
 
@@ -44,7 +46,7 @@ void ask_what_if(const test::Folder& folder) {
   ASSERT_TRUE(alone.ok()) << alone.error().message;
   EXPECT_TRUE(alone->grade->charges.empty());
   EXPECT_EQ(alone->grade->score, 50);
-  const auto met = again("met", with_barrel(scenario, *alone, 20));
+  const auto met = again("met", with_barrel(scenario, *alone, 32));
   ASSERT_TRUE(met.ok()) << met.error().message;
   ASSERT_FALSE(met->grade->charges.empty());
   for (const Charge& charge : met->grade->charges) {
