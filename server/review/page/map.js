@@ -20,7 +20,12 @@ function extent(session) {
       if (agent.x[i] > near[0] && agent.x[i] < near[2] && agent.y[i] > near[1] && agent.y[i] < near[3]) add(agent.x[i], agent.y[i]);
     });
   const margin = 1.5;
-  return [box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin];
+  const way = [box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin];
+  // A building that is not much larger is shown whole.
+  for (const part of session.plan.parts) for (const [x, y] of part.corners) add(x, y);
+  const whole = [box[0] - 0.3, box[1] - 0.3, box[2] + 0.3, box[3] + 0.3];
+  const side = (b) => Math.max(b[2] - b[0], b[3] - b[1]);
+  return side(whole) <= 1.6 * side(way) ? whole : way;
 }
 
 /// Runs of one step of speed as one line each; y of SVG points down.

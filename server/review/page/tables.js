@@ -137,9 +137,6 @@ function drawFigures(sessions) {
     charges: (s) => graded(s, (g) => `${g.charges.length}`), length: (s) => figure(s.path.length, 1), speed: (s) => most(s, "speed"),
     nearest: (s) => least(s, "nearest"), seconds: (s) => clock(s.duration),
   };
-  const rows = Object.keys(values).map((name) => {
-    const row = html("tr", {}, html("th", { scope: "row" }, TEXT.figureRows[name]));
-    return cells(row, ...sessions.map(values[name]));
-  });
-  return table(TEXT.figures, ["", ...sessions.map((_, i) => TEXT.run("AB"[i]))].map((words) => words || TEXT.none), rows, "figures");
+  const rows = sessions.map((s, i) => cells(html("tr", {}, html("th", { scope: "row" }, TEXT.run("AB"[i]))), ...Object.values(values).map((value) => value(s))));
+  return table(TEXT.figures, [TEXT.none, ...Object.keys(values).map((name) => TEXT.figureRows[name])], rows, "figures");
 }
