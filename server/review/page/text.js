@@ -62,15 +62,15 @@ const TEXT = {
   plotLabel: (title, unit, range) => `${title}, ${unit}${range ? `: from ${figure(range[0], 2)} to ${figure(range[1], 2)}` : ""}`,
   noSeries: "Not in the log.",
   plotTitles: {
-    speed: "Speed", nearest: "Distance to the nearest obstacle", attitude: "Pitch and roll",
+    score: "Score", speed: "Speed", nearest: "Distance to the nearest obstacle", attitude: "Pitch and roll",
     forward: "Forward: asked and given", turn: "Turn: asked and given", delay: "Delay over the fastest message",
   },
   series: {
-    speed: "speed", nearest: "all that the laser was shown", nearest_injected: "virtual", pitch: "pitch, nose up", roll: "roll, left up",
+    score: "score", speed: "speed", nearest: "all that the laser was shown", nearest_injected: "virtual", pitch: "pitch, nose up", roll: "roll, left up",
     asked_forward: "asked (TELEOP)", given_forward: "given (MR_CMD)", asked_turn: "asked (TELEOP)", given_turn: "given (MR_CMD)",
     delay_scan: "SCAN", delay_camera: "CAMERA", delay_teleop: "TELEOP",
   },
-  units: { speed: "m/s", nearest: "m", attitude: "°", forward: "m/s", turn: "rad/s", delay: "ms" },
+  units: { score: "points", speed: "m/s", nearest: "m", attitude: "°", forward: "m/s", turn: "rad/s", delay: "ms" },
   events: "Events",
   eventsLeftOut: (left) => `Left out, too many of a kind: ${Object.entries(left).map(([kind, n]) => `${n} × ${TEXT.kind(kind)}`).join(", ")}.`,
   kind: (kind) => kind.replaceAll("_", " "),
@@ -78,6 +78,7 @@ const TEXT = {
     let words = e.subject ? `${e.subject}: ${TEXT.kind(e.kind)}` : TEXT.kind(e.kind);
     if (e.object) words += `, ${e.object}`;
     if (e.text) words += ` (${e.text})`;
+    if (e.kind === "score_changed" || e.kind === "grading_ended") words += `: ${figure(e.value, 2)}`;
     if (e.impulse > 0) words += `, ${figure(e.impulse, 2)} N s`;
     if (e.unsensed) words += ", not scored: it could not be seen coming";
     return words;

@@ -62,9 +62,23 @@ function drawControl(sessions) {
 
 const PLOT = { width: 640, height: 150, left: 44, right: 8, top: 8, bottom: 20 };
 const PLOTS = [
-  ["speed", ["speed"]], ["nearest", ["nearest", "nearest_injected"]], ["forward", ["asked_forward", "given_forward"]],
+  ["score", ["score"]], ["speed", ["speed"]], ["nearest", ["nearest", "nearest_injected"]], ["forward", ["asked_forward", "given_forward"]],
   ["turn", ["asked_turn", "given_turn"]], ["attitude", ["pitch", "roll"]], ["delay", ["delay_scan", "delay_camera", "delay_teleop"]],
 ];
+
+/// The score as it grew: steps at what was done and what was charged.
+function scoreSeries(session) {
+  const grade = session.grade;
+  if (!grade) return null;
+  const changes = [...grade.tasks.filter((task) => task.ended !== null && task.points).map((task) => [task.ended, task.points]),
+    ...grade.charges.map((charge) => [charge.t, -charge.points])].sort((a, b) => a[0] - b[0]);
+  const series = { t: [0], v: [0], width: Infinity };
+  let sum = 0;
+  const add = (t) => { series.t.push(t); series.v.push(Math.max(sum, 0)); };
+  for (const [t, points] of changes) { add(t); sum += points; add(t); }
+  add(session.duration);
+  return series;
+}
 
 /// Where nothing came for long the line is broken.
 function plotLine(series, x, y) {
@@ -110,4 +124,9 @@ function drawPlot(session, [name, wanted]) {
   return html("figure", { class: "plot" }, html("figcaption", {}, html("b", {}, `${title}, ${unit}`), ...key), drawing);
 }
 
-const drawPlots = (session) => titled(3, TEXT.plots, html("div", { class: "plots" }, ...PLOTS.map((plot) => drawPlot(session, plot))));
+function drawPlots(session) {
+  const score = scoreSeries(session);
+  if (score) session.series.score = score;
+  const plots = PLOTS.filter(([name]) => name !== "score" || score);
+  return titled(3, TEXT.plots, html("div", { class: "plots" }, ...plots.map((plot) => drawPlot(session, plot))));
+}
