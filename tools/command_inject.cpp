@@ -3,6 +3,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 
@@ -28,7 +30,7 @@ const std::map<std::string, AgentCommand::Action> actions{
     {"spawn", AgentCommand::Action::spawn},           {"move", AgentCommand::Action::move},
     {"remove", AgentCommand::Action::remove},         {"behave", AgentCommand::Action::behave},
     {"remove-all", AgentCommand::Action::remove_all}, {"freeze", AgentCommand::Action::freeze},
-    {"unfreeze", AgentCommand::Action::unfreeze}};
+    {"unfreeze", AgentCommand::Action::unfreeze},     {"reset", AgentCommand::Action::move}};
 const std::map<std::string, AgentKind> kinds{
     {"box", AgentKind::box},     {"barrel", AgentKind::barrel},       {"person", AgentKind::person},
     {"robot", AgentKind::robot}, {"container", AgentKind::container}, {"cable", AgentKind::cable}};
@@ -61,7 +63,7 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   if (!whole_scene && agent.name.empty()) return Error{"which agent? give --name NAME"};
   const bool needs_place =
       command.action == AgentCommand::Action::spawn || command.action == AgentCommand::Action::move;
-  if (needs_place) {
+  if (needs_place && arguments.action != "reset") {
     const auto place = parse_place(arguments.at, false);
     if (!place) return Error{"--at '" + arguments.at + "': " + place.error().message};
     agent.T_map_base = Transform<Map, Base>::planar(place->x(), place->y(), place->z());
@@ -77,6 +79,27 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
     agent.behaviour.waypoints.push_back(*waypoint);
   }
   return command;
+}
+
+/// A reset puts it down where it is now: upright, at rest, its joints whole and where they start.
+Status find_place(Bus& bus, const Arguments& arguments, AgentDefinition& agent) {
+  const WallTime deadline = steady_now() + seconds(arguments.timeout);
+  while (steady_now() < deadline) {
+    Message message;
+    const auto received = bus.receive(message, deadline - steady_now());
+    if (!received) return received.error();
+    WorldMessage world;
+    if (!*received || message.channel != channel::mr_world) continue;
+    if (!decode(message.channel, message.payload, world)) continue;
+    const auto body = std::find_if(world.bodies.begin(), world.bodies.end(),
+                                   [&](const auto& each) { return each.entity == agent.name; });
+    if (body == world.bodies.end()) return Error{"nothing is called '" + agent.name + "'"};
+    const Eigen::Vector3d p = body->T_map_body.translation();
+    const Eigen::Matrix3d R = body->T_map_body.rotation();
+    agent.T_map_base = Transform<Map, Base>::planar(p.x(), p.y(), std::atan2(R(1, 0), R(0, 0)), p.z());
+    return {};
+  }
+  return Error{"no server says where it is; is `parhelion serve` running on this LCM network?"};
 }
 
 /// Waits for the event that carries the request.
@@ -101,12 +124,17 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
 }
 
 Exit run(const Arguments& arguments) {
-  const auto command = make_command(arguments);
+  auto command = make_command(arguments);
   if (!command) return fail(command.error().message, Exit::usage);
   auto bus = open_network_bus(arguments.url);
   if (!bus) return fail(bus.error().message);
   if (const Status subscribed = (*bus)->subscribe(channel::mr_events, 256); !subscribed) {
     return fail(subscribed.error().message);
+  }
+  if (arguments.action == "reset") {
+    Status found = (*bus)->subscribe(channel::mr_world, 1);
+    if (found) found = find_place(**bus, arguments, command->agent);
+    if (!found) return fail(found.error().message);
   }
   std::vector<std::uint8_t> payload;
   encode(*command, payload);
@@ -157,7 +185,9 @@ void add_inject(CLI::App& app, Exit& exit) {
       "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90deg --behaviour wander "
       "--laser "
       "lms-200\n"
-      "         parhelion inject behave --name guide --behaviour follow --distance 2");
+      "         parhelion inject behave --name guide --behaviour follow --distance 2\n"
+      "         parhelion inject reset --name trainee\n\n"
+      "reset puts a robot down where it is: upright, at rest, what broke of its arm whole again.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -87,6 +87,10 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::foreign_publisher, channel::odometry); }))
       << said();
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::movement_stopped); })) << said();
+  const auto reset =
+      test::run({"inject", "reset", "--name", "trainee", "--url", url()}, folder_ / "reset.txt");
+  EXPECT_EQ(reset.exit, 0) << reset.output;
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::agent_moved); })) << said();
   server.signal(SIGINT);
   EXPECT_EQ(server.wait(), 0) << said();
 
