@@ -79,15 +79,17 @@ Exit run(const Arguments& arguments) {
 void add_joystick(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("joystick", "Drive a robot with a joystick or game pad");
   auto arguments = std::make_shared<Arguments>();
-  command->add_option("--mapping", arguments->mapping,
-                      "YAML: what its sticks and buttons mean; by default those of a game pad");
+  command->add_option(
+      "--mapping", arguments->mapping,
+      "What its sticks and buttons mean: YAML, or `crawler` (with arm and flippers); by default those "
+      "of a game pad that only drives");
   command->add_flag("--list", arguments->list,
                     "What is plugged in, and what its axes and buttons are called");
   command->add_option("--robot", arguments->robot, "Whom to drive; by default the trainee's");
   command->add_option("--name", arguments->name, "Of the operator")->capture_default_str();
   command->add_option("--url", arguments->url, "LCM URL");
   command->footer(
-      "Example: parhelion joystick --mapping console.yaml\n\n"
+      "Example: parhelion joystick --mapping crawler\n         parhelion joystick --mapping console.yaml\n\n"
       "By default: hold the left shoulder button (the dead-man), left stick drives and turns, right "
       "shoulder\n"
       "slows, start drives the next robot. Unplugging stops the robot.");

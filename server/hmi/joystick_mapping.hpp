@@ -39,7 +39,9 @@ struct JoystickMapping {
 
 /// Errors name file and line.
 Result<JoystickMapping> parse_joystick_mapping(const std::string& yaml, const std::string& origin);
-Result<JoystickMapping> load_joystick_mapping(const std::string& path);
+/// A shipped mapping by its name (server/hmi/mappings), or the path of a YAML file.
+Result<JoystickMapping> load_joystick_mapping(const std::string& name_or_path);
+std::vector<std::string> shipped_joystick_mappings();
 /// For a game controller as SDL knows it: left stick drives and turns, left shoulder is the dead-man.
 JoystickMapping default_joystick_mapping();
 

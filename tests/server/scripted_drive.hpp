@@ -128,6 +128,17 @@ class ScriptedDrive : public TickTest {
     return text;
   }
 
+  /// The events of what has just come out.
+  void take_events() {
+    for (const Outputs::Entry& entry : outputs_.entries()) {
+      heard(entry);
+      if (entry.channel != channel::mr_events) continue;
+      Event event;
+      ASSERT_TRUE(decode(entry.channel, entry.payload, event).ok());
+      events_.push_back(std::move(event));
+    }
+  }
+
   ArrivalTime now_;
   std::vector<Event> events_;
 
@@ -145,13 +156,7 @@ class ScriptedDrive : public TickTest {
   void send(const Message& input) {
     outputs_.clear();
     tick(configuration_, input, *state_, outputs_, observer_);
-    for (const Outputs::Entry& entry : outputs_.entries()) {
-      heard(entry);
-      if (entry.channel != channel::mr_events) continue;
-      Event event;
-      ASSERT_TRUE(decode(entry.channel, entry.payload, event).ok());
-      events_.push_back(std::move(event));
-    }
+    take_events();
   }
 };
 

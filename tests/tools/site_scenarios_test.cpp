@@ -1,39 +1,11 @@
 // From 3D scans of real sites to robots that drive in them, by the commands that the scenarios say.
 #include "tests/recordings.hpp"
-#include "tests/server/scripted_drive.hpp"
-#include "tests/tools/process.hpp"
+#include "tests/tools/site_drive.hpp"
 
 namespace parhelion {
 namespace {
 
-class SiteScenarioTest : public test::ScriptedDrive {
- protected:
-  void TearDown() override {
-    if (HasFailure()) std::fputs(told().c_str(), stderr);
-  }
-  static std::string shipped(const std::string& name) {
-    return std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/" + name;
-  }
-  /// The scenario in a folder of this test's own, beside the model that `cloud` gives.
-  void make_site(const std::string& site, const std::string& cloud, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"map",
-                                       "model",
-                                       cloud,
-                                       "-o",
-                                       folder_ / (site + "_model.yaml"),
-                                       "--keep",
-                                       shipped(site + "_corrections.yaml")};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto made = test::run(arguments, folder_ / "model.txt");
-    ASSERT_EQ(made.exit, 0) << made.output;
-    std::filesystem::copy_file(shipped(site + ".yaml"), folder_ / (site + ".yaml"));
-    const auto valid = test::run({"validate", folder_ / (site + ".yaml")}, folder_ / "validate.txt");
-    EXPECT_EQ(valid.exit, 0) << valid.output;
-    load(folder_ / (site + ".yaml"));
-  }
-
-  test::Folder folder_;
-};
+using SiteScenarioTest = test::SiteDrive;
 
 TEST_F(SiteScenarioTest, ATraineeLiftsAPartOpensAGateAndClimbsTheStairsOfARealEntrance) {
   const auto cloud = test::recording("3d-ori-stairs/06.pcd");

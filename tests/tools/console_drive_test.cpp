@@ -1,0 +1,292 @@
+// All that the entrance scenario asks for and more, with nothing but a console in the hand: keys typed into a
+// terminal, or the sticks and buttons of a game pad. The operator looks at the world and presses; the console
+// says the rest on the bus. Else SDL renames main.
+#define SDL_MAIN_HANDLED
+#include <SDL2/SDL.h>
+
+#include "tests/recordings.hpp"
+#include "tests/tools/site_drive.hpp"
+#include "tools/joystick_console.hpp"
+#include "tools/keyboard_console.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kLook = 0.03;     // s: a key repeats, and an operator looks, so often
+constexpr double kNear = 0.06;     // rad from the goal where an operator slows down
+constexpr double kEnough = 0.012;  // rad
+
+class ConsoleDrive : public test::SiteDrive {
+ protected:
+  /// m/s ahead; rad that the goal lies to the left.
+  virtual void steer(double speed, double left) = 0;
+  /// rad or m that are missing.
+  virtual void turn_joint(const std::string& joint, double missing) = 0;
+  virtual void let_go() = 0;
+  virtual Status console() = 0;
+
+  /// What an operator does at each look, until `done` or `limit` s have gone.
+  bool operate(const std::function<void()>& act, const std::function<bool()>& done, double limit) {
+    for (const ArrivalTime end = now_ + seconds(limit); now_ < end && !done();) {
+      now_ = now_ + seconds(kLook);
+      outputs_.clear();
+      advance(configuration_, now_, *state_, outputs_, observer_);
+      publish();
+      act();
+      const Status turned = console();
+      EXPECT_TRUE(turned.ok()) << turned.error().message;
+      Message input;
+      for (auto came = server_->receive(input, Duration{0}); came.ok() && *came;
+           came = server_->receive(input, Duration{0})) {
+        input.arrival = now_ = now_ + microseconds(1);
+        outputs_.clear();
+        tick(configuration_, input, *state_, outputs_, observer_);
+        publish();
+      }
+    }
+    return done();
+  }
+  void rest(double duration) {
+    operate([this] { let_go(); }, [] { return false; }, duration);
+  }
+  double missing(const std::string& joint, double goal) {
+    const Joints& joints = motion().joints;
+    const auto at = std::find(joints.names.begin(), joints.names.end(), joint);
+    return goal - joints.positions[static_cast<std::size_t>(at - joints.names.begin())];
+  }
+  void joint_to(const std::string& joint, double goal) {
+    EXPECT_TRUE(operate([&] { turn_joint(joint, missing(joint, goal)); },
+                        [&] { return std::abs(missing(joint, goal)) < kEnough; }, 12))
+        << joint << " is " << missing(joint, goal) << " off";
+    rest(0.1);
+  }
+  /// Closes the fingers (1) or opens them (-1).
+  void fingers(double way, double duration) {
+    operate([&] { turn_joint("left_finger_joint", way); }, [] { return false; }, duration);
+    rest(0.6);
+  }
+  double off(const Eigen::Vector2d& place) {
+    const Eigen::Vector2d way = place - motion().T_map_base.translation().head<2>();
+    const Eigen::Matrix3d R = motion().T_map_base.rotation();
+    return std::remainder(std::atan2(way.y(), way.x()) - std::atan2(R(1, 0), R(0, 0)), 2 * std::numbers::pi);
+  }
+  bool is_at(const Eigen::Vector2d& place) {
+    return (motion().T_map_base.translation().head<2>() - place).norm() < 0.15;
+  }
+  bool go(const Eigen::Vector2d& place, double speed, double limit, std::optional<EventKind> until = {}) {
+    return operate([&] { steer(speed, off(place)); }, [&] { return until ? happened(*until) : is_at(place); },
+                   limit);
+  }
+  /// Up the stairs: the flippers up against the first step, pressed down on its tread, then in line with the
+  /// tracks; each time the robot stands until they are there.
+  bool climb(const Eigen::Vector2d& place, double limit) {
+    std::size_t phase = 0;
+    ArrivalTime pressed = now_;
+    const auto act = [&] {
+      const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
+      if (phase == 0 && pitch > 6 * degree) phase = 1, pressed = now_;
+      if (phase == 1 && pitch > 22 * degree) phase = 2;
+      if ((phase == 1 && now_ - pressed > seconds(10)) || (phase == 2 && pitch < 4 * degree)) phase = 0;
+      const double angle = std::array{35, -20, -6}[phase] * degree;
+      for (const char* flipper : {"left_flipper_joint", "right_flipper_joint"}) {
+        if (std::abs(missing(flipper, angle)) > 2 * degree)
+          return turn_joint(flipper, missing(flipper, angle));
+      }
+      steer(0.32, off(place));
+    };
+    return operate(
+        act, [&] { return is_at(place); }, limit);
+  }
+
+  void do_all() {
+    const auto low = test::crawler_reach(0.68, 0.11);
+    const double shoulder = low.at("shoulder_joint"), beside = 90 * degree;
+    rest(0.5);
+    joint_to("shoulder_joint", shoulder + 0.6);
+    joint_to("elbow_joint", low.at("elbow_joint"));
+    joint_to("wrist_joint", low.at("wrist_joint"));
+    joint_to("turret_joint", -beside);
+    joint_to("shoulder_joint", shoulder);
+    fingers(1, 1.5);
+    joint_to("shoulder_joint", shoulder + 0.6);
+    EXPECT_TRUE(happened(EventKind::lifted, "part_1"));
+    joint_to("turret_joint", beside);
+    joint_to("shoulder_joint", shoulder + 0.27);
+    fingers(-1, 1);
+    rest(1.5);
+    EXPECT_TRUE(happened(EventKind::placed, "tub_1"));
+    joint_to("shoulder_joint", shoulder + 0.9);
+    joint_to("turret_joint", 0);
+    joint_to("elbow_joint", -115 * degree);
+    EXPECT_TRUE(go({0, 0.75}, 0.48, 30)) << motion().T_map_base.translation().transpose();
+    EXPECT_TRUE(happened(EventKind::door_opened, "gate 1"));
+    EXPECT_TRUE(climb({4.5, 0.85}, 90)) << motion().T_map_base.translation().transpose();
+    for (const char* step : {"stairs 1 step 1", "stairs 1 step 2", "stairs 1 step 3", "stairs 1 step 4"})
+      EXPECT_TRUE(happened(EventKind::step_climbed, step)) << step;
+    EXPECT_TRUE(happened(EventKind::zone_entered, "landing"));
+    EXPECT_FALSE(happened(EventKind::tipped_over));
+    // Down again as nobody should: flippers folded, the arm stretched out ahead, and fast.
+    joint_to("left_flipper_joint", 140 * degree);
+    joint_to("right_flipper_joint", 140 * degree);
+    joint_to("shoulder_joint", 80 * degree);
+    joint_to("elbow_joint", 0);
+    joint_to("wrist_joint", 0);
+    EXPECT_TRUE(go({3.95, 0.8}, 0.4, 30)) << motion().T_map_base.translation().transpose();
+    joint_to("shoulder_joint", 35 * degree);
+    EXPECT_TRUE(go({0.5, 0.8}, 0.8, 12, EventKind::tipped_over))
+        << motion().T_map_base.translation().transpose() << " pitch "
+        << std::asin(motion().T_map_base.rotation()(2, 0)) / degree;
+  }
+  void publish() {
+    take_events();
+    for (const Outputs::Entry& entry : outputs_.entries())
+      ASSERT_TRUE(server_->publish(entry.channel, entry.payload).ok());
+  }
+  void connect() {
+    server_ = hub_.connect();
+    bus_ = hub_.connect();
+    for (const std::string& input : configuration_.channels.inputs())
+      ASSERT_TRUE(server_->subscribe(input, 100).ok());
+  }
+
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> server_, bus_;
+};
+
+class KeyboardDriveTest : public ConsoleDrive {
+ protected:
+  void sit_down() {
+    connect();
+    console_.emplace(KeyboardConsoleOptions{}, *bus_);
+    ASSERT_TRUE(console_->listen().ok());
+  }
+  void steer(double speed, double left) override {
+    faster(speed / 0.08);
+    if (std::abs(left) > 0.25) return hold(left > 0 ? 'a' : 'd');
+    if (std::abs(left) > 0.06) return hold(left > 0 ? 'q' : 'e');
+    hold('w');
+  }
+  void turn_joint(const std::string& joint, double missing) override {
+    if (console_->joint() != joint) {
+      let_go();
+      typed_ += ']';
+      return;
+    }
+    faster(std::abs(missing) > kNear ? 10 : 1);
+    hold(missing > 0 ? 'r' : 'f');
+  }
+  void let_go() override {
+    if (std::exchange(held_, ' ') != ' ') typed_ += ' ';
+  }
+  Status console() override {
+    const std::string typed = std::exchange(typed_, {});
+    return console_->turn(typed, WallTime{now_.ns}, SensorTime{now_.ns});
+  }
+
+ private:
+  /// Another key is pressed only after the one before was let go of, and is as good as stopped by the bar.
+  void hold(char key) {
+    if (held_ != key) let_go();
+    held_ = key;
+    typed_ += key;
+  }
+  void faster(double step) {
+    for (; step_ < std::lround(step); ++step_) typed_ += '+';
+    for (; step_ > std::lround(step); --step_) typed_ += '-';
+  }
+  std::optional<KeyboardConsole> console_;
+  std::string typed_;
+  char held_ = ' ';
+  long step_ = KeyboardDrive::steps / 2;
+};
+
+TEST_F(KeyboardDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOverInARealEntrance) {
+  const auto cloud = test::recording("3d-ori-stairs/06.pcd");
+  PARHELION_NEEDS_RECORDING(cloud);
+  make_site("entrance", cloud);
+  sit_down();
+  do_all();
+}
+
+class JoystickDriveTest : public ConsoleDrive {
+ protected:
+  void sit_down() {
+    connect();
+    SDL_SetMainReady();
+    auto port = JoystickPort::open();
+    ASSERT_TRUE(port.ok()) << port.error().message;
+    port_ = std::move(*port);
+    index_ = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, 6, 15, 0);
+    ASSERT_GE(index_, 0) << SDL_GetError();
+    joystick_ = SDL_JoystickOpen(index_);
+    auto mapping = load_joystick_mapping("crawler");
+    ASSERT_TRUE(mapping.ok()) << mapping.error().message;
+    console_.emplace(JoystickConsoleOptions{"", "ann", {}}, std::move(*mapping), *bus_, *port_);
+    ASSERT_TRUE(console_->listen().ok());
+    rest(0.3);
+    hold(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, true);
+  }
+  void TearDown() override {
+    if (joystick_ != nullptr) {
+      SDL_JoystickClose(joystick_);
+      SDL_JoystickDetachVirtual(index_);
+    }
+    ConsoleDrive::TearDown();
+  }
+  void steer(double speed, double left) override {
+    let_go();
+    push(SDL_CONTROLLER_AXIS_LEFTY, std::abs(left) > 0.25 ? 0 : -speed / 0.8);
+    push(SDL_CONTROLLER_AXIS_LEFTX, -std::clamp(2 * left, -0.8, 0.8) / 1.2);
+  }
+  void turn_joint(const std::string& joint, double missing) override {
+    let_go();
+    const double share = std::clamp(4 * missing, -1.0, 1.0);
+    if (joint == "turret_joint") return push(SDL_CONTROLLER_AXIS_RIGHTX, -share);
+    if (joint == "shoulder_joint") return push(SDL_CONTROLLER_AXIS_RIGHTY, -share);
+    static const std::map<std::string, std::array<SDL_GameControllerButton, 2>> buttons{
+        {"elbow_joint", {SDL_CONTROLLER_BUTTON_DPAD_DOWN, SDL_CONTROLLER_BUTTON_DPAD_UP}},
+        {"wrist_joint", {SDL_CONTROLLER_BUTTON_DPAD_LEFT, SDL_CONTROLLER_BUTTON_DPAD_RIGHT}},
+        {"left_finger_joint", {SDL_CONTROLLER_BUTTON_B, SDL_CONTROLLER_BUTTON_A}},
+        {"left_flipper_joint", {SDL_CONTROLLER_BUTTON_X, SDL_CONTROLLER_BUTTON_Y}},
+        {"right_flipper_joint", {SDL_CONTROLLER_BUTTON_X, SDL_CONTROLLER_BUTTON_Y}}};
+    hold(buttons.at(joint)[missing > 0 ? 1 : 0], true);
+    hold(SDL_CONTROLLER_BUTTON_RIGHTSHOULDER, std::abs(missing) < kNear);
+  }
+  void let_go() override {
+    for (const auto axis : {SDL_CONTROLLER_AXIS_LEFTX, SDL_CONTROLLER_AXIS_LEFTY, SDL_CONTROLLER_AXIS_RIGHTX,
+                            SDL_CONTROLLER_AXIS_RIGHTY})
+      push(axis, 0);
+    for (int button = 0; button < SDL_CONTROLLER_BUTTON_MAX; ++button) {
+      if (button != SDL_CONTROLLER_BUTTON_LEFTSHOULDER)
+        hold(static_cast<SDL_GameControllerButton>(button), false);
+    }
+  }
+  Status console() override { return console_->turn(WallTime{now_.ns}, SensorTime{now_.ns}); }
+
+ private:
+  void hold(SDL_GameControllerButton button, bool down) {
+    SDL_JoystickSetVirtualButton(joystick_, button, down ? 1 : 0);
+  }
+  /// The stick to where `share` of the speed is: beyond the dead zone, along the curve.
+  void push(SDL_GameControllerAxis axis, double share) {
+    const JoystickMapping usual;
+    const double way = usual.dead_zone + (1 - usual.dead_zone) * std::pow(std::abs(share), 1 / usual.curve);
+    SDL_JoystickSetVirtualAxis(joystick_, axis,
+                               static_cast<Sint16>(share == 0 ? 0 : 32767 * std::copysign(way, share)));
+  }
+  std::unique_ptr<JoystickPort> port_;
+  std::optional<JoystickConsole> console_;
+  SDL_Joystick* joystick_ = nullptr;
+  int index_ = -1;
+};
+
+TEST_F(JoystickDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOverInARealEntrance) {
+  const auto cloud = test::recording("3d-ori-stairs/06.pcd");
+  PARHELION_NEEDS_RECORDING(cloud);
+  make_site("entrance", cloud);
+  sit_down();
+  do_all();
+}
+
+}  // namespace
+}  // namespace parhelion

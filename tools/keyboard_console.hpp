@@ -1,0 +1,63 @@
+// A keyboard as a console: from what a terminal sent to what the operator says on the bus.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "protocols/time.hpp"
+#include "server/hmi/keyboard.hpp"
+#include "server/hmi/operator_console.hpp"
+#include "tools/operator_view.hpp"
+
+namespace parhelion {
+
+struct KeyboardConsoleOptions {
+  std::string robot;              ///< whom to drive at the start; empty: the trainee's
+  std::string name = "operator";  ///< of the operator
+  KeyboardOptions keys;
+};
+
+/// On one thread.
+class KeyboardConsole {
+ public:
+  static constexpr Duration period = milliseconds(50);  ///< of TELEOP while a key is held
+
+  KeyboardConsole(const KeyboardConsoleOptions& options, Bus& bus);
+
+  /// Subscribes to what it has to know: which robots and joints there are.
+  Status listen() { return view_.listen(); }
+  /// Takes what has been typed (empty: nothing in a while) and says what is due. `now`: steady clock;
+  /// `stamp`: what the messages say. Error: the bus, or a robot that is not there.
+  Status turn(std::string_view bytes, WallTime now, SensorTime stamp);
+  /// Stops the robot and says that the operator has ended, or that the console was lost and why.
+  Status end(SensorTime stamp) { return console_.end(stamp); }
+  Status lose(const std::string& why, SensorTime stamp) { return console_.lose(why, stamp); }
+
+  bool quit() const { return quit_; }
+  /// The keys were asked for since the last call.
+  bool take_help();
+  /// The joint that r and f move; empty: none is known yet.
+  std::string joint() const;
+  /// What is driven, how, and which joint is chosen: one line for a person.
+  std::string line(WallTime now) const;
+  OperatorView& view() { return view_; }
+  const DrivenRobot* driven() const { return console_.driven(); }
+
+ private:
+  Status act(Key key, WallTime now, SensorTime stamp);
+  Status choose(SensorTime stamp);
+  Status send(WallTime now, SensorTime stamp);
+  Status send_joint(double speed, SensorTime stamp);
+
+  const KeyboardConsoleOptions options_;
+  OperatorView view_;
+  OperatorConsole console_;
+  KeyReader reader_;
+  KeyboardDrive keys_;
+  bool quit_ = false, help_ = false, chosen_ = false, joint_moved_ = false;
+  std::size_t joint_ = 0;
+  std::string refused_;  ///< why the joint did not move
+  WallTime moved_, last_;
+};
+
+}  // namespace parhelion
