@@ -135,13 +135,16 @@ Simulation at_doors(int robots, const std::string& model_name) {
 }
 
 void step_with_doors(benchmark::State& state) {
-  Simulation simulation = at_doors(static_cast<int>(state.range(0)), state.range(1) == 0 ? "" : "rover");
+  const char* const models[] = {"", "rover", "crawler"};
+  Simulation simulation = at_doors(static_cast<int>(state.range(0)), models[state.range(1)]);
+  state.SetLabel(state.range(1) == 0 ? "single bodies" : models[state.range(1)]);
   measure(state, simulation);
 }
 BENCHMARK(step_with_doors)
-    ->ArgNames({"robots", "driven_surfaces"})
+    ->ArgNames({"robots", "model"})
     ->Args({50, 0})
     ->Args({50, 1})
+    ->Args({50, 2})
     ->Iterations(4800)
     ->Unit(benchmark::kMicrosecond);
 
