@@ -16,7 +16,7 @@ namespace {
 using Action = AgentCommand::Action;
 constexpr const char* everyone = "all";
 
-std::string quoted(std::string_view text) { return "'" + printable(text) + "'"; }
+std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
 
 std::vector<std::string> event_names() {
   std::vector<std::string> names;
@@ -41,7 +41,7 @@ class Reader {
       const int line = node.find("name")->line;
       const auto [known, inserted] = lines.emplace(scripts.back().name, line);
       if (!inserted) {
-        problems_.add(line, "name " + quoted(scripts.back().name) + " is taken by the script in line " +
+        problems_.add(line, "name " + in_quotes(scripts.back().name) + " is taken by the script in line " +
                                 std::to_string(known->second) + ": names must be unique");
       }
     }
@@ -63,7 +63,7 @@ class Reader {
 
   void check_agent(const Node& name) {
     if (std::find(agents_.begin(), agents_.end(), name.text) != agents_.end()) return;
-    problems_.add(name.line, "no agent " + quoted(name.text) + " in 'agents' or spawned by a script" +
+    problems_.add(name.line, "no agent " + in_quotes(name.text) + " in 'agents' or spawned by a script" +
                                  suggestion(name.text, agents_));
   }
 
@@ -127,7 +127,7 @@ class Reader {
     const std::vector<std::string> names = event_names();
     const auto at = std::find(names.begin(), names.end(), name.text);
     if (at == names.end()) {
-      problems_.add(name.line, "unknown event " + quoted(name.text) + suggestion(name.text, names));
+      problems_.add(name.line, "unknown event " + in_quotes(name.text) + suggestion(name.text, names));
       return;
     }
     trigger.event = static_cast<EventKind>(at - names.begin());
@@ -144,7 +144,7 @@ class Reader {
     const Node* subject = node.find("subject");
     if (subject != nullptr && subject->text != kTrainee) check_agent(*subject);
     if (trigger.subject == trigger.object)
-      problems_.add(name.line, "'near': " + quoted(name.text) + " is always near itself");
+      problems_.add(name.line, "'near': " + in_quotes(name.text) + " is always near itself");
   }
 
   AgentCommand read_action(const Node& node) {
