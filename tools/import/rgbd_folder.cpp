@@ -194,7 +194,7 @@ Error unknown_layout(const fs::path& folder) {
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) sequences += "\n  " + name;
   if (!sequences.empty())
-    return Error{folder.string() + ": holds several sequences; import one of them:" + sequences};
+    return Error{folder.string() + ": holds several sequences; name one of them:" + sequences};
   return Error{folder.string() +
                ": no RGB-D frames: frame-000000.depth.png and so on (7-Scenes), or rgb.txt and "
                "depth.txt (TUM) are expected"};
