@@ -3,6 +3,7 @@
 #include <sys/random.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <tuple>
 
@@ -39,6 +40,17 @@ Status check_trainee(const TraineeRecord& trainee) {
   if (!mbox.empty() && (mbox.size() != 40 || mbox.find_first_not_of("0123456789abcdef") != std::string::npos))
     return Error{"mbox_sha1sum '" + mbox +
                  "'; expected 40 hex digits in lower case: the SHA-1 of mailto:ADDRESS"};
+  return {};
+}
+
+Status check_session(const SessionRecord& session) {
+  const Grade& grade = session.grade;
+  const std::string which = "session '" + session.identity + "' of '" + session.scenario + "': ";
+  if (session.identity.empty()) return Error{which + "it has no identity, by which it would be known again"};
+  if (session.level < 0 || session.level > 3) return Error{which + "its level is none of 1, 2 and 3"};
+  if (grade.end < grade.begin) return Error{which + "it ends before it begins"};
+  for (const double number : {grade.score, grade.earned, grade.charged, grade.most, grade.share})
+    if (!std::isfinite(number)) return Error{which + "its score is no finite number"};
   return {};
 }
 
@@ -202,6 +214,7 @@ Status Records::erase(const std::string& pseudonym) {
 
 Result<Records::Stored> Records::store(const std::string& pseudonym, const SessionRecord& session,
                                        bool again) {
+  if (const Status fine = check_session(session); !fine) return fine.error();
   Result<Stored> stored = Error{};
   const Status written = state_->database.write([&]() -> Status {
     stored = state_->store(pseudonym, session, again);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -127,6 +128,23 @@ TEST_F(RecordsTest, WhatCannotBeATraineeIsRefused) {
   EXPECT_FALSE(records.store("t-0", test::recorded_session(1)).ok());
   EXPECT_FALSE(records.sessions("t-0").ok());
   EXPECT_FALSE(records.erase("t-0").ok());
+}
+
+TEST_F(RecordsTest, WhatCannotBeASessionIsRefused) {
+  Records records = open();
+  const std::string anna = add(records, "Anna").pseudonym;
+  const auto refused = [&](auto change) {
+    SessionRecord session = test::recorded_session(1);
+    change(session);
+    const auto stored = records.store(anna, session);
+    return stored ? std::string("stored") : stored.error().message;
+  };
+  EXPECT_THAT(refused([](auto& session) { session.identity.clear(); }), HasSubstr("no identity"));
+  EXPECT_THAT(refused([](auto& session) { session.level = 4; }), HasSubstr("level"));
+  EXPECT_THAT(refused([](auto& session) { std::swap(session.grade.begin, session.grade.end); }),
+              HasSubstr("ends before it begins"));
+  EXPECT_THAT(refused([](auto& session) { session.grade.share = std::nan(""); }), HasSubstr("finite"));
+  EXPECT_TRUE(records.sessions(anna)->empty());
 }
 
 TEST_F(RecordsTest, TheFileIsItsOwnersAlone) {

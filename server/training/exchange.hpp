@@ -1,0 +1,48 @@
+// Records as text that other programs read and write: JSON (everything), CSV (a line for each session), xAPI
+// statements (a statement for each session).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/training/records.hpp"
+
+namespace parhelion {
+
+struct TraineeHistory {
+  TraineeRecord trainee;  ///< a pseudonym that is empty: to be drawn when it is taken
+  std::vector<SessionRecord> sessions;
+};
+
+/// What was read from a file, and what of it is not ours to take.
+struct Histories {
+  std::vector<TraineeHistory> trainees;  ///< in the order in which they first come
+  std::size_t skipped = 0;               ///< xAPI statements without a score
+};
+
+/// Read back they are the same to the bit.
+std::string to_json(const std::vector<TraineeHistory>& trainees);
+/// RFC 4180, a header line; without tasks and charges. A trainee without a session has a line of their own.
+std::string to_csv(const std::vector<TraineeHistory>& trainees);
+/// xAPI 1.0.3, an array: actor by mbox_sha1sum or else as the account `pseudonym` of `home_page`; passed,
+/// failed or attempted (incomplete) the activity `scenario`; `timestamp` is the session's end. Without names,
+/// tasks and charges.
+std::string to_xapi(const std::vector<TraineeHistory>& trainees, const std::string& home_page);
+
+/// `origin` begins the Errors, which say where in the text and what was expected.
+Result<Histories> histories_from_json(const std::string& text, const std::string& origin);
+Result<Histories> histories_from_csv(const std::string& text, const std::string& origin);
+/// An array of statements, one alone, or a StatementResult. Others' are taken, too: a score from `raw`
+/// between `min` and `max`, or `scaled` alone.
+Result<Histories> histories_from_xapi(const std::string& text, const std::string& origin);
+/// By what the text is: ours in JSON, xAPI in JSON, or else CSV.
+Result<Histories> histories_from(const std::string& text, const std::string& origin);
+
+struct Taken {
+  std::size_t trainees = 0, sessions = 0;  ///< that are new
+  std::size_t present = 0;                 ///< sessions that were there already, unchanged
+};
+/// All or nothing. Who has the same pseudonym, mbox_sha1sum or name is the same trainee.
+Result<Taken> take(Records& records, const Histories& histories);
+
+}  // namespace parhelion

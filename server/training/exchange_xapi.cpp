@@ -1,0 +1,211 @@
+// A statement of the Experience API (ADL, xAPI 1.0.3, part 2) for each session.
+#define JSON_DIAGNOSTICS 1  // errors say where in the document
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "protocols/sha256.hpp"
+#include "server/training/exchange.hpp"
+#include "server/training/iso8601.hpp"
+
+namespace parhelion {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Names, not addresses: `.invalid` is nobody's (RFC 2606).
+const std::string kActivity = "https://parhelion.invalid/scenario/";
+const std::string kExtension = "https://parhelion.invalid/xapi/";
+const std::string kVerb = "http://adlnet.gov/expapi/verbs/";
+
+std::string sha256_of(const std::string& text) {
+  Sha256 hash;
+  hash.add({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  return hash.hex();
+}
+
+/// A UUID of version 8 (RFC 9562), so that the same session has the same statement.
+std::string uuid_of(const std::string& identity) {
+  std::string hex = sha256_of("parhelion session " + identity).substr(0, 32);
+  hex[12] = '8';
+  hex[16] = "89ab"[std::stoi(hex.substr(16, 1), nullptr, 16) & 3];
+  for (const std::size_t at : {20, 16, 12, 8}) hex.insert(at, "-");
+  return hex;
+}
+
+std::string percent_encoded(const std::string& text) {
+  std::string encoded;
+  for (const char letter : text) {
+    const bool plain = (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z') ||
+                       (letter >= '0' && letter <= '9') || std::strchr("-._~", letter) != nullptr;
+    char code[4] = {letter, 0};
+    if (!plain) std::snprintf(code, sizeof code, "%%%02X", static_cast<unsigned char>(letter));
+    encoded += code;
+  }
+  return encoded;
+}
+
+Json actor_json(const TraineeRecord& trainee, const std::string& home_page) {
+  if (!trainee.mbox_sha1sum.empty()) return {{"objectType", "Agent"}, {"mbox_sha1sum", trainee.mbox_sha1sum}};
+  return {{"objectType", "Agent"}, {"account", {{"homePage", home_page}, {"name", trainee.pseudonym}}}};
+}
+
+Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
+                    const std::string& home_page) {
+  const Grade& grade = session.grade;
+  const std::string verb = !grade.complete ? "attempted" : grade.passed ? "passed" : "failed";
+  Json result{{"success", grade.passed},
+              {"completion", grade.complete},
+              {"duration", duration_text(grade.end - grade.begin)}};
+  // A score must lie between min and max; where there is nothing to earn there is no such span.
+  if (grade.most > 0)
+    result["score"] = {{"scaled", grade.share}, {"raw", grade.score}, {"min", 0.0}, {"max", grade.most}};
+  return {{"id", uuid_of(session.identity)},
+          {"actor", actor_json(trainee, home_page)},
+          {"verb", {{"id", kVerb + verb}, {"display", {{"en", verb}}}}},
+          {"object",
+           {{"objectType", "Activity"},
+            {"id", kActivity + percent_encoded(session.scenario)},
+            {"definition",
+             {{"name", {{"en", session.scenario}}},
+              {"type", "http://adlnet.gov/expapi/activities/simulation"}}}}},
+          {"result", result},
+          {"context",
+           {{"platform", "Parhelion"},
+            {"extensions",
+             {{kExtension + "identity", session.identity},
+              {kExtension + "programme", session.programme},
+              {kExtension + "level", session.level},
+              {kExtension + "robot", session.robot},
+              {kExtension + "log", session.log},
+              {kExtension + "grade", grade.grade},
+              {kExtension + "earned", grade.earned},
+              {kExtension + "charged", grade.charged}}}}},
+          {"timestamp", timestamp_text(grade.end)}};
+}
+
+[[noreturn]] void refuse(const Json& where, const std::string& what) {
+  throw nlohmann::detail::type_error::create(302, what, &where);
+}
+
+TraineeRecord trainee_of(const Json& actor) {
+  if (actor.contains("mbox_sha1sum")) return {"", "", actor.at("mbox_sha1sum").get<std::string>()};
+  if (!actor.contains("account")) refuse(actor, "expected an actor with an account or mbox_sha1sum");
+  const std::string name = actor.at("account").at("name").get<std::string>();
+  // Another system's account may be a person's name: that is no pseudonym.
+  const bool ours = name.size() == 14 && name.rfind("t-", 0) == 0 &&
+                    name.find_first_not_of("0123456789abcdef", 2) == std::string::npos;
+  return ours ? TraineeRecord{name, "", ""} : TraineeRecord{"", name, ""};
+}
+
+void read_score(const Json& score, Grade& grade) {
+  const double low = score.value("min", 0.0);
+  if (score.contains("raw")) {
+    grade.score = grade.earned = std::max(0.0, score.at("raw").get<double>() - low);
+    grade.most = score.contains("max") ? score.at("max").get<double>() - low : 0;
+    if (grade.most > 0) grade.share = grade.score / grade.most;
+    if (!(grade.most >= 0)) refuse(score, "expected min below max");
+  }
+  if (score.contains("scaled")) {
+    const double scaled = score.at("scaled").get<double>();
+    if (!(scaled >= -1 && scaled <= 1)) refuse(score.at("scaled"), "expected -1 to 1");
+    grade.share = std::max(0.0, scaled);
+    if (!score.contains("raw")) {
+      grade.score = grade.earned = grade.share;
+      grade.most = 1;
+    }
+  }
+}
+
+void read_when(const Json& statement, Grade& grade) {
+  const Json& timestamp = statement.at("timestamp");
+  const auto end = timestamp_of(timestamp.get<std::string>());
+  if (!end) refuse(timestamp, "expected an instant as 2026-03-01T12:00:00Z, 1970 to 2200");
+  grade.begin = grade.end = *end;
+  const Json& result = statement.at("result");
+  if (!result.contains("duration")) return;
+  const auto duration = duration_of(result.at("duration").get<std::string>());
+  if (!duration) refuse(result.at("duration"), "expected a duration as PT10M0.5S");
+  grade.begin = grade.end - *duration;
+}
+
+void read_extensions(const Json& statement, SessionRecord& session) {
+  if (!statement.contains("context") || !statement.at("context").contains("extensions")) return;
+  const Json& extensions = statement.at("context").at("extensions");
+  session.identity = extensions.value(kExtension + "identity", session.identity);
+  session.programme = extensions.value(kExtension + "programme", "");
+  session.level = extensions.value(kExtension + "level", 0);
+  session.robot = extensions.value(kExtension + "robot", "");
+  session.log = extensions.value(kExtension + "log", "");
+  session.grade.grade = extensions.value(kExtension + "grade", "");
+  session.grade.earned = extensions.value(kExtension + "earned", session.grade.earned);
+  session.grade.charged = extensions.value(kExtension + "charged", 0.0);
+}
+
+SessionRecord session_of(const Json& statement) {
+  SessionRecord session;
+  session.identity = "xapi:" + (statement.contains("id") ? statement.at("id").get<std::string>()
+                                                         : sha256_of(statement.dump()));
+  const Json& object = statement.at("object");
+  session.scenario = object.at("id").get<std::string>();
+  if (object.contains("definition") && object.at("definition").contains("name") &&
+      !object.at("definition").at("name").empty())
+    session.scenario = object.at("definition").at("name").begin()->get<std::string>();
+  const Json& result = statement.at("result");
+  Grade& grade = session.grade;
+  if (result.contains("score")) read_score(result.at("score"), grade);
+  grade.passed = result.value("success", statement.at("verb").at("id") == kVerb + "passed");
+  grade.complete = grade.ended = result.value("completion", true);
+  read_when(statement, grade);
+  read_extensions(statement, session);
+  return session;
+}
+
+/// Whether it says how something went; "launched" and the like do not.
+bool is_graded(const Json& statement) {
+  return statement.contains("result") &&
+         (statement.at("result").contains("score") || statement.at("result").contains("success"));
+}
+
+}  // namespace
+
+std::string to_xapi(const std::vector<TraineeHistory>& trainees, const std::string& home_page) {
+  Json statements = Json::array();
+  for (const TraineeHistory& history : trainees)
+    for (const SessionRecord& session : history.sessions)
+      statements.push_back(statement_json(history.trainee, session, home_page));
+  return statements.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Result<Histories> histories_from_xapi(const std::string& text, const std::string& origin) {
+  Histories histories;
+  std::map<std::string, std::size_t> places;
+  const auto take = [&](const Json& statement) {
+    if (!is_graded(statement)) {
+      ++histories.skipped;
+      return;
+    }
+    TraineeRecord trainee = trainee_of(statement.at("actor"));
+    const std::string who = trainee.pseudonym + '\n' + trainee.name + '\n' + trainee.mbox_sha1sum;
+    const auto [place, is_new] = places.try_emplace(who, histories.trainees.size());
+    if (is_new) histories.trainees.push_back({std::move(trainee), {}});
+    histories.trainees[place->second].sessions.push_back(session_of(statement));
+  };
+  try {
+    const Json json = Json::parse(text);
+    const Json& statements = json.is_object() && json.contains("statements") ? json.at("statements") : json;
+    if (statements.is_array()) {
+      for (const Json& statement : statements) take(statement);
+    } else {
+      take(statements);
+    }
+  } catch (const Json::exception& error) {
+    const char* reason = std::strstr(error.what(), "] ");
+    return Error{origin + ": " + (reason == nullptr ? error.what() : reason + 2)};
+  }
+  return histories;
+}
+
+}  // namespace parhelion

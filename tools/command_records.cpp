@@ -1,0 +1,256 @@
+// parhelion records: who the trainees are and how they do.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "server/session_record.hpp"
+#include "server/training/exchange.hpp"
+#include "tools/command.hpp"
+#include "tools/progress.hpp"
+#include "tools/text_file.hpp"
+
+namespace parhelion {
+namespace {
+
+struct Arguments {
+  std::string database, trainee, file, mbox_sha1sum, format, output;
+  std::vector<std::string> logs;
+  std::string home_page = "https://parhelion.invalid";
+  bool json = false, names = false, again = false, force = false, yes = false;
+};
+
+/// $PARHELION_RECORDS, or where the system keeps a user's files.
+std::string default_database() {
+  if (const char* chosen = std::getenv("PARHELION_RECORDS")) return chosen;
+  const char* base = std::getenv("XDG_DATA_HOME");
+  if (base != nullptr && *base == '/') return std::string(base) + "/parhelion/records.db";
+  const char* home = std::getenv("HOME");
+  return home == nullptr ? "records.db" : std::string(home) + "/.local/share/parhelion/records.db";
+}
+
+Result<Records> open_records(const Arguments& arguments, bool create) {
+  if (!arguments.database.empty()) return Records::open(arguments.database, create);
+  const std::string path = default_database();
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code failed;
+  if (create && !folder.empty()) std::filesystem::create_directories(folder, failed);
+  if (failed) return Error{folder.string() + ": cannot be made: " + failed.message()};
+  return Records::open(path, create);
+}
+
+Result<std::string> text_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Error{path + ": cannot be read; is the name right?"};
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (file.bad()) return Error{path + ": cannot be read to its end"};
+  return text;
+}
+
+Status add(const Arguments& arguments) {
+  auto records = open_records(arguments, true);
+  if (!records) return records.error();
+  const auto added = records->add({"", arguments.trainee, arguments.mbox_sha1sum});
+  if (!added) return added.error();
+  std::printf("%s\n", added->pseudonym.c_str());
+  return {};
+}
+
+Status grade(const Arguments& arguments) {
+  auto records = open_records(arguments, false);
+  if (!records) return records.error();
+  const auto trainee = records->find(arguments.trainee);
+  if (!trainee) return trainee.error();
+  Status status;
+  for (const std::string& log : arguments.logs) {
+    Progress progress("records grade", "MB");
+    const auto session = session_record(log, [&](std::uint64_t done, std::uint64_t all) {
+      progress.update(static_cast<double>(done) / 1e6, static_cast<double>(all) / 1e6);
+    });
+    progress.finish();
+    if (!session) return session.error();
+    const auto stored = records->store(trainee->pseudonym, *session, arguments.again);
+    if (!stored) return stored.error();
+    const char* what = *stored == Records::Stored::added      ? "stored"
+                       : *stored == Records::Stored::replaced ? "graded again"
+                                                              : "is there already, unchanged (--again)";
+    std::printf("%s  %s: %.2f of %.2f points, %s%s; %s\n", trainee->pseudonym.c_str(),
+                session->scenario.c_str(), session->grade.score, session->grade.most,
+                session->grade.passed ? "passed" : "not passed",
+                session->grade.complete ? "" : " (INCOMPLETE)", what);
+    std::fflush(stdout);
+  }
+  return status;
+}
+
+Result<std::vector<TraineeHistory>> histories_of(Records& records, const Arguments& arguments) {
+  std::vector<TraineeRecord> chosen;
+  if (!arguments.trainee.empty()) {
+    const auto trainee = records.find(arguments.trainee);
+    if (!trainee) return trainee.error();
+    chosen = {*trainee};
+  } else {
+    auto all = records.trainees();
+    if (!all) return all.error();
+    chosen = std::move(*all);
+  }
+  std::vector<TraineeHistory> histories;
+  for (TraineeRecord& trainee : chosen) {
+    auto sessions = records.sessions(trainee.pseudonym);
+    if (!sessions) return sessions.error();
+    histories.push_back({std::move(trainee), std::move(*sessions)});
+  }
+  return histories;
+}
+
+void print_sessions(const TraineeHistory& history) {
+  std::printf("%s  %s\n", history.trainee.pseudonym.c_str(), history.trainee.name.c_str());
+  for (const SessionRecord& session : history.sessions)
+    std::printf("  %8.2f of %8.2f  %5.1f %%  %-4s %-10s %7.1f s  %s%s%s\n", session.grade.score,
+                session.grade.most, 100 * session.grade.share, session.grade.grade.c_str(),
+                session.grade.passed ? "passed" : "not passed",
+                (session.grade.end - session.grade.begin).seconds(), session.scenario.c_str(),
+                session.grade.complete ? "" : " (INCOMPLETE)",
+                session.log.empty() ? "" : ("  " + session.log).c_str());
+}
+
+void print_trainees(const std::vector<TraineeHistory>& histories) {
+  for (const TraineeHistory& history : histories) {
+    std::size_t passed = 0;
+    for (const SessionRecord& session : history.sessions) passed += session.grade.passed ? 1 : 0;
+    std::printf("%-16s %4zu sessions, %4zu passed  %s\n", history.trainee.pseudonym.c_str(),
+                history.sessions.size(), passed, history.trainee.name.c_str());
+  }
+}
+
+Status list(const Arguments& arguments) {
+  auto records = open_records(arguments, false);
+  if (!records) return records.error();
+  const auto histories = histories_of(*records, arguments);
+  if (!histories) return histories.error();
+  if (arguments.json) {
+    std::fputs(to_json(*histories).c_str(), stdout);
+  } else if (arguments.trainee.empty()) {
+    print_trainees(*histories);
+  } else {
+    print_sessions(histories->front());
+  }
+  return {};
+}
+
+Status export_to(const Arguments& arguments) {
+  if (const Status free = check_writable(arguments.output, arguments.force); !free) return free;
+  auto records = open_records(arguments, false);
+  if (!records) return records.error();
+  auto histories = histories_of(*records, arguments);
+  if (!histories) return histories.error();
+  if (!arguments.names)
+    for (TraineeHistory& history : *histories) history.trainee.name = history.trainee.mbox_sha1sum = "";
+  const std::string text = arguments.format == "csv"    ? to_csv(*histories)
+                           : arguments.format == "xapi" ? to_xapi(*histories, arguments.home_page)
+                                                        : to_json(*histories);
+  return write_text(arguments.output, text, arguments.force);
+}
+
+Status import_from(const Arguments& arguments) {
+  const auto text = text_of(arguments.file);
+  if (!text) return text.error();
+  const auto histories = histories_from(*text, arguments.file);
+  if (!histories) return histories.error();
+  auto records = open_records(arguments, true);
+  if (!records) return records.error();
+  const auto taken = take(*records, *histories);
+  if (!taken) return Error{arguments.file + ": " + taken.error().message + "; nothing of it was taken"};
+  std::printf("%zu trainees and %zu sessions are new; %zu sessions were there already\n", taken->trainees,
+              taken->sessions, taken->present);
+  if (histories->skipped > 0)
+    std::printf("%zu statements say nothing of how something went and were left out\n", histories->skipped);
+  return {};
+}
+
+Status erase(const Arguments& arguments) {
+  auto records = open_records(arguments, false);
+  if (!records) return records.error();
+  const auto trainee = records->find(arguments.trainee);
+  if (!trainee) return trainee.error();
+  if (!arguments.yes)
+    return Error{"this forgets " + trainee->pseudonym + " and every session for good; give --yes if so"};
+  if (const Status erased = records->erase(trainee->pseudonym); !erased) return erased;
+  std::printf("%s is erased; session logs and earlier exports are files of their own\n",
+              trainee->pseudonym.c_str());
+  return {};
+}
+
+/// A sub-subcommand whose options the caller adds.
+CLI::App* add_part(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments,
+                   const char* name, const char* text, const char* example, Status (*run)(const Arguments&)) {
+  CLI::App* part = command.add_subcommand(name, text);
+  part->add_option("--database", arguments->database,
+                   "Records; default: $PARHELION_RECORDS, or ~/.local/share/parhelion/records.db");
+  part->footer(std::string("Example: parhelion records ") + example);
+  const std::string label = std::string("parhelion records ") + name;
+  part->callback([arguments, run, label, &exit] {
+    const Status done = run(*arguments);
+    if (!done) std::fprintf(stderr, "%s: %s\n", label.c_str(), done.error().message.c_str());
+    exit = done ? Exit::done : Exit::failed;
+  });
+  return part;
+}
+
+void add_keeping(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments) {
+  CLI::App* part = add_part(command, exit, arguments, "add", "A new trainee; prints the pseudonym",
+                            "add \"Anna Schmidt\"", add);
+  part->add_option("name", arguments->trainee, "As a person is called; only the records know it")->required();
+  part->add_option("--mbox-sha1sum", arguments->mbox_sha1sum,
+                   "SHA-1 of mailto:ADDRESS, by which xAPI knows a person");
+  part = add_part(command, exit, arguments, "grade", "Grade sessions of a trainee and store them",
+                  "grade \"Anna Schmidt\" session.lcm", grade);
+  part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
+  part->add_option("logs", arguments->logs, "Session logs, as serve and replay -o write them")->required();
+  part->add_flag("--again", arguments->again, "Replace the grade of a session that is there already");
+  part = add_part(command, exit, arguments, "list", "Who there is, or the sessions of one", "list", list);
+  part->add_option("trainee", arguments->trainee, "Name or pseudonym; without: all");
+  part->add_flag("--json", arguments->json, "Everything, for programs; names included");
+  part = add_part(command, exit, arguments, "erase", "Forget a trainee, down to the bytes",
+                  "erase \"Anna Schmidt\" --yes", erase);
+  part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
+  part->add_flag("--yes", arguments->yes, "It is meant");
+}
+
+void add_exchange(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments) {
+  CLI::App* part = add_part(command, exit, arguments, "export", "Records as JSON, CSV or xAPI statements",
+                            "export --format xapi -o statements.json", export_to);
+  part->add_option("trainee", arguments->trainee, "Name or pseudonym; without: all");
+  part->add_option("--format", arguments->format,
+                   "json (everything), csv or xapi (a line or statement a session)")
+      ->check(CLI::IsMember({"json", "csv", "xapi"}))
+      ->default_str("json");
+  part->add_option("-o,--output", arguments->output, "File; - is the terminal")->required();
+  part->add_flag("--names", arguments->names, "With names and mail hashes; else only pseudonyms");
+  part->add_option("--home-page", arguments->home_page, "xAPI: whose accounts the pseudonyms are")
+      ->capture_default_str();
+  part->add_flag("--force", arguments->force, "Overwrite the file");
+  part = add_part(command, exit, arguments, "import", "Take over what export or another xAPI system wrote",
+                  "import statements.json", import_from);
+  part->add_option("file", arguments->file, "JSON, CSV or xAPI; all of it or, with a fault, nothing")
+      ->required();
+}
+
+}  // namespace
+
+void add_records(CLI::App& app, Exit& exit) {
+  CLI::App* command = app.add_subcommand("records", "Trainees, their sessions and scores");
+  command->require_subcommand(1);
+  command->footer(
+      "Example: parhelion records add \"Anna Schmidt\" && parhelion records grade \"Anna Schmidt\" "
+      "session.lcm\n\n"
+      "Names stay in the records: sessions, exports and messages of erase go by a pseudonym.");
+  auto arguments = std::make_shared<Arguments>();
+  add_keeping(*command, exit, arguments);
+  add_exchange(*command, exit, arguments);
+}
+
+}  // namespace parhelion
