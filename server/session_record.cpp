@@ -1,5 +1,6 @@
 #include "server/session_record.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "protocols/bus/log_file.hpp"
@@ -50,6 +51,10 @@ Result<SessionRecord> session_record(const std::string& path,
   record.level = scenario->level;
   record.damaged_bytes = graded->skipped_bytes;
   record.grade = std::move(graded->grade);
+  for (const Task& task : scenario->training->tasks) {
+    record.skills.push_back(task.skills);
+    std::sort(record.skills.back().begin(), record.skills.back().end());
+  }
   return record;
 }
 

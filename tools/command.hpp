@@ -19,8 +19,6 @@ void add_serve(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
 void add_grade(CLI::App& app, Exit& exit);
 void add_report(CLI::App& app, Exit& exit);
-void add_records(CLI::App& app, Exit& exit);
-void add_batch(CLI::App& app, Exit& exit);
 void add_demo(CLI::App& app, Exit& exit);
 void add_inject(CLI::App& app, Exit& exit);
 void add_drive(CLI::App& app, Exit& exit);

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "server/grade_batch.hpp"
-#include "tools/command.hpp"
 #include "tools/progress.hpp"
+#include "tools/records_commands.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion {

@@ -8,16 +8,17 @@
 #include <nlohmann/json.hpp>
 
 #include "server/session_record.hpp"
+#include "server/training/course_advice.hpp"
 #include "server/training/exchange.hpp"
-#include "tools/command.hpp"
 #include "tools/progress.hpp"
+#include "tools/records_commands.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string database, trainee, file, mbox_sha1sum, format, output;
+  std::string database, trainee, file, mbox_sha1sum, format, output, course;
   std::vector<std::string> logs;
   std::string home_page = "https://parhelion.invalid";
   bool json = false, names = false, again = false, force = false, yes = false;
@@ -171,6 +172,36 @@ Status import_from(const Arguments& arguments) {
   return {};
 }
 
+Status next(const Arguments& arguments) {
+  const auto course = load_course(arguments.course);
+  if (!course) return course.error();
+  auto records = open_records(arguments, false);
+  if (!records) return records.error();
+  const auto trainee = records->find(arguments.trainee);
+  if (!trainee) return trainee.error();
+  const auto advice = advise(*records, trainee->pseudonym, *course);
+  if (!advice) return advice.error();
+  if (arguments.json) {
+    static constexpr const char* kKinds[] = {"task", "step_back", "complete"};
+    nlohmann::ordered_json json{{"trainee", trainee->pseudonym},
+                                {"kind", kKinds[static_cast<int>(advice->next.kind)]},
+                                {"confidence", advice->next.confidence},
+                                {"reason", advice->next.reason},
+                                {"tasks_seen", advice->seen}};
+    if (advice->next.kind != NextTask::Kind::complete) {
+      json["programme"] = advice->programme;
+      json["task"] = advice->task.name;
+      json["skills"] = advice->task.skills;
+      json["chance"] = advice->next.chance;
+    }
+    std::printf("%s\n", json.dump(2).c_str());
+    return {};
+  }
+  std::printf("%s\n", advice->next.reason.c_str());
+  if (!advice->programme.empty()) std::printf("parhelion serve %s\n", advice->programme.c_str());
+  return {};
+}
+
 Status erase(const Arguments& arguments) {
   auto records = open_records(arguments, false);
   if (!records) return records.error();
@@ -214,6 +245,12 @@ void add_keeping(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>
   part = add_part(command, exit, arguments, "list", "Who there is, or the sessions of one", "list", list);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym; without: all");
   part->add_flag("--json", arguments->json, "Everything, for programs; names included");
+  part = add_part(command, exit, arguments, "next", "What a trainee should do next, and why",
+                  "next \"Anna Schmidt\" --course server/scenarios/programmes/course.yaml", next);
+  part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
+  part->add_option("--course", arguments->course, "Programmes whose tasks say which skills they train")
+      ->required();
+  part->add_flag("--json", arguments->json, "For programs");
   part = add_part(command, exit, arguments, "erase", "Forget a trainee, down to the bytes",
                   "erase \"Anna Schmidt\" --yes", erase);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();

@@ -42,14 +42,17 @@ Json session_json(const SessionRecord& session) {
             {"complete", grade.complete},     {"begin_ns", grade.begin.ns},
             {"end_ns", grade.end.ns},         {"damaged_bytes", session.damaged_bytes}};
   Json& tasks = json["tasks"] = Json::array();
-  for (const TaskGrade& task : grade.tasks)
+  for (std::size_t i = 0; i < grade.tasks.size(); ++i) {
+    const TaskGrade& task = grade.tasks[i];
     tasks.push_back({{"name", task.name},
+                     {"skills", i < session.skills.size() ? Json(session.skills[i]) : Json::array()},
                      {"required", task.required},
                      {"outcome", to_string(task.outcome)},
                      {"points", task.points},
                      {"began_ns", instant_json(task.began)},
                      {"ended_ns", instant_json(task.ended)},
                      {"cause", event_json(task.cause)}});
+  }
   Json& charges = json["charges"] = Json::array();
   for (const Charge& charge : grade.charges)
     charges.push_back({{"rule", charge.rule},
@@ -134,7 +137,10 @@ SessionRecord session_of(const Json& json) {
   grade.complete = json.at("complete").get<bool>();
   grade.begin = {integer(json, "begin_ns")};
   grade.end = {integer(json, "end_ns")};
-  for (const Json& task : json.at("tasks")) grade.tasks.push_back(task_of(task));
+  for (const Json& task : json.at("tasks")) {
+    grade.tasks.push_back(task_of(task));
+    session.skills.push_back(task.at("skills").get<std::vector<std::string>>());
+  }
   for (const Json& charge : json.at("charges"))
     grade.charges.push_back({SimulationTime{integer(charge, "at_ns")}, charge.at("rule").get<std::string>(),
                              charge.at("points").get<double>(), event_of(charge.at("cause"))});

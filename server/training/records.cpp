@@ -51,6 +51,9 @@ Status check_session(const SessionRecord& session) {
   if (grade.end < grade.begin) return Error{which + "it ends before it begins"};
   for (const double number : {grade.score, grade.earned, grade.charged, grade.most, grade.share})
     if (!std::isfinite(number)) return Error{which + "its score is no finite number"};
+  if (!session.skills.empty() && session.skills.size() != grade.tasks.size())
+    return Error{which + "it says the skills of " + std::to_string(session.skills.size()) +
+                 " tasks and has " + std::to_string(grade.tasks.size())};
   return {};
 }
 
@@ -88,7 +91,14 @@ struct Records::State {
          session.robot, session.log, static_cast<std::int64_t>(session.damaged_bytes), session.grade.begin.ns,
          session.grade.end.ns});
     if (!inserted) return inserted;
-    return insert_grade(database, database.inserted_id(), session.grade);
+    const std::int64_t row = database.inserted_id();
+    for (std::size_t i = 0; i < session.skills.size(); ++i)
+      for (const std::string& skill : session.skills[i])
+        if (const Status kept = database.run("INSERT INTO skills(session, position, skill) VALUES(?, ?, ?)",
+                                             {row, static_cast<std::int64_t>(i), skill});
+            !kept)
+          return kept;
+    return insert_grade(database, row, session.grade);
   }
 
   Result<Stored> store(const std::string& pseudonym, const SessionRecord& session, bool again) {
@@ -107,19 +117,30 @@ struct Records::State {
     return *owner ? Stored::replaced : Stored::added;
   }
 
+  Status read_skills(std::int64_t row, SessionRecord& session) {
+    session.skills.resize(session.grade.tasks.size());
+    return database.each("SELECT position, skill FROM skills WHERE session = ? ORDER BY position, skill",
+                         {row}, [&](const SqlRow& found) -> Status {
+                           const auto position = static_cast<std::size_t>(found.integer(0));
+                           if (position < session.skills.size())
+                             session.skills[position].push_back(found.text(1));
+                           return {};
+                         });
+  }
+
   Status read_sessions(std::int64_t trainee, std::vector<SessionRecord>& sessions) {
     return database.each(
         "SELECT identity, scenario, programme, robot, log, level, damaged_bytes, id FROM sessions "
         "WHERE trainee = ? ORDER BY id",
         {trainee}, [&](const SqlRow& row) -> Status {
           SessionRecord& session = sessions.emplace_back();
-          session = {row.text(0), row.text(1), row.text(2), row.text(3), row.text(4), 0, 0, {}};
+          session = {row.text(0), row.text(1), row.text(2), row.text(3), row.text(4), 0, 0, {}, {}};
           session.level = static_cast<int>(row.integer(5));
           session.damaged_bytes = static_cast<std::uint64_t>(row.integer(6));
           auto grade = read_grade(database, row.integer(7));
           if (!grade) return grade.error();
           session.grade = std::move(*grade);
-          return {};
+          return read_skills(row.integer(7), session);
         });
   }
 };

@@ -24,6 +24,7 @@ struct SessionRecord {
   int level = 0;                           ///< 1 to 3; 0: not known
   std::uint64_t damaged_bytes = 0;         ///< of the log
   Grade grade;
+  std::vector<std::vector<std::string>> skills;  ///< that each of grade.tasks trains, sorted; or empty
 };
 
 /// What a call that returned without an Error has written outlives a kill -9 and a power cut. Several

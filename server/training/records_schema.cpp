@@ -35,6 +35,11 @@ CREATE TABLE charges(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASC
 CREATE TABLE erasures(id INTEGER PRIMARY KEY) STRICT;
 PRAGMA application_id = 1349675116;  -- 'Prhl'
 )",
+    // What each task trained, so that skills can be judged without its scenario.
+    R"(
+CREATE TABLE skills(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCADE, position INTEGER NOT NULL,
+  skill TEXT NOT NULL, PRIMARY KEY(session, position, skill)) STRICT, WITHOUT ROWID;
+)",
 };
 
 constexpr std::int64_t kApplication = 1349675116;

@@ -80,6 +80,18 @@ TEST_F(RecordsCommand, WhatIsExportedIsImportedElsewhereOnce) {
               HasSubstr("bad.csv:1: there is no column 'marks'"));
 }
 
+TEST_F(RecordsCommand, NextNamesTheProgrammeAndOneReason) {
+  const std::string course = std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/course.yaml";
+  ASSERT_EQ(say({"records", "add", "Anna"}).exit, 0);
+  const auto next = say({"records", "next", "Anna", "--course", course});
+  EXPECT_EQ(next.exit, 0) << next.output;
+  EXPECT_THAT(next.output, AllOf(HasSubstr(" trains "), HasSubstr("should go well with"),
+                                 HasSubstr("parhelion serve "), HasSubstr(".yaml")));
+  const auto json = say({"records", "next", "Anna", "--course", course, "--json"});
+  EXPECT_THAT(json.output, AllOf(HasSubstr("\"kind\": \"task\""), HasSubstr("\"tasks_seen\": 0")));
+  EXPECT_EQ(say({"records", "next", "Ben", "--course", course}).exit, 1);
+}
+
 TEST_F(RecordsCommand, BatchWritesATableAndNamesTheBadLog) {
   lesson(1), lesson(2);
   const auto fine = say({"batch", folder_ / "", "--threads", "2"});

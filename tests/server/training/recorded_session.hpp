@@ -49,6 +49,7 @@ inline SessionRecord recorded_session(int number) {
     task.ended = grade.begin + seconds(30);
     if (outcome == TaskOutcome::done) task.cause = recorded_event(number);
   }
+  session.skills = {{"doors", "driving"}, {}, {"stairs"}};
   grade.charges = {{grade.begin + seconds(1), "collision", 5 + 0.1 * number, recorded_event(number + 1)},
                    {grade.begin + seconds(2), "too near", 1.0 / 3, std::nullopt}};
   grade.earned = 50.1;
@@ -85,6 +86,10 @@ inline std::string text_of(const SessionRecord& session) {
   for (const TaskGrade& task : grade.tasks)
     text << task.name << '|' << task.required << ' ' << to_string(task.outcome) << ' ' << task.points << ' '
          << at(task.began) << ' ' << at(task.ended) << ' ' << text_of(task.cause) << '\n';
+  for (const auto& skills : session.skills) {
+    for (const std::string& skill : skills) text << skill << ' ';
+    text << '\n';
+  }
   for (const Charge& charge : grade.charges)
     text << charge.at.ns << ' ' << charge.rule << ' ' << charge.points << ' ' << text_of(charge.cause)
          << '\n';

@@ -439,6 +439,44 @@ TEST_F(RecordsTest, WhatIsNoRecordsIsRefusedAndLeftAlone) {
   EXPECT_EQ(bytes(), songs);
 }
 
+TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
+  for (std::int64_t schema = 1; schema < newest_schema(); ++schema) {
+    {
+      auto old = Database::open(path_, true, 0);
+      ASSERT_TRUE(migrate(*old, schema));
+      EXPECT_EQ(**old->number("PRAGMA user_version"), schema);
+      // As that schema's program wrote it.
+      ASSERT_TRUE(old->execute(
+          "INSERT INTO trainees(pseudonym, name) VALUES('t-1', 'Anna');"
+          "INSERT INTO sessions(trainee, identity, scenario, programme, level, robot, log, damaged_bytes, "
+          "begin_ns, "
+          "end_ns) VALUES(1, 'a', 'lesson', '', 1, 'rover', 'a.lcm', 0, 5, 9);"
+          "INSERT INTO scores VALUES(1, 7.5, 8, 0.5, 10, 0.75, 'B', 1, 1, 1);"
+          "INSERT INTO tasks(session, position, name, required, outcome, points) VALUES(1, 0, 'in', 0, "
+          "'done', 8);"
+          "INSERT INTO charges(session, position, at_ns, rule, points) VALUES(1, 0, 6, 'bump', 0.5);"));
+    }
+    Records records = open(false);
+    const auto sessions = records.sessions(records.find("Anna")->pseudonym);
+    ASSERT_TRUE(sessions.ok()) << sessions.error().message;
+    EXPECT_EQ(sessions->at(0).grade.share, 0.75);
+    EXPECT_EQ(sessions->at(0).grade.tasks.at(0).name, "in");
+    EXPECT_EQ(sessions->at(0).grade.charges.at(0).rule, "bump");
+    EXPECT_EQ(*records.store("t-1", test::recorded_session(1)), Stored::added);
+    for (const char* end : {"", "-wal", "-shm"}) fs::remove(path_ + end);
+  }
+}
+
+TEST_F(RecordsTest, AMigrationThatFailsChangesNothing) {
+  auto old = Database::open(path_, true, 0);
+  ASSERT_TRUE(migrate(*old, 1));
+  ASSERT_TRUE(old->execute("CREATE TABLE skills(mine TEXT)"));  // stands in the way of the next step
+  EXPECT_FALSE(Records::open(path_, false).ok());
+  EXPECT_EQ(**old->number("PRAGMA user_version"), 1);
+  ASSERT_TRUE(old->execute("DROP TABLE skills"));
+  EXPECT_TRUE(Records::open(path_, false).ok());
+}
+
 TEST_F(RecordsTest, ANewerSchemaIsRefused) {
   open();
   ASSERT_TRUE(Database::open(path_, false, 0)->execute("PRAGMA user_version = 99"));

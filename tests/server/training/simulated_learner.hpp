@@ -1,0 +1,201 @@
+// Learners with known abilities, to judge the choice of tasks by. They are not what the estimator believes of
+// people: abilities are continuous, those of one person go together, they meet a task through a normal curve
+// (the estimator: states, independent of each other, and a logistic curve), form varies from day to day, more
+// is learnt where a task is near the ability and by quick learners, what is not practised is forgotten, and
+// tasks are harder or easier than their place in the order says.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/training/next_task.hpp"
+
+namespace parhelion::test {
+
+/// Six skills at three levels, in rising order; true difficulties lie about those of the order.
+struct Curriculum {
+  std::vector<TaskOffer> offers;
+  std::vector<double> true_difficulty;
+
+  explicit Curriculum(unsigned seed, double spread = 0.3) {
+    const std::vector<std::string> names{"driving", "doors", "stairs", "handling", "looking", "avoiding"};
+    for (int level = 1; level <= 3; ++level) {
+      for (std::size_t k = 0; k < names.size(); ++k) {
+        offers.push_back({"programme " + std::to_string(level),
+                          names[k] + " " + std::to_string(level),
+                          {names[k]},
+                          level,
+                          0});
+        if (k % 2 == 1)
+          offers.push_back({"programme " + std::to_string(level),
+                            names[k - 1] + " and " + names[k],
+                            {names[k - 1], names[k]},
+                            level,
+                            0});
+      }
+    }
+    rank_difficulties(offers);
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> off(0, spread);
+    for (const TaskOffer& offer : offers) true_difficulty.push_back(offer.difficulty + off(random));
+  }
+};
+
+/// How a group of learners is made.
+struct Population {
+  double ability = -1, ability_spread = 1, own_spread = 1;  ///< at the beginning; of people, of their skills
+  double rate = 0.35, rate_spread = 0.4;                    ///< median gain by a task; of its logarithm
+  double forgets = 0.004;                                   ///< by each task that does not practise it
+  double form = 0.3;                                        ///< sigma of the day's form
+};
+
+class SimulatedLearner {
+ public:
+  SimulatedLearner(const Curriculum& curriculum, const Population& population, std::uint64_t seed)
+      : curriculum_(curriculum), population_(population), random_(seed) {
+    const double person = population.ability + population.ability_spread * normal_(random_);
+    rate_ = population.rate * std::exp(population.rate_spread * normal_(random_));
+    for (const TaskOffer& offer : curriculum.offers)
+      for (const std::string& skill : offer.skills)
+        if (ability_.emplace(skill, 0).second)
+          ability_[skill] = person + population.own_spread * normal_(random_);
+  }
+
+  /// Does the task (and learns); whether it was a success.
+  bool attempt(std::size_t task) {
+    const TaskOffer& offer = curriculum_.offers[task];
+    form_ = 0.8 * form_ + population_.form * 0.6 * normal_(random_);
+    const bool done = uniform_(random_) < chance(task, form_);
+    for (auto& [skill, ability] : ability_) {
+      if (std::count(offer.skills.begin(), offer.skills.end(), skill) == 0) {
+        ability -= population_.forgets;
+        continue;
+      }
+      const double challenge = (curriculum_.true_difficulty[task] - ability) / 1.5;
+      ability += rate_ * std::max(0.3, std::exp(-challenge * challenge)) * (done ? 1 : 0.7);
+    }
+    return done;
+  }
+  /// The hardest task of each skill would go well `share` of the time.
+  bool mastered(double share) const {
+    for (const auto& [skill, ability] : ability_) {
+      double hardest = -10;
+      for (std::size_t i = 0; i < curriculum_.offers.size(); ++i)
+        if (curriculum_.offers[i].skills == std::vector<std::string>{skill})
+          hardest = std::max(hardest, curriculum_.true_difficulty[i]);
+      if (curve(ability - hardest) < share) return false;
+    }
+    return true;
+  }
+
+ private:
+  static double curve(double over) { return 0.02 + 0.94 * 0.5 * std::erfc(-over / 1.6 / std::sqrt(2.0)); }
+  double chance(std::size_t task, double form) const {
+    double weakest = 10;
+    for (const std::string& skill : curriculum_.offers[task].skills)
+      weakest = std::min(weakest, ability_.at(skill));
+    return curve(weakest + form - curriculum_.true_difficulty[task]);
+  }
+
+  const Curriculum& curriculum_;
+  Population population_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> normal_;
+  std::uniform_real_distribution<double> uniform_;
+  std::map<std::string, double> ability_;
+  double rate_ = 0, form_ = 0;
+};
+
+/// One learner's way, by choice or in the fixed order.
+struct Course {
+  int until_mastered = 0;  ///< tasks until truly mastered, or `most`
+  int until_complete = 0;  ///< until said to be complete, or `most`
+  double confidence = 0;   ///< that was said then
+  bool truly = false;      ///< mastered at that moment
+};
+
+struct Calibration {
+  std::array<double, 10> said{}, came{};
+  std::array<int, 10> count{};
+  void add(double chance, bool done) {
+    const auto bin = std::min<std::size_t>(9, static_cast<std::size_t>(chance * 10));
+    said[bin] += chance;
+    came[bin] += done ? 1 : 0;
+    ++count[bin];
+  }
+  /// Expected calibration error: mean over all predictions of |said - came| of their tenth.
+  double error() const {
+    double sum = 0;
+    int all = 0;
+    for (std::size_t i = 0; i < 10; ++i) {
+      sum += std::abs(said[i] - came[i]);
+      all += count[i];
+    }
+    return all == 0 ? 0 : sum / all;
+  }
+};
+
+enum class Order {
+  chosen,   ///< by next_task()
+  repeated  ///< the fixed order: each task until it is done, then the next, from the first again after the
+            ///< last
+};
+
+/// What `learners` did in the fixed order, at most `most` tasks each: what the choice learns difficulties
+/// from.
+inline std::vector<std::vector<Attempt>> history(const Curriculum& curriculum, const Population& population,
+                                                 std::uint64_t seed, int learners, int most = 150) {
+  std::vector<std::vector<Attempt>> all;
+  for (int i = 0; i < learners; ++i) {
+    SimulatedLearner learner(curriculum, population, seed + static_cast<std::uint64_t>(i));
+    auto& attempts = all.emplace_back();
+    for (std::size_t place = 0; static_cast<int>(attempts.size()) < most;) {
+      attempts.push_back({place, learner.attempt(place)});
+      if (attempts.back().done) place = (place + 1) % curriculum.offers.size();
+    }
+  }
+  return all;
+}
+
+inline Course run_course(const Curriculum& curriculum, const Population& population, std::uint64_t seed,
+                         Order order, const SkillParameters& parameters = {},
+                         Calibration* calibration = nullptr, int most = 600) {
+  const ChoiceParameters choice;
+  SimulatedLearner learner(curriculum, population, seed);
+  Skills skills(parameters);
+  Course course{most, most, 0, false};
+  std::size_t place = 0;
+  int level = 1;
+  bool said = false, mastered = false;
+  for (int tasks = 0; tasks < most && !(said && mastered); ++tasks) {
+    const NextTask next = next_task(skills, curriculum.offers, level, parameters);
+    if (!mastered && learner.mastered(choice.able)) {
+      mastered = true;
+      course.until_mastered = tasks;
+    }
+    if (!said && next.kind == NextTask::Kind::complete) {
+      said = true;
+      course.until_complete = tasks;
+      course.confidence = next.confidence;
+      course.truly = learner.mastered(choice.able);
+    }
+    // Who is said to be complete without being so goes on in the order.
+    const bool by_choice = order == Order::chosen && next.kind != NextTask::Kind::complete;
+    const std::size_t task = by_choice ? next.offer : place;
+    const TaskOffer& offer = curriculum.offers[task];
+    const double chance = skills.success(offer.skills, offer.difficulty);
+    const bool done = learner.attempt(task);
+    if (calibration != nullptr && !said) calibration->add(chance, done);
+    skills.observe(offer.skills, offer.difficulty, done);
+    level = offer.level;
+    if (!by_choice && done) place = (place + 1) % curriculum.offers.size();
+  }
+  return course;
+}
+
+}  // namespace parhelion::test
