@@ -203,7 +203,7 @@ Result<TraineeRecord> Records::find(const std::string& who) {
     if (!trainee.name.empty()) names.push_back(trainee.name);
   }
   return Error{database.path() + ": there is no trainee '" + who + "'" + suggestion(who, names) +
-               " 'parhelion records list' says who there is"};
+               "; 'parhelion records list' says who there is"};
 }
 
 Result<std::vector<TraineeRecord>> Records::trainees() {

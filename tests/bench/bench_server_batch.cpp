@@ -36,7 +36,7 @@ std::vector<std::string> make_sessions(const test::Folder& folder, std::size_t c
   const std::string first = folder / "0000.lcm";
   test::write_log(first, log);
   for (std::size_t i = 1; i < count; ++i) {
-    char name[16];
+    char name[32];
     std::snprintf(name, sizeof name, "%04zu.lcm", i);
     std::filesystem::create_hard_link(first, folder / name);
   }
