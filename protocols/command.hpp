@@ -65,6 +65,8 @@ struct AgentCommand {
     unfreeze,
     door,          ///< the door of this name is open so far: yaw, rad from where it closes its opening
     door_unknown,  ///< takes that word back: a real door is what the sensors say
+    report,        ///< the trainee's word: the thing of this name is found; an event says so
+    report_at,     ///< so too, and where it lies: x, y
   };
   SensorTime stamp;           ///< when it was asked for, the sender's clock
   std::uint64_t request = 0;  ///< chosen by the sender; the answering event carries it

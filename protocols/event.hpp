@@ -64,8 +64,25 @@ enum class EventKind : std::uint8_t {
   goal_reached,       ///< of an agent that goes; value: how many waypoints it has reached
   goal_unreachable,   ///< no way leads there; text: what is in the way, where that is known
   script_started,     ///< subject: the script; object: whose event set it off
+  task_started,       ///< grading; object: the task; value: points that it can give
+  task_done,          ///< object: the task; value: points that it gave; text: what decided
+  task_failed,        ///< so too, or time was up
+  penalty_charged,    ///< object: the rule; value: points that it took; text: what set it off
+  score_changed,    ///< object: the task or the rule; value: the score from now on; text: points more or less
+  grading_ended,    ///< value: the score, which nothing changes any more; text: the grade, passed or not
+  object_reported,  ///< object: what the trainee says to have found; value: m between the place said and
+                    ///< where it is; -1: no place was said, or nothing has that name
+  deadman_pressed,  ///< TELEOP comes (again)
+  deadman_released,  ///< TELEOP has gone silent; value: m/s of its last motion, had that just been asked for
+  lesson_started,    ///< object: the lesson; value: its amount; text: the side of a dead wheel
+  lesson_ended,      ///< so too
 };
-inline constexpr EventKind kLastEventKind = EventKind::script_started;
+inline constexpr EventKind kLastEventKind = EventKind::lesson_ended;
+
+/// Said by the grading itself: never graded.
+inline bool is_grading(EventKind kind) {
+  return kind >= EventKind::task_started && kind <= EventKind::grading_ended;
+}
 
 enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virtual };
 

@@ -56,10 +56,11 @@ Status check(const Radio& radio) {
 
 Status check(const Battery& battery) {
   if (!(battery.capacity > 0) || !(battery.idle >= 0) || !(battery.efficiency > 0) ||
-      !(battery.efficiency <= 1) || !(battery.rolling >= 0) || !(battery.low >= 0 && battery.low < 1))
+      !(battery.efficiency <= 1) || !(battery.rolling >= 0) || !(battery.low >= 0 && battery.low < 1) ||
+      !(battery.charge > 0 && battery.charge <= 1))
     return Error{
         "battery: expected capacity above 0, idle and rolling of at least 0, 0 < efficiency <= 1, 0 <= low < "
-        "1"};
+        "1, 0 < charge <= 1"};
   return {};
 }
 

@@ -58,6 +58,7 @@ struct Battery {
   double efficiency = 0.6;  ///< of its drive: work at the wheels over what the battery gives
   double rolling = 0.03;    ///< rolling resistance over weight
   double low = 0.2;         ///< share left at which the operator is warned
+  double charge = 1;        ///< share left at the start, above 0
 };
 
 /// What is wrong, or nothing.

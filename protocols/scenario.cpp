@@ -1,5 +1,6 @@
 #include "protocols/scenario.hpp"
 
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -8,7 +9,9 @@
 #include "protocols/nearest_name.hpp"
 #include "protocols/scenario_site.hpp"
 #include "protocols/yaml/agent.hpp"
+#include "protocols/yaml/lessons.hpp"
 #include "protocols/yaml/parts.hpp"
+#include "protocols/yaml/ranges.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/script.hpp"
 #include "protocols/yaml/training.hpp"
@@ -199,6 +202,9 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
     scenario.battery = read_battery(*battery, problems);
     check_supply(scenario, *battery, "battery", problems);
   }
+  if (const Node* lessons = node.find("lessons"))
+    scenario.lessons = yaml::read_lessons(*lessons, scenario.level, problems);
+  if (const Node* drawn = node.find("drawn")) scenario.drawn = yaml::read_drawn(*drawn);
   if (Node* training = node.find("training")) scenario.training = yaml::read_training(*training, problems);
   if (const Node* channels = node.find("channels")) read_channels(*channels, scenario, problems);
   return scenario;
@@ -216,27 +222,40 @@ void write_door(yaml::Writer& writer, const DoorSettings& door) {
   writer.end_item();
 }
 
+/// What cannot be read as one is refused by the schema.
+std::uint64_t written_seed(const Node& document) {
+  std::uint64_t seed = Scenario{}.seed;
+  if (const Node* node = document.kind == Node::Kind::map ? document.find("seed") : nullptr)
+    std::from_chars(node->text.data(), node->text.data() + node->text.size(), seed);
+  return seed;
+}
+
 void resolve(std::string& path, const std::filesystem::path& folder) {
   if (!path.empty()) path = (folder / path).lexically_normal().string();
 }
 
 }  // namespace
 
-Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin) {
+Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin,
+                                std::optional<std::uint64_t> seed) {
   auto document = yaml::read_document(yaml, origin);
   if (!document) return document.error();
   yaml::Problems problems(origin);
+  const std::vector<DrawnValue> drawn =
+      yaml::draw_ranges(*document, seed.value_or(written_seed(*document)), problems);
   yaml::check(*document, "scenario", problems);
   if (!problems.empty()) return problems.error();
   Scenario scenario = read_scenario(*document, problems);
   if (!problems.empty()) return problems.error();
+  if (seed) scenario.seed = *seed;
+  scenario.drawn.insert(scenario.drawn.end(), drawn.begin(), drawn.end());
   return scenario;
 }
 
-Result<Scenario> load_scenario(const std::string& path) {
+Result<Scenario> load_scenario(const std::string& path, std::optional<std::uint64_t> seed) {
   const auto text = yaml::read_text(path);
   if (!text) return text.error();
-  auto scenario = parse_scenario(*text, path);
+  auto scenario = parse_scenario(*text, path, seed);
   if (!scenario) return scenario;
   const auto folder = std::filesystem::path(path).parent_path();
   resolve(scenario->model, folder);
@@ -304,7 +323,9 @@ std::string to_yaml(const Scenario& scenario) {
   write_hazards(scenario.hazards, writer);
   if (scenario.radio) write(*scenario.radio, writer);
   if (scenario.battery) write(*scenario.battery, writer);
+  yaml::write_lessons(writer, scenario.lessons);
   if (scenario.training) yaml::write_training(writer, *scenario.training);
+  yaml::write_drawn(writer, scenario.drawn);
   if (!scenario.channels.empty()) {
     writer.open("channels");
     for (const auto& [canonical, name] : scenario.channels) writer.line(canonical, yaml::Writer::quote(name));

@@ -9,6 +9,7 @@
 
 #include "protocols/command.hpp"
 #include "protocols/hazard.hpp"
+#include "protocols/lesson.hpp"
 #include "protocols/script.hpp"
 #include "protocols/status.hpp"
 #include "protocols/training.hpp"
@@ -77,15 +78,19 @@ struct Scenario {
   std::vector<Hazard> hazards;
   std::optional<Radio> radio;                   ///< none: simulated robots hear their operator everywhere
   std::optional<Battery> battery;               ///< none: theirs last for ever
+  std::vector<Lesson> lessons;                  ///< what goes wrong on purpose
   std::optional<Training> training;             ///< what is graded; none: nothing
+  std::vector<DrawnValue> drawn;                ///< what was given as a range, and is now one value
   std::map<std::string, std::string> channels;  ///< canonical name -> name on the bus, for those that differ
 };
 
 /// Reads YAML (schema scenario.schema.json). Errors are "file:line: unknown key 'agnets', did you mean
-/// 'agents'?". Paths are left as they are written.
-Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin);
+/// 'agents'?". Paths are left as they are written. Ranges are drawn from `seed`, which takes the place of the
+/// file's; none: from that.
+Result<Scenario> parse_scenario(const std::string& yaml, const std::string& origin,
+                                std::optional<std::uint64_t> seed = std::nullopt);
 /// The same from a file; paths of model, robot and robot models are resolved against the file's folder.
-Result<Scenario> load_scenario(const std::string& path);
+Result<Scenario> load_scenario(const std::string& path, std::optional<std::uint64_t> seed = std::nullopt);
 /// YAML that parse_scenario reads back to the same values.
 std::string to_yaml(const Scenario& scenario);
 

@@ -188,6 +188,7 @@ Battery read_battery(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "efficiency", battery.efficiency);
   yaml::read(node, "rolling", battery.rolling);
   yaml::read(node, "low", battery.low);
+  yaml::read(node, "charge", battery.charge);
   if (const Status status = check(battery); !status) problems.add(node.line, status.error().message);
   return battery;
 }
@@ -199,6 +200,7 @@ void write(const Battery& battery, yaml::Writer& writer) {
   writer.number("efficiency", battery.efficiency);
   writer.number("rolling", battery.rolling);
   writer.number("low", battery.low);
+  writer.number("charge", battery.charge);
   writer.close();
 }
 

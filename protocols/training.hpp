@@ -22,17 +22,30 @@ struct Condition {
     still,  ///< it has not moved for `duration`
     inspect,  ///< `target` is in its camera's view, no farther than `distance`, not hidden by the building,
               ///< for `duration` on end
-    all,      ///< each of `parts`, in any order
-    any,      ///< one of them
-    then      ///< one after the other
+    follow,   ///< as near, of an agent
+    avoid,    ///< for `duration` it came no nearer to `target` than `distance`, or (0) did not touch it; else
+              ///< failed
+    report,   ///< the trainee said to have found `target`, and (with `distance`) where, within that
+    grip,     ///< its gripper holds `target`
+    lift,     ///< it holds it 2 cm over where that lay
+    place,    ///< it let go of `target`, which rests in the container `into` (empty: any)
+    pitch,    ///< the least `amount` (rad) either way, for `duration` on end, by MR_WORLD; so the next three
+    roll,
+    yaw_rate,  ///< rad/s
+    speed,     ///< m/s
+    all,       ///< each of `parts`, in any order
+    any,       ///< one of them
+    then       ///< one after the other
   };
   Kind kind = Kind::event;
   EventKind event = EventKind::collision_started;
   std::string subject, object;
   double impulse = 0;                 ///< N s
   std::optional<double> least, most;  ///< of the event's value
+  std::string text;                   ///< the event's; empty: any
   std::uint64_t count = 1;
-  std::string target;
+  std::string target, into;
+  double amount = 0;    ///< of pitch, roll, yaw_rate, speed
   double distance = 0;  ///< m
   double duration = 0;  ///< s
   std::vector<Condition> parts;

@@ -64,6 +64,10 @@ const char* to_string(AgentCommand::Action action) {
       return "door";
     case AgentCommand::Action::door_unknown:
       return "door_unknown";
+    case AgentCommand::Action::report:
+      return "report";
+    case AgentCommand::Action::report_at:
+      return "report_at";
   }
   return "unknown";
 }
@@ -178,6 +182,28 @@ const char* to_string(EventKind kind) {
       return "goal_unreachable";
     case EventKind::script_started:
       return "script_started";
+    case EventKind::task_started:
+      return "task_started";
+    case EventKind::task_done:
+      return "task_done";
+    case EventKind::task_failed:
+      return "task_failed";
+    case EventKind::penalty_charged:
+      return "penalty_charged";
+    case EventKind::score_changed:
+      return "score_changed";
+    case EventKind::grading_ended:
+      return "grading_ended";
+    case EventKind::object_reported:
+      return "object_reported";
+    case EventKind::deadman_pressed:
+      return "deadman_pressed";
+    case EventKind::deadman_released:
+      return "deadman_released";
+    case EventKind::lesson_started:
+      return "lesson_started";
+    case EventKind::lesson_ended:
+      return "lesson_ended";
   }
   return "unknown";
 }

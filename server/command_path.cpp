@@ -48,7 +48,8 @@ void send_command(const Configuration& configuration, SimulationTime now, State&
   state.last_command = now;
   encode(result.command, outputs.add(configuration.channels.bus(channel::mr_cmd)));
   if (simulates_trainee(configuration.scenario))
-    state.simulation.teleop(configuration.robot.name, result.command.twist);
+    state.simulation.teleop(configuration.robot.name,
+                            driven_twist(configuration, state, result.command.twist));
   note_hold(configuration, now, result.reason, state, outputs);
 }
 
@@ -70,6 +71,71 @@ Joints joint_stop(const Configuration& configuration, SimulationTime now, const 
     stop.positions[i] = measured->second.first;
   }
   return stop;
+}
+
+constexpr Duration just_before =
+    seconds(1.0);  // of a silence: consoles say for as long that they have stopped
+
+void say_dead_man(const Configuration& configuration, SimulationTime now, EventKind kind, double value,
+                  State& state, Outputs& outputs) {
+  state.dead_man.pressed = kind == EventKind::deadman_pressed;
+  Event event;
+  event.stamp = now;
+  event.kind = kind;
+  event.subject = configuration.robot.name;
+  event.value = value;
+  publish_event(configuration, event, state, outputs);
+}
+
+/// TELEOP says nothing of the switch but by coming: consoles are silent while it is released.
+void hear_dead_man(const Configuration& configuration, ArrivalTime arrival, const Twist2& twist, State& state,
+                   Outputs& outputs) {
+  DeadMan& dead_man = state.dead_man;
+  dead_man.heard = arrival;
+  const double speed = footprint_speed(configuration.robot, twist);
+  if (speed > 0) {
+    dead_man.moved = arrival;
+    dead_man.speed = speed;
+  }
+  // A stop that nothing came before is no beginning.
+  if (!dead_man.pressed && speed > 0)
+    say_dead_man(configuration, simulation_time(arrival), EventKind::deadman_pressed, 0, state, outputs);
+}
+
+void watch_dead_man(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  const DeadMan& dead_man = state.dead_man;
+  if (!dead_man.pressed) return;
+  if ((now - simulation_time(dead_man.heard)).seconds() < configuration.scenario.contact.silence) return;
+  const bool moving = dead_man.moved && dead_man.heard - *dead_man.moved <= just_before;
+  say_dead_man(configuration, now, EventKind::deadman_released, moving ? dead_man.speed : 0, state, outputs);
+}
+
+/// m between the place that was said and where that thing is now; -1: no place was said, or there is no such
+/// thing.
+double report_error(const Configuration& configuration, const AgentCommand& command, const State& state) {
+  if (command.action != AgentCommand::Action::report_at) return -1;
+  const Eigen::Vector3d said = command.agent.T_map_base.translation();
+  const auto off = [&](const Eigen::Vector3d& place) { return (place - said).head<2>().norm(); };
+  if (const auto pose = state.simulation.pose_of(command.agent.name)) return off(pose->translation());
+  for (const ModelEntity& entity : (state.model ? *state.model : configuration.model).entities) {
+    if (entity.name == command.agent.name) return off(entity.T_map_body.translation());
+  }
+  return -1;
+}
+
+/// Right or wrong, the trainee's word is an event.
+void take_report(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
+                 State& state, Outputs& outputs) {
+  Event event;
+  event.stamp = now;
+  event.kind = EventKind::object_reported;
+  event.subject = configuration.robot.name;
+  event.object = command.agent.name;
+  event.request = command.request;
+  event.value = report_error(configuration, command, state);
+  if (command.action == AgentCommand::Action::report_at)
+    event.position = command.agent.T_map_base.translation();
+  publish_event(configuration, event, state, outputs);
 }
 
 /// What the operator says does not arrive at a simulated robot that is out of radio range: its silence stops
@@ -120,7 +186,9 @@ void answer_agent_command(const Configuration& configuration, const Message& inp
   const Status read = decode(input.channel, input.payload, command);
   if (!read) refuse(read.error(), state);
   if (!read && command.request == 0) return;  // nobody to answer
-  const Status done = read.ok() ? do_agent_command(configuration, command, state, outputs) : read;
+  const bool report = read.ok() && command.action >= AgentCommand::Action::report;
+  if (report) take_report(configuration, command, simulation_time(input.arrival), state, outputs);
+  const Status done = read.ok() && !report ? do_agent_command(configuration, command, state, outputs) : read;
   if (!read) command.agent = {};  // what could not be read is not repeated
   Event answer;
   answer.stamp = simulation_time(input.arrival);
@@ -138,6 +206,7 @@ void answer_teleop(const Configuration& configuration, const Message& input, Sta
     refuse(read.error(), state);
     command = {};  // a command that cannot be read is a stop
   }
+  hear_dead_man(configuration, input.arrival, command.twist, state, outputs);
   if (!is_heard(configuration, state)) return;
   state.teleop = command;
   state.teleop_arrival = input.arrival;
@@ -155,6 +224,7 @@ void stop_robot(const Configuration& configuration, const std::string& robot, Ar
 }
 
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  watch_dead_man(configuration, now, state, outputs);
   const auto silent = [&](ArrivalTime last, SimulationTime said) {
     return now - said >= repeat &&
            (now - simulation_time(last)).seconds() >= configuration.scenario.contact.silence;

@@ -6,6 +6,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "server/check_training.hpp"
+#include "server/training/words.hpp"
 
 namespace parhelion {
 namespace {
@@ -21,16 +22,6 @@ Json event_json(const std::optional<Event>& event) {
           {"impulse", event->impulse},
           {"value", event->value},
           {"text", event->text}};
-}
-
-std::string event_text(const std::optional<Event>& event) {
-  if (!event) return "";
-  std::string text = std::string("  ") + to_string(event->kind) + " " + event->subject;
-  if (!event->object.empty()) text += " - " + event->object;
-  if (!event->text.empty()) text += " (" + event->text + ")";
-  char impulse[32];
-  std::snprintf(impulse, sizeof impulse, ", %.2f N s", event->impulse);
-  return event->impulse > 0 ? text + impulse : text;
 }
 
 std::string at_text(SimulationTime at, SimulationTime begin) {
@@ -130,20 +121,18 @@ Result<GradedSession> grade_session(const std::string& path,
 
 std::string to_text(const GradedSession& session) {
   const Grade& grade = session.grade;
-  char line[256];
-  std::snprintf(line, sizeof line, "%s: %.2f of %.2f points (%.1f %%)%s%s, %s%s\n", session.robot.c_str(),
-                grade.score, grade.most, 100 * grade.share, grade.grade.empty() ? "" : ", grade ",
-                grade.grade.c_str(), grade.passed ? "passed" : "not passed",
-                grade.complete ? "" : " (INCOMPLETE: the log stops in the middle)");
-  std::string text = line;
+  char line[64];
+  std::string text = session.robot + ": " + verdict_text(grade) +
+                     (grade.complete ? "\n" : " (INCOMPLETE: the log stops in the middle)\n");
+  const auto by = [](const std::optional<Event>& cause) { return cause ? "  " + event_text(cause) : ""; };
   for (const TaskGrade& task : grade.tasks) {
     std::snprintf(line, sizeof line, "  %+8.2f  %-12s", task.points, to_string(task.outcome));
     text += (task.ended ? at_text(*task.ended, grade.begin) : "         -") + line + task.name +
-            (task.required ? " (required)" : "") + event_text(task.cause) + "\n";
+            (task.required ? " (required)" : "") + by(task.cause) + "\n";
   }
   for (const Charge& charge : grade.charges) {
     std::snprintf(line, sizeof line, "  %+8.2f  %-12s", -charge.points, "penalty");
-    text += at_text(charge.at, grade.begin) + line + charge.rule + event_text(charge.cause) + "\n";
+    text += at_text(charge.at, grade.begin) + line + charge.rule + by(charge.cause) + "\n";
   }
   if (session.skipped_bytes > 0)
     text += "  " + std::to_string(session.skipped_bytes) +

@@ -114,6 +114,8 @@ Result<Report> Session::operator()() {
   end();
   if (!fault.empty()) return Error{fault};
   Report whole = report();
+  whole.grade = grade_now(configuration_, *state_);
+  if (whole.grade) whole.grade->log = options_.session;
   whole.hash = outbox_.hashes();
   return whole;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 
+#include "server/grading_path.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
@@ -92,7 +93,9 @@ void publish_world(const Configuration& configuration, State& state, Outputs& ou
                               body.rotation_rate});
   }
   state.scene_published = world.scene->version;
-  encode(message, outputs.add(configuration.channels.bus(channel::mr_world)));
+  std::vector<std::uint8_t>& payload = outputs.add(configuration.channels.bus(channel::mr_world));
+  encode(message, payload);
+  grade_world(configuration, payload, state, outputs);
 }
 
 void step_once(const Configuration& configuration, State& state, Outputs& outputs, StageObserver& observer) {
@@ -112,6 +115,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   observer.ended(Stage::physics_step);
   publish_simulation_events(configuration, state, outputs);
   run_scripts(configuration, next, state, outputs);
+  watch_lessons(configuration, next, state, outputs);
   answer_lasers(configuration, state, outputs);
   publish_sensors(configuration, next, state, outputs);
   watch_silence(configuration, next, state, outputs);
@@ -130,7 +134,9 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs) {
   ++state.tally.events[static_cast<std::size_t>(event.kind) % state.tally.events.size()];
   state.scripts.hear(event);
-  encode(event, outputs.add(configuration.channels.bus(channel::mr_events)));
+  std::vector<std::uint8_t>& payload = outputs.add(configuration.channels.bus(channel::mr_events));
+  encode(event, payload);
+  grade_event(configuration, payload, state, outputs);
 }
 
 void publish_simulation_events(const Configuration& configuration, State& state, Outputs& outputs) {

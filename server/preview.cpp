@@ -65,7 +65,7 @@ Result<Configuration> choose_configuration(const ReplayOptions& options, const P
   std::optional<RobotDescription> robot;
   if (recorded) robot = recorded->robot;  // which may have come from a file, so ROBOT does not count
   if (options.scenario) {
-    auto files = load_session_files(*options.scenario, options.robot.value_or(""));
+    auto files = load_session_files(*options.scenario, options.robot.value_or(""), options.seed);
     if (!files) return files.error();
     scenario = std::move(files->scenario);
     model = std::move(files->model);

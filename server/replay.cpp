@@ -185,6 +185,8 @@ void Run::finish(const LogReader& reader) {
   take_stock();
   report_.log_damage_bytes = reader.skipped_bytes();
   report_.hash = outbox_.hashes();
+  if (state_) report_.grade = grade_now(configuration_, *state_);
+  if (report_.grade) report_.grade->log = options_.session;
 }
 
 Result<Report> Run::operator()() {

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "server/grading_path.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -55,6 +57,12 @@ void note_what_images_lack(const RobotDescription& robot, const std::string& ren
     report.notes["calibration"] =
         "robot description '" + robot.name + "' has no 'camera' section: images go out as they came in";
   }
+}
+
+std::optional<GradedSession> grade_now(const Configuration& configuration, const State& state) {
+  if (!state.grading) return std::nullopt;
+  return GradedSession{
+      {}, configuration.scenario.name, graded_robot(configuration), state.grading->grader.grade(), 0};
 }
 
 ServerStatus to_status(const Report& report, ArrivalTime now) {
@@ -131,6 +139,10 @@ std::string to_json(const Report& report) {
       {"log", report.log_seconds},
       {"wall", report.wall_seconds},
       {"times_real_time", report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0}};
+  if (report.grade) {
+    json["score"] = report.grade->grade.score;
+    json["grade"] = Json::parse(to_json(*report.grade));
+  }
   json["hash"] = report.hash;
   json["notes"] = report.notes;
   return json.dump(2) + "\n";
@@ -170,6 +182,7 @@ std::string summary(const Report& report) {
     text += "damaged " + std::to_string(report.log_damage_bytes) + " bytes of the log were lost" +
             (where == report.notes.end() ? "" : ", the last: " + where->second) + "\n";
   }
+  if (report.grade) text += "grade   " + to_text(*report.grade);
   if (!report.complete) text += "INCOMPLETE: " + report.incomplete_because + "\n";
   return text;
 }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 
 #include "protocols/robot.hpp"
+#include "server/grade_session.hpp"
 #include "server/outbox.hpp"
 #include "server/outputs.hpp"
 #include "server/percentiles.hpp"
@@ -43,6 +45,7 @@ struct Report {
   double log_seconds = 0, wall_seconds = 0;
   bool complete = true;
   std::string incomplete_because;
+  std::optional<GradedSession> grade;  ///< none: the scenario has no training
   std::map<std::string, std::string> hash;
   std::map<std::string, std::string> notes;  ///< such as that the camera was a stand-in
 };
@@ -51,6 +54,9 @@ struct Report {
 void tell_completeness(const Outbox& outbox, Report& report);
 /// Why images go out as they came, where the robot description or the renderer makes it so; into the notes.
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);
+
+/// What is graded live, as it is now; none: nothing is.
+std::optional<GradedSession> grade_now(const Configuration& configuration, const State& state);
 
 /// MR_STATUS at `now`: the same figures.
 ServerStatus to_status(const Report& report, ArrivalTime now);

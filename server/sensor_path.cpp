@@ -122,6 +122,7 @@ void send_scan(const Configuration& configuration, const RobotMotion& motion, Si
   ScanPath& path = state.scan;
   Scan& scan = path.real;
   if (!simulate_laser(configuration, sensors.laser, state, scan)) return;
+  drop_beams(configuration, state, scan);
   send(configuration, channel::scan, InputKind::none, scan, state, outputs);
   send(configuration, channel::mr_scan, InputKind::none, state, outputs);
   path.have_real = true;

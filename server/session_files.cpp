@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "protocols/yaml/document.hpp"
+#include "server/check_reach.hpp"
 #include "server/state.hpp"
 
 namespace parhelion {
@@ -76,9 +77,10 @@ Result<RobotDescription> load_usable_robot(const std::string& path) {
   return robot;
 }
 
-Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot) {
+Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot,
+                                        std::optional<std::uint64_t> seed) {
   SessionFiles files;
-  auto scenario = load_scenario(path);
+  auto scenario = load_scenario(path, seed);
   if (!scenario) return scenario.error();
   files.scenario = std::move(*scenario);
   if (const Status level = check_level(files.scenario); !level)
@@ -108,8 +110,9 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
 
 Status check_start(const Configuration& configuration, const std::string& path) {
   const auto state = make_state(configuration, ArrivalTime{});
-  if (state) return {};
-  const std::string& message = state.error().message;
+  const Status reached = state ? check_reach(configuration) : Status{};
+  if (state && reached) return {};
+  const std::string& message = state ? reached.error().message : state.error().message;
   return Error{place_of_item(path, configuration.scenario, message) + message};
 }
 

@@ -3,6 +3,7 @@
 #include "server/check_training.hpp"
 #include "server/crowd_memory.hpp"
 #include "server/door_sight.hpp"
+#include "server/grading_path.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
@@ -60,6 +61,11 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   options.hazards = configuration.scenario.hazards;
   options.radio = configuration.scenario.radio;
   options.battery = configuration.scenario.battery;
+  for (const Lesson& lesson : configuration.scenario.lessons) {
+    if (lesson.kind != Lesson::Kind::low_battery) continue;
+    if (!options.battery) options.battery.emplace();
+    options.battery->charge = lesson.amount;
+  }
   options.most_agents = static_cast<std::size_t>(configuration.scenario.most_agents);
   options.level = configuration.scenario.level;
   options.doors = configuration.scenario.doors;
@@ -74,6 +80,8 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   std::vector<std::string> trainees{configuration.robot.name};
   if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);
   state->scripts = Scripts(configuration.scenario.scripts, std::move(trainees), simulation_time(start));
+  state->started = simulation_time(start);
+  state->grading = make_grading(configuration, start);
   find_real_doors(configuration, configuration.model, *state);
   if (const Status begun = spawn_trainee(configuration, *state); !begun) return begun.error();
   for (const AgentDefinition& agent : configuration.scenario.agents) {

@@ -54,7 +54,7 @@ struct Tally {
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
   std::uint64_t refused_inputs = 0;
   std::string last_refusal;
-  std::array<std::uint64_t, 64> events{};  ///< by EventKind
+  std::array<std::uint64_t, static_cast<std::size_t>(kLastEventKind) + 1> events{};  ///< by EventKind
   Percentiles pose_age_us;
   Percentiles slam_us;                              ///< what POSE_COV says of its own step
   std::optional<double> radio_power, battery_left;  ///< of the trainee's simulated robot (SupplyState)
@@ -124,6 +124,15 @@ using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
 
 struct SimulatedSensors;
 struct DoorSights;
+struct LiveGrading;
+
+/// What TELEOP tells of the trainee's dead-man switch, whether a robot hears it or not.
+struct DeadMan {
+  bool pressed = false;
+  ArrivalTime heard;                 ///< the newest TELEOP
+  std::optional<ArrivalTime> moved;  ///< the newest that asked for motion...
+  double speed = 0;                  ///< ...of the footprint's fastest point, m/s
+};
 
 /// Whom an operator drives, by what the console says.
 struct DrivingOperator {
@@ -160,6 +169,7 @@ struct State {
   VirtualContactState contact;
   std::optional<TwistCommand> teleop;  ///< the newest
   ArrivalTime teleop_arrival;
+  DeadMan dead_man;
   SimulationTime last_command;  ///< when MR_CMD was last sent
   JointPositions joint_positions;
   Joints joint_state;    ///< scratch of JOINT_STATE
@@ -168,6 +178,9 @@ struct State {
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   HoldReason held = HoldReason::none;
   Scripts scripts;
+  SimulationTime started;
+  std::vector<bool> lessons;                         ///< whether each of the scenario's holds
+  std::unique_ptr<LiveGrading> grading;              ///< null: the scenario has no training
   std::map<std::string, DrivingOperator> operators;  ///< by their names, those that drive
   std::map<std::string, AgentKind> kinds;            ///< of the agents, for MR_WORLD
   std::uint64_t scene_published = 0;                 ///< version of the scene in the last MR_WORLD

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "server/grading_path.hpp"
 #include "server/sensor_path.hpp"
 
 namespace parhelion {
@@ -135,7 +136,8 @@ void obey(const Configuration& configuration, const Message& input, State& state
       return note_foreign_message(configuration, simulation_time(input.arrival), decision.count, state,
                                   outputs);
     case LoopDecision::Kind::ended:
-      break;
+      advance(configuration, input.arrival, state, outputs, observer);
+      return close_grading(configuration, simulation_time(input.arrival), state, outputs);
   }
   advance(configuration, input.arrival, state, outputs, observer);
 }

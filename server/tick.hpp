@@ -54,7 +54,8 @@ void stop_robot(const Configuration& configuration, const std::string& robot, Ar
                 Outputs& outputs);
 void drive_agent(const Configuration& configuration, const Message& input, std::string_view agent,
                  State& state);
-/// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD.
+/// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD; that
+/// silence is a released dead-man.
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
 /// command_path.cpp: does the command, or says why not.
 Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
@@ -77,6 +78,12 @@ bool simulate_laser(const Configuration& configuration, const LaserRequest& requ
                     Scan& scan);
 /// The scans of all state.laser_requests, for the agents' behaviour and for whoever listens.
 void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs);
+/// lesson_path.cpp: a lesson that begins or ends is an event.
+void watch_lessons(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// Of the trainee's simulated laser: beams that see nothing.
+void drop_beams(const Configuration& configuration, State& state, Scan& scan);
+/// What the trainee's simulated robot makes of a command, one side of its drive being dead or not.
+Twist2 driven_twist(const Configuration& configuration, const State& state, const Twist2& asked);
 /// sensor_path.cpp: what the sensors of a simulated trainee's robot measure at the newest step: outputs that
 /// are taken in at once, as a real robot's are when they arrive. Nothing at level 3.
 void publish_sensors(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);

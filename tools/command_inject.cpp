@@ -30,7 +30,8 @@ const std::map<std::string, AgentCommand::Action> actions{
     {"spawn", AgentCommand::Action::spawn},           {"move", AgentCommand::Action::move},
     {"remove", AgentCommand::Action::remove},         {"behave", AgentCommand::Action::behave},
     {"remove-all", AgentCommand::Action::remove_all}, {"freeze", AgentCommand::Action::freeze},
-    {"unfreeze", AgentCommand::Action::unfreeze},     {"reset", AgentCommand::Action::move}};
+    {"unfreeze", AgentCommand::Action::unfreeze},     {"reset", AgentCommand::Action::move},
+    {"report", AgentCommand::Action::report}};
 const std::map<std::string, AgentKind> kinds{
     {"box", AgentKind::box},     {"barrel", AgentKind::barrel},       {"person", AgentKind::person},
     {"robot", AgentKind::robot}, {"container", AgentKind::container}, {"cable", AgentKind::cable}};
@@ -59,11 +60,15 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   agent.behaviour.distance = arguments.distance;
   agent.behaviour.yields = arguments.yields;
   agent.behaviour.opens_doors = !arguments.leaves_doors;
-  const bool whole_scene = command.action >= AgentCommand::Action::remove_all;
-  if (!whole_scene && agent.name.empty()) return Error{"which agent? give --name NAME"};
+  const bool report = command.action == AgentCommand::Action::report;
+  const bool whole_scene = command.action >= AgentCommand::Action::remove_all && !report;
+  if (!whole_scene && agent.name.empty())
+    return Error{report ? "what was found? give --name NAME" : "which agent? give --name NAME"};
   const bool needs_place =
       command.action == AgentCommand::Action::spawn || command.action == AgentCommand::Action::move;
-  if (needs_place && arguments.action != "reset") {
+  if (report && !arguments.at.empty()) command.action = AgentCommand::Action::report_at;
+  const bool reset = arguments.action == "reset";
+  if ((needs_place && !reset) || command.action == AgentCommand::Action::report_at) {
     const auto place = parse_place(arguments.at, false);
     if (!place) return Error{"--at '" + arguments.at + "': " + place.error().message};
     agent.T_map_base = Transform<Map, Base>::planar(place->x(), place->y(), place->z());
@@ -152,13 +157,13 @@ std::vector<std::string> keys(const auto& map) {
 }  // namespace
 
 void add_inject(CLI::App& app, Exit& exit) {
-  CLI::App* command =
-      app.add_subcommand("inject", "Add, move, remove or command virtual agents on a running server");
+  CLI::App* command = app.add_subcommand(
+      "inject", "Add, move, remove or command virtual agents on a running server, or report what was found");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("action", arguments->action, "What to do")
       ->required()
       ->check(CLI::IsMember(keys(actions)));
-  command->add_option("--name", arguments->name, "The agent's name");
+  command->add_option("--name", arguments->name, "The agent's name; of a report what was found");
   command->add_option("--kind", arguments->kind, "What it is")->check(CLI::IsMember(keys(kinds)));
   command->add_option("--at", arguments->at, std::string("X,Y or ") + place_format);
   command->add_option("--size", arguments->size,
@@ -186,6 +191,7 @@ void add_inject(CLI::App& app, Exit& exit) {
       "--laser "
       "lms-200\n"
       "         parhelion inject behave --name guide --behaviour follow --distance 2\n"
+      "         parhelion inject report --name gauge_1 --at 4.2,1.5    (the trainee has found it there)\n"
       "         parhelion inject reset --name trainee\n\n"
       "reset puts a robot down where it is: upright, at rest, what broke of its arm whole again.");
   command->callback([arguments, &exit] { exit = run(*arguments); });

@@ -11,9 +11,11 @@
 #include <filesystem>
 
 #include "server/crowd_time.hpp"
+#include "server/grade_session.hpp"
 #include "server/live_site.hpp"
 #include "server/loop.hpp"
 #include "server/session_files.hpp"
+#include "server/training/briefing.hpp"
 #include "tools/command.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
@@ -74,6 +76,8 @@ Exit run_once(const Arguments& arguments) {
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
   if (const auto slow = warn_of_slow_crowd(*configuration)) options.say(*slow);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
+  if (configuration->scenario.training)
+    std::fputs(briefing(configuration->scenario, graded_robot(*configuration)).c_str(), stderr);
   if (configuration->scenario.mapping) {
     const auto site = std::make_shared<LiveSite>(configuration->model);
     options.update_site = [site](const SiteView& view) { return site->add(view); };

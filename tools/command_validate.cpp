@@ -2,6 +2,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "server/session_files.hpp"
+#include "server/training/briefing.hpp"
 #include "tools/command.hpp"
 #include "tools/validate.hpp"
 
@@ -13,12 +15,26 @@ constexpr const char* description =
     "description, "
     "laser preset, ROS map, LCM log";
 constexpr const char* footer =
-    "Example:\n  parhelion validate lab.yaml drive.lcm\n\n"
+    "Example:\n  parhelion validate lab.yaml drive.lcm\n  parhelion validate --briefing lesson.yaml\n\n"
     "Prints one line per file, for a log one more per channel. Errors go to stderr with file and line, "
     "channel or offset;\n"
     "exit code 1 where there are any.";
 
-Exit run(const std::vector<std::string>& paths) {
+/// For a person; the scenario has passed the checks.
+void print_briefing(const std::string& path) {
+  const auto files = load_session_files(path, "");
+  if (!files) return;
+  const Scenario& scenario = files->scenario;
+  const std::string named = scenario.training ? scenario.training->robot : "";
+  const std::string robot = !named.empty()     ? named
+                            : scenario.trainee ? scenario.trainee->name
+                            : files->robot     ? files->robot->name
+                                               : "the robot";
+  const std::string text = briefing(scenario, robot);
+  std::printf("%s", text.empty() ? "no 'training' in it: there is nothing to brief\n" : text.c_str());
+}
+
+Exit run(const std::vector<std::string>& paths, bool with_briefing) {
   Exit exit = Exit::done;
   for (const std::string& path : paths) {
     const Verdict verdict = validate_file(path);
@@ -29,6 +45,7 @@ Exit run(const std::vector<std::string>& paths) {
     std::printf("%s: %s%s%s\n", path.c_str(), result, verdict.summary.empty() ? "" : ": ",
                 verdict.summary.c_str());
     for (const std::string& note : verdict.notes) std::printf("  %s\n", note.c_str());
+    if (with_briefing && verdict.errors.empty()) print_briefing(path);
   }
   return exit;
 }
@@ -40,7 +57,10 @@ void add_validate(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("validate", description);
   command->footer(footer);
   command->add_option("FILE", *paths, "Files to check")->required();
-  command->callback([paths, &exit] { exit = run(*paths); });
+  auto with_briefing = std::make_shared<bool>(false);
+  command->add_flag("--briefing", *with_briefing,
+                    "Print what the trainee of a scenario is told before the start");
+  command->callback([paths, with_briefing, &exit] { exit = run(*paths, *with_briefing); });
 }
 
 }  // namespace parhelion

@@ -13,8 +13,35 @@ namespace parhelion::yaml {
 namespace {
 
 using Kind = Condition::Kind;
-constexpr std::array<const char*, 10> kinds{"event", "reach",   "pass", "climb", "near",
-                                            "still", "inspect", "all",  "any",   "then"};
+constexpr std::array<const char*, 20> kinds{
+    "event", "reach", "pass",  "climb", "near", "still",    "inspect", "follow", "avoid", "report",
+    "grip",  "lift",  "place", "pitch", "roll", "yaw_rate", "speed",   "all",    "any",   "then"};
+
+/// What the kind's own number measures, of those that have one.
+std::optional<Quantity> quantity_of(Kind kind) {
+  switch (kind) {
+    case Kind::still:
+      return Quantity::time;
+    case Kind::pitch:
+    case Kind::roll:
+      return Quantity::angle;
+    case Kind::yaw_rate:
+      return Quantity::angular_speed;
+    case Kind::speed:
+      return Quantity::speed;
+    default:
+      return std::nullopt;
+  }
+}
+
+bool takes_distance(Kind kind) {
+  return kind == Kind::near || kind == Kind::inspect || kind == Kind::follow || kind == Kind::avoid ||
+         kind == Kind::report;
+}
+
+bool takes_duration(Kind kind) {
+  return (takes_distance(kind) && kind != Kind::report) || (quantity_of(kind) && kind != Kind::still);
+}
 
 /// Which keys go with a kind, besides its own, `within` and `never`.
 bool goes_with(Kind kind, const std::string& key) {
@@ -22,13 +49,56 @@ bool goes_with(Kind kind, const std::string& key) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
   };
   if (one_of({"within", "never"})) return true;
-  if (kind == Kind::event) return one_of({"subject", "object", "impulse", "least", "most", "count"});
-  if (kind == Kind::near || kind == Kind::inspect) return one_of({"distance", "for"});
-  return false;
+  if (kind == Kind::event) return one_of({"subject", "object", "text", "impulse", "least", "most", "count"});
+  if (kind == Kind::place && key == "into") return true;
+  return (takes_distance(kind) && key == "distance") || (takes_duration(kind) && key == "for");
 }
 
 void read_optional(const Node& node, const char* key, std::optional<double>& out) {
   if (node.find(key)) read(node, key, out.emplace());
+}
+
+/// s that it takes at least to hold.
+double least_time(const Condition& condition) {
+  double time = condition.duration;
+  for (const Condition& part : condition.parts) {
+    const double part_time = least_time(part);
+    if (condition.kind == Kind::all) time = std::max(time, part_time);
+    if (condition.kind == Kind::then) time += part_time;
+  }
+  if (condition.kind == Kind::any) {
+    const auto shortest = std::min_element(
+        condition.parts.begin(), condition.parts.end(),
+        [](const Condition& a, const Condition& b) { return least_time(a) < least_time(b); });
+    if (shortest != condition.parts.end()) time = least_time(*shortest);
+  }
+  return time;
+}
+
+std::string seconds_text(double time) { return format_quantity(time, Quantity::time); }
+
+/// What cannot be passed in time, whatever the trainee does.
+void check_times(const Training& training, const Node& tasks, Problems& problems) {
+  double before = 0;
+  for (std::size_t i = 0; i < training.tasks.size(); ++i) {
+    const Task& task = training.tasks[i];
+    const double least = least_time(task.done);
+    const auto say = [&](const std::string& words) {
+      problems.add(tasks.items[i].line, "task '" + printable(task.name) + "': " + words);
+    };
+    if (task.done.within && least > *task.done.within)
+      say("its condition takes at least " + seconds_text(least) + ", and has to be within " +
+          seconds_text(*task.done.within));
+    if (task.limit && least > *task.limit)
+      say("it takes at least " + seconds_text(least) + ", its limit is " + seconds_text(*task.limit));
+    if (training.limit && task.limit && *task.limit > *training.limit)
+      say("its limit of " + seconds_text(*task.limit) + " is after that of the whole, " +
+          seconds_text(*training.limit));
+    if (training.limit && before + least > *training.limit)
+      say("it cannot be done in time: the tasks up to it take at least " + seconds_text(before + least) +
+          ", the limit of the whole is " + seconds_text(*training.limit));
+    if (training.in_order) before += least;
+  }
 }
 
 class Reader {
@@ -68,11 +138,11 @@ class Reader {
       found = here;
       kind = static_cast<Kind>(i);
     }
-    if (!found)
-      problems_.add(
-          node.line,
-          "a condition: expected one of event, reach, pass, climb, near, still, inspect, all, any, then");
-    return found;
+    if (found) return found;
+    std::string names;
+    for (const char* name : kinds) names += (names.empty() ? "" : ", ") + std::string(name);
+    problems_.add(node.line, "a condition: expected one of " + names);
+    return nullptr;
   }
 
   void read_details(Node& node, const Node& what, Condition& condition) {
@@ -86,20 +156,23 @@ class Reader {
         for (Node& part : node.find(name_of(condition))->items)
           condition.parts.push_back(read_condition(part));
         return;
-      case Kind::still:
-        condition.duration = what.number;
-        return;
-      case Kind::near:
-      case Kind::inspect:
-        read(node, "distance", condition.distance);
-        read(node, "for", condition.duration);
-        if (!node.find("distance"))
-          problems_.add(what.line,
-                        "'" + name_of(condition) + "': how near? add a distance, such as 'distance: 2 m'");
-        [[fallthrough]];
       default:
-        condition.target = what.text;
+        break;
     }
+    if (quantity_of(condition.kind)) {
+      (condition.kind == Kind::still ? condition.duration : condition.amount) = what.number;
+    } else {
+      condition.target = what.text;
+    }
+    read(node, "into", condition.into);
+    read(node, "distance", condition.distance);
+    read(node, "for", condition.duration);
+    const Kind kind = condition.kind;
+    if ((kind == Kind::near || kind == Kind::inspect || kind == Kind::follow) && !node.find("distance"))
+      problems_.add(what.line,
+                    "'" + name_of(condition) + "': how near? add a distance, such as 'distance: 2 m'");
+    if ((kind == Kind::follow || kind == Kind::avoid) && !(condition.duration > 0))
+      problems_.add(what.line, "'" + name_of(condition) + "': for how long? add a time, such as 'for: 10 s'");
   }
 
   void read_event(const Node& node, const Node& what, Condition& condition) {
@@ -112,8 +185,12 @@ class Reader {
       return;
     }
     condition.event = static_cast<EventKind>(at - names.begin());
+    if (is_grading(condition.event))
+      problems_.add(what.line,
+                    "'" + printable(what.text) + "' is said by the grading itself: it is not graded");
     read(node, "subject", condition.subject);
     read(node, "object", condition.object);
+    read(node, "text", condition.text);
     read(node, "impulse", condition.impulse);
     read(node, "count", condition.count);
     read_optional(node, "least", condition.least);
@@ -167,6 +244,7 @@ void write_event(Writer& writer, const Condition& condition) {
   writer.word("event", to_string(condition.event));
   if (!condition.subject.empty()) writer.text("subject", condition.subject);
   if (!condition.object.empty()) writer.text("object", condition.object);
+  if (!condition.text.empty()) writer.text("text", condition.text);
   if (condition.impulse > 0) writer.quantity("impulse", condition.impulse, Quantity::impulse);
   if (condition.least) writer.number("least", *condition.least);
   if (condition.most) writer.number("most", *condition.most);
@@ -177,8 +255,8 @@ void write_condition(Writer& writer, const Condition& condition) {
   const char* name = kinds[static_cast<std::size_t>(condition.kind)];
   if (condition.kind == Kind::event) {
     write_event(writer, condition);
-  } else if (condition.kind == Kind::still) {
-    writer.quantity(name, condition.duration, Quantity::time);
+  } else if (const auto quantity = quantity_of(condition.kind)) {
+    writer.quantity(name, condition.kind == Kind::still ? condition.duration : condition.amount, *quantity);
   } else if (!condition.parts.empty()) {
     writer.open(name);
     for (const Condition& part : condition.parts) {
@@ -190,10 +268,11 @@ void write_condition(Writer& writer, const Condition& condition) {
   } else {
     writer.text(name, condition.target);
   }
-  if (condition.kind == Kind::near || condition.kind == Kind::inspect) {
+  if (!condition.into.empty()) writer.text("into", condition.into);
+  if (takes_distance(condition.kind) && condition.distance > 0)
     writer.quantity("distance", condition.distance, Quantity::length);
+  if (takes_duration(condition.kind) && condition.duration > 0)
     writer.quantity("for", condition.duration, Quantity::time);
-  }
   if (condition.within) writer.quantity("within", *condition.within, Quantity::time);
   if (condition.never.empty()) return;
   writer.open("never");
@@ -230,6 +309,7 @@ Training read_training(Node& node, Problems& problems) {
     if (limit && within && *within > *limit)
       problems.add(task.line, "task '" + printable(name) + "': its condition may take longer than its limit");
   }
+  check_times(training, *node.find("tasks"), problems);
   if (const Node* grades = node.find("grades")) {
     for (const Node& grade : grades->items) {
       GradeStep step;

@@ -180,6 +180,8 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
     case Action::remove_all:
     case Action::door:
     case Action::door_unknown:
+    case Action::report:
+    case Action::report_at:
       break;
   }
   return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +

@@ -51,7 +51,7 @@ void Simulation::State::watch_battery(Agent& agent, const ObservedMotion& motion
     work += std::max(0.0, joints.velocities[i] * joints.efforts[i]);
   supply.used += dt * battery_power(battery, agent.robot->mass(), motion.velocity.norm(),
                                     agent.robot->drive_power(physics), work);
-  const double left = std::max(0.0, 1 - supply.used / battery.capacity);
+  const double left = std::max(0.0, battery.charge - supply.used / battery.capacity);
   if (left <= battery.low && !supply.low) {
     supply.low = true;
     events.push_back(event_of(EventKind::battery_low, agent.watch.body(), motion, left));
@@ -70,7 +70,8 @@ SupplyState Simulation::supply_of(const std::string& name) const {
   state.radio_lost = agent->supply.radio_lost;
   state.battery_empty = agent->supply.empty;
   if (state_->options.battery)
-    state.battery_left = std::max(0.0, 1 - agent->supply.used / state_->options.battery->capacity);
+    state.battery_left = std::max(
+        0.0, state_->options.battery->charge - agent->supply.used / state_->options.battery->capacity);
   return state;
 }
 

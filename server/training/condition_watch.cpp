@@ -1,6 +1,7 @@
 #include "server/training/condition_watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace parhelion {
 namespace {
@@ -12,18 +13,43 @@ bool is_contact(EventKind kind) {
          kind == EventKind::collision_stopped;
 }
 
+/// A contact is of both, and a hazard is set off by whom its event names second.
+bool is_of_both(EventKind kind) { return is_contact(kind) || kind == EventKind::hazard_set_off; }
+
 bool matches(const Condition& condition, const Event& event, const std::string& robot) {
   if (event.kind != condition.event || event.unsensed) return false;
+  if (!condition.text.empty() && event.text != condition.text) return false;
   const bool anybody = condition.subject == kAnybody;
   const std::string& subject = condition.subject.empty() ? robot : condition.subject;
   const auto fits = [&](const std::string& who, const std::string& whom) {
     return (anybody || who == subject) && (condition.object.empty() || whom == condition.object);
   };
-  // A contact is of both.
-  if (!fits(event.subject, event.object) && !(is_contact(event.kind) && fits(event.object, event.subject)))
+  if (!fits(event.subject, event.object) && !(is_of_both(event.kind) && fits(event.object, event.subject)))
     return false;
   return event.impulse >= condition.impulse && (!condition.least || event.value >= *condition.least) &&
          (!condition.most || event.value <= *condition.most);
+}
+
+/// The event that a handling condition is about.
+EventKind handled(Condition::Kind kind) {
+  if (kind == Condition::Kind::grip) return EventKind::gripped;
+  return kind == Condition::Kind::lift ? EventKind::lifted : EventKind::placed;
+}
+
+/// How much there is of what has an amount; none: the robot is not there.
+std::optional<double> amount_of(Condition::Kind kind, const Surroundings& around) {
+  const auto motion = around.motion();
+  if (!motion) return std::nullopt;
+  switch (kind) {
+    case Condition::Kind::pitch:
+      return std::abs(motion->pitch);
+    case Condition::Kind::roll:
+      return std::abs(motion->roll);
+    case Condition::Kind::yaw_rate:
+      return std::abs(motion->yaw_rate);
+    default:
+      return motion->speed;
+  }
 }
 
 }  // namespace
@@ -68,9 +94,24 @@ Verdict ConditionWatch::judge(const Moment& moment) {
       const ModelEntity* top = around.top_of(condition_->target);
       return top && top->name == moment.event->object ? count(*moment.event) : Verdict::open;
     }
-    case Condition::Kind::near: {
-      const auto distance = around.distance_to(condition_->target);
-      return held_for(distance && *distance <= condition_->distance, moment.stamp, condition_->duration);
+    case Condition::Kind::near:
+    case Condition::Kind::follow:
+      return held_for(around.is_near(condition_->target, condition_->distance), moment.stamp,
+                      condition_->duration);
+    case Condition::Kind::avoid:
+      return judge_avoid(moment);
+    case Condition::Kind::report:
+      return judge_report(moment);
+    case Condition::Kind::grip:
+    case Condition::Kind::lift:
+    case Condition::Kind::place:
+      return judge_handling(moment);
+    case Condition::Kind::pitch:
+    case Condition::Kind::roll:
+    case Condition::Kind::yaw_rate:
+    case Condition::Kind::speed: {
+      const auto amount = amount_of(condition_->kind, around);
+      return held_for(amount && *amount >= condition_->amount, moment.stamp, condition_->duration);
     }
     case Condition::Kind::still:
       return held_for(!around.moves(), moment.stamp, condition_->duration);
@@ -94,6 +135,38 @@ Verdict ConditionWatch::count(const Event& event) {
 Verdict ConditionWatch::judge_event(const Moment& moment) {
   if (!moment.event || !matches(*condition_, *moment.event, moment.around.robot())) return Verdict::open;
   return count(*moment.event);
+}
+
+/// Once too near it has failed; the time counts from when it began to be looked at.
+Verdict ConditionWatch::judge_avoid(const Moment& moment) {
+  Condition touch;
+  touch.object = condition_->target;
+  const bool touched = moment.event && matches(touch, *moment.event, moment.around.robot());
+  if (touched) cause_ = *moment.event;
+  const bool near =
+      condition_->distance > 0 && moment.around.is_near(condition_->target, condition_->distance);
+  if (touched || near) return Verdict::failed;
+  return moment.stamp - begin_ >= seconds(condition_->duration) ? Verdict::held : Verdict::open;
+}
+
+Verdict ConditionWatch::judge_report(const Moment& moment) {
+  const Event* event = moment.event;
+  if (!event || event->kind != EventKind::object_reported || event->object != condition_->target ||
+      event->subject != moment.around.robot())
+    return Verdict::open;
+  if (condition_->distance > 0 && !(event->value >= 0 && event->value <= condition_->distance))
+    return Verdict::open;
+  return count(*event);
+}
+
+Verdict ConditionWatch::judge_handling(const Moment& moment) {
+  const Event* event = moment.event;
+  if (!event || event->kind != handled(condition_->kind) || event->subject != moment.around.robot())
+    return Verdict::open;
+  const bool placed = event->kind == EventKind::placed;
+  if ((placed ? event->text : event->object) != condition_->target) return Verdict::open;
+  if (placed && !condition_->into.empty() && event->object != condition_->into) return Verdict::open;
+  return count(*event);
 }
 
 /// In on one side of the door's plane, out on the other.

@@ -20,8 +20,8 @@ struct Moment {
 
 enum class Verdict : std::uint8_t { open, held, failed };
 
-/// `condition` must outlive it. To a condition of kind `event` what is flagged unsensed is nothing: no
-/// contact is scored that the trainee could not see coming.
+/// `condition` must outlive it. What is flagged unsensed is nothing to a condition about events, and nobody
+/// virtual is near while injection is degraded: nothing is scored that the trainee could not see coming.
 class ConditionWatch {
  public:
   /// `anew`: where things are so already at the beginning, they must first have been otherwise.
@@ -35,6 +35,9 @@ class ConditionWatch {
  private:
   Verdict judge(const Moment& moment);
   Verdict judge_event(const Moment& moment);
+  Verdict judge_avoid(const Moment& moment);
+  Verdict judge_report(const Moment& moment);
+  Verdict judge_handling(const Moment& moment);
   Verdict judge_pass(const Moment& moment);
   Verdict judge_parts(const Moment& moment);
   Verdict judge_order(const Moment& moment);

@@ -1,24 +1,11 @@
 #include "server/training/grader.hpp"
 
 #include <algorithm>
+#include <utility>
+
+#include "server/training/words.hpp"
 
 namespace parhelion {
-
-const char* to_string(TaskOutcome outcome) {
-  switch (outcome) {
-    case TaskOutcome::waiting:
-      return "waiting";
-    case TaskOutcome::open:
-      return "open";
-    case TaskOutcome::done:
-      return "done";
-    case TaskOutcome::failed:
-      return "failed";
-    case TaskOutcome::out_of_time:
-      return "out_of_time";
-  }
-  return "";
-}
 
 Grader::Grader(const Training& training, const SemanticModel& model, const RobotDescription& description,
                const std::string& robot, SimulationTime begin)
@@ -34,7 +21,7 @@ Grader::Grader(const Training& training, const SemanticModel& model, const Robot
 }
 
 void Grader::take(const Event& event) {
-  if (ended_) return;
+  if (ended_ || is_grading(event.kind)) return;
   around_.take(event);
   now_ = std::max(now_, event.stamp);
   look({event.stamp, &event, around_});
@@ -48,9 +35,14 @@ void Grader::take(const WorldMessage& world) {
 }
 
 void Grader::close(SimulationTime end) {
-  if (!ended_) now_ = std::max(now_, end);
-  closed_ = true;
+  if (closed_) return;
+  closed_ = end;
+  if (ended_) return;
+  const Grade grade = this->grade();
+  say(EventKind::grading_ended, end, {}, grade.score, {}, verdict_text(grade));
 }
+
+std::vector<Event> Grader::take_events() { return std::exchange(events_, {}); }
 
 void Grader::begin_tasks(SimulationTime now) {
   for (Running& running : tasks_) {
@@ -60,6 +52,7 @@ void Grader::begin_tasks(SimulationTime now) {
     running.grade.began = now;
     running.done.emplace(running.task->done, now);
     if (!running.task->failed.empty()) running.failed.emplace(running.task->failed.front(), now);
+    say(EventKind::task_started, now, running.task->name, running.task->points, {}, running.task->text);
     if (training_.in_order) return;
   }
 }
@@ -71,39 +64,49 @@ bool Grader::all_ended() const {
 }
 
 void Grader::look(const Moment& moment) {
-  if (training_.limit && moment.stamp > begin_ + seconds(*training_.limit)) {
-    ended_ = true;
-    now_ = begin_ + seconds(*training_.limit);
-    for (Running& running : tasks_) {
-      if (running.grade.outcome == TaskOutcome::open) running.grade.ended = now_;
-      if (running.grade.outcome == TaskOutcome::open || running.grade.outcome == TaskOutcome::waiting)
-        running.grade.outcome = TaskOutcome::out_of_time;
-    }
-    return;
-  }
+  if (training_.limit && moment.stamp > begin_ + seconds(*training_.limit))
+    return end_all(begin_ + seconds(*training_.limit));
   for (Rule& rule : rules_) look_at_rule(rule, moment);
   for (Running& running : tasks_) {
     if (running.grade.outcome == TaskOutcome::open) look_at_task(running, moment);
   }
   begin_tasks(moment.stamp);
-  ended_ = all_ended();
+  if (all_ended()) end_all(moment.stamp);
+}
+
+/// What is open or waits still is out of time.
+void Grader::end_all(SimulationTime at) {
+  for (Running& running : tasks_) {
+    if (running.grade.outcome == TaskOutcome::open) end(running, at, TaskOutcome::out_of_time, nullptr);
+    if (running.grade.outcome == TaskOutcome::waiting) running.grade.outcome = TaskOutcome::out_of_time;
+  }
+  ended_ = true;
+  now_ = at;
+  const Grade grade = this->grade();
+  say(EventKind::grading_ended, at, {}, grade.score, {}, verdict_text(grade));
+}
+
+void Grader::end(Running& running, SimulationTime at, TaskOutcome outcome, const ConditionWatch* by) {
+  TaskGrade& grade = running.grade;
+  grade.outcome = outcome;
+  grade.ended = at;
+  if (by) grade.cause = by->cause();
+  if (outcome == TaskOutcome::done) grade.points = running.task->points;
+  const bool late = outcome == TaskOutcome::out_of_time;
+  say(outcome == TaskOutcome::done ? EventKind::task_done : EventKind::task_failed, at, grade.name,
+      grade.points, grade.cause, late ? "out of time" : event_text(grade.cause));
+  if (grade.points > 0) say_score(at, grade.name, grade.points, grade.cause);
 }
 
 void Grader::look_at_task(Running& running, const Moment& moment) {
-  TaskGrade& grade = running.grade;
-  const auto end = [&](TaskOutcome outcome, const ConditionWatch* by) {
-    grade.outcome = outcome;
-    grade.ended = moment.stamp;
-    if (by) grade.cause = by->cause();
-  };
-  if (running.task->limit && moment.stamp > *grade.began + seconds(*running.task->limit))
-    return end(TaskOutcome::out_of_time, nullptr);
+  if (running.task->limit && moment.stamp > *running.grade.began + seconds(*running.task->limit))
+    return end(running, moment.stamp, TaskOutcome::out_of_time, nullptr);
   if (running.failed && running.failed->look(moment) == Verdict::held)
-    return end(TaskOutcome::failed, &*running.failed);
+    return end(running, moment.stamp, TaskOutcome::failed, &*running.failed);
   const Verdict verdict = running.done->look(moment);
   if (verdict == Verdict::open) return;
-  end(verdict == Verdict::held ? TaskOutcome::done : TaskOutcome::failed, &*running.done);
-  if (verdict == Verdict::held) grade.points = running.task->points;
+  end(running, moment.stamp, verdict == Verdict::held ? TaskOutcome::done : TaskOutcome::failed,
+      &*running.done);
 }
 
 void Grader::look_at_rule(Rule& rule, const Moment& moment) {
@@ -117,13 +120,41 @@ void Grader::look_at_rule(Rule& rule, const Moment& moment) {
   if (rule.penalty->most) points = std::min(points, *rule.penalty->most - rule.charged);
   if (!(points > 0)) return;
   rule.charged += points;
+  const double before = score();
   charges_.push_back({moment.stamp, rule.penalty->name, points, cause});
+  say(EventKind::penalty_charged, moment.stamp, rule.penalty->name, points, cause, event_text(cause));
+  if (score() != before) say_score(moment.stamp, rule.penalty->name, -points, cause);
+}
+
+void Grader::say(EventKind kind, SimulationTime at, const std::string& object, double value,
+                 const std::optional<Event>& cause, const std::string& text) {
+  Event event;
+  event.stamp = at;
+  event.kind = kind;
+  event.subject = around_.robot();
+  event.object = object;
+  event.value = value;
+  event.text = text;
+  if (cause) event.position = cause->position;
+  events_.push_back(std::move(event));
+}
+
+void Grader::say_score(SimulationTime at, const std::string& object, double points,
+                       const std::optional<Event>& cause) {
+  say(EventKind::score_changed, at, object, score(), cause, points_text(points));
+}
+
+double Grader::score() const {
+  double earned = 0, charged = 0;
+  for (const Running& running : tasks_) earned += running.grade.points;
+  for (const Charge& charge : charges_) charged += charge.points;
+  return std::max(0.0, earned - charged);
 }
 
 Grade Grader::grade() const {
   Grade grade;
   grade.begin = begin_;
-  grade.end = now_;
+  grade.end = closed_ && !ended_ ? std::max(now_, *closed_) : now_;
   grade.charges = charges_;
   bool required_done = true;
   for (const Running& running : tasks_) {
@@ -133,14 +164,14 @@ Grade Grader::grade() const {
     if (running.task->required && running.grade.outcome != TaskOutcome::done) required_done = false;
   }
   for (const Charge& charge : charges_) grade.charged += charge.points;
-  grade.score = std::max(0.0, grade.earned - grade.charged);
+  grade.score = score();
   grade.share = grade.most > 0 ? grade.score / grade.most : 0;
   const auto step = std::find_if(training_.grades.begin(), training_.grades.end(),
                                  [&](const GradeStep& each) { return grade.share >= each.from; });
   if (step != training_.grades.end()) grade.grade = step->name;
   grade.passed = required_done && grade.share >= training_.pass_mark;
   grade.ended = ended_;
-  grade.complete = ended_ || closed_;
+  grade.complete = ended_ || closed_.has_value();
   return grade;
 }
 

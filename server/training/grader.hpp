@@ -66,6 +66,11 @@ class Grader {
   Grade grade() const;
   /// So far; cheaper than all of grade().
   const std::vector<Charge>& charges() const { return charges_; }
+  /// Grade::score, alone.
+  double score() const;
+  /// What has changed since this was asked last, as events (is_grading()); empty: nothing. What was graded
+  /// live has them on MR_EVENTS; graded again they are read over.
+  std::vector<Event> take_events();
 
  private:
   struct Running {
@@ -83,14 +88,22 @@ class Grader {
   void look_at_task(Running& running, const Moment& moment);
   void look_at_rule(Rule& rule, const Moment& moment);
   bool all_ended() const;
+  void end(Running& running, SimulationTime at, TaskOutcome outcome, const ConditionWatch* by);
+  void end_all(SimulationTime at);
+  void say(EventKind kind, SimulationTime at, const std::string& object, double value,
+           const std::optional<Event>& cause, const std::string& text);
+  void say_score(SimulationTime at, const std::string& object, double points,
+                 const std::optional<Event>& cause);
 
   const Training& training_;
   Surroundings around_;
   std::vector<Running> tasks_;
   std::vector<Rule> rules_;
   std::vector<Charge> charges_;
+  std::vector<Event> events_;
   SimulationTime begin_, now_;
-  bool ended_ = false, closed_ = false;
+  std::optional<SimulationTime> closed_;
+  bool ended_ = false;
 };
 
 }  // namespace parhelion

@@ -1,6 +1,7 @@
 #include "server/training/surroundings.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "protocols/line_in_box.hpp"
 
@@ -23,14 +24,30 @@ void Surroundings::take(const Event& event) {
     case EventKind::movement_stopped:
       moves_ = false;
       break;
+    case EventKind::injection_degraded:
+      sensed_ = false;
+      break;
+    case EventKind::injection_restored:
+      sensed_ = true;
+      break;
     default:
       break;
   }
 }
 
+/// Mostly the same bodies as before stand somewhere else.
 void Surroundings::take(const WorldMessage& world) {
-  bodies_.clear();
-  for (const WorldMessage::Entry& body : world.bodies) bodies_.try_emplace(body.entity, body.T_map_body);
+  const bool same = std::equal(bodies_.begin(), bodies_.end(), world.bodies.begin(), world.bodies.end(),
+                               [](const auto& a, const auto& b) { return a.entity == b.entity; });
+  bodies_ = world.bodies;
+  if (same) return;
+  first_.clear();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) first_.try_emplace(bodies_[i].entity, i);
+}
+
+const WorldMessage::Entry* Surroundings::find_body(const std::string& entity) const {
+  const auto at = first_.find(entity);
+  return at == first_.end() ? nullptr : &bodies_[at->second];
 }
 
 const ModelEntity* Surroundings::find_entity(const std::string& name) const {
@@ -52,24 +69,41 @@ const ModelEntity* Surroundings::top_of(const std::string& flight) const {
 }
 
 std::optional<Eigen::Vector3d> Surroundings::place_of(const std::string& entity) const {
-  if (const auto body = bodies_.find(entity); body != bodies_.end()) return body->second.translation();
+  if (const auto* body = find_body(entity)) return body->T_map_body.translation();
   if (const ModelEntity* part = find_entity(entity)) return part->T_map_body.translation();
   return std::nullopt;
 }
 
 std::optional<double> Surroundings::distance_to(const std::string& entity) const {
-  const auto robot = bodies_.find(robot_);
+  const auto* robot = find_body(robot_);
   const auto place = place_of(entity);
-  if (robot == bodies_.end() || !place) return std::nullopt;
-  return (*place - robot->second.translation()).head<2>().norm();
+  if (!robot || !place) return std::nullopt;
+  return (*place - robot->T_map_body.translation()).head<2>().norm();
+}
+
+bool Surroundings::is_near(const std::string& entity, double most) const {
+  const auto distance = distance_to(entity);
+  return distance && *distance <= most && (sensed_ || find_entity(entity));
+}
+
+std::optional<Surroundings::Motion> Surroundings::motion() const {
+  const auto* robot = find_body(robot_);
+  if (!robot) return std::nullopt;
+  const Eigen::Matrix3d R = robot->T_map_body.rotation();
+  Motion motion;
+  motion.pitch = std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2)));
+  motion.roll = std::atan2(R(2, 1), R(2, 2));
+  motion.yaw_rate = R.col(2).dot(robot->rotation_rate);
+  motion.speed = robot->velocity.norm();
+  return motion;
 }
 
 bool Surroundings::sees(const std::string& entity, double most) const {
-  const auto robot = bodies_.find(robot_);
+  const auto* robot = find_body(robot_);
   const auto place = place_of(entity);
-  if (robot == bodies_.end() || !place || !description_.camera) return false;
+  if (!robot || !place || !description_.camera) return false;
   const CameraDescription& camera = *description_.camera;
-  const Eigen::Isometry3d T_map_optical = robot->second.isometry() * camera.T_base_optical.isometry();
+  const Eigen::Isometry3d T_map_optical = robot->T_map_body.isometry() * camera.T_base_optical.isometry();
   const Eigen::Vector3d p = T_map_optical.inverse(Eigen::Isometry) * *place;
   if (p.z() <= 0 || p.norm() > most) return false;
   // The lens bends little where a picture is worth looking at: its middle is judged without.
@@ -83,8 +117,8 @@ bool Surroundings::hidden(const Eigen::Vector3d& from, const Eigen::Vector3d& to
                           const std::string& target) const {
   return std::any_of(model_.entities.begin(), model_.entities.end(), [&](const ModelEntity& entity) {
     if (!is_solid(entity) || entity.name == target || entity.label == EntityLabel::window) return false;
-    const auto moved = bodies_.find(entity.name);
-    const Transform<Map, Body>& T_map_body = moved == bodies_.end() ? entity.T_map_body : moved->second;
+    const auto* moved = find_body(entity.name);
+    const Transform<Map, Body>& T_map_body = moved ? moved->T_map_body : entity.T_map_body;
     return line_in_box(T_map_body, entity.size, from, to) > 0;
   });
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "protocols/codec.hpp"
 #include "protocols/model.hpp"
@@ -25,9 +26,16 @@ class Surroundings {
   const std::string& robot() const { return robot_; }
   bool in_zone(const std::string& zone) const { return zones_.contains(zone); }
   bool moves() const { return moves_; }
-  /// m in the plane between the robot's origin and that of an agent or a part of the building; none: one of
-  /// the two is not there.
-  std::optional<double> distance_to(const std::string& entity) const;
+  /// Its origin is no farther than `most` (m, in the plane) from that of an agent or a part of the building.
+  /// Of an agent false while injection is degraded: the trainee could not see it.
+  bool is_near(const std::string& entity, double most) const;
+  struct Motion {
+    double pitch = 0, roll = 0;  ///< rad
+    double yaw_rate = 0;         ///< rad/s, about its own z axis
+    double speed = 0;            ///< m/s
+  };
+  /// None: it is not there. Pitch and roll that nobody measures are 0.
+  std::optional<Motion> motion() const;
   /// The entity's origin is in the picture, no farther from the camera than `most` (m), and no solid part of
   /// the building other than itself is in between.
   bool sees(const std::string& entity, double most) const;
@@ -42,9 +50,13 @@ class Surroundings {
   const SemanticModel& model_;
   const RobotDescription& description_;
   std::string robot_;
-  std::map<std::string, Transform<Map, Body>, std::less<>> bodies_;  // the first of each entity
+  std::optional<double> distance_to(const std::string& entity) const;
+  const WorldMessage::Entry* find_body(const std::string& entity) const;
+
+  std::map<std::string, std::size_t, std::less<>> first_;  // body of each entity in...
+  std::vector<WorldMessage::Entry> bodies_;
   std::set<std::string> zones_;
-  bool moves_ = false;
+  bool moves_ = false, sensed_ = true;
 };
 
 }  // namespace parhelion

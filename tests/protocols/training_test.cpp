@@ -33,8 +33,24 @@ const std::string whole = R"(training:
           - any: [{event: placed, object: box}, {reach: dock, within: 30 s}]
           - {near: crate, distance: 50 cm, for: 2 s}
       failed: {event: dropped, count: 2}
+    - name: round
+      points: 5
+      done:
+        all:
+          - {report: gauge, distance: 1 m}
+          - {follow: guide, distance: 2 m, for: 10 s}
+          - {avoid: robot_2, for: 30 s}
+          - {avoid: robot_2, distance: 1 m, for: 20 s}
+          - {grip: crate}
+          - {lift: crate}
+          - {place: crate, into: box}
   penalties:
     - {name: collision, per_impulse: 0.5, points: 5, most: 30, when: {event: collision_started}}
+    - {name: pitch, points: 1, when: {pitch: 20 deg, for: 500 ms}}
+    - {name: roll, points: 1, when: {roll: 0.25 rad}}
+    - {name: spin, points: 1, when: {yaw_rate: 1 rad/s}}
+    - {name: fast, points: 1, when: {speed: 0.8 m/s, for: 1 s}}
+    - {name: held back, points: 1, when: {event: command_reduced, text: contact}}
     - {name: near miss, points: 2, when: {event: collision_predicted, most: 1.5}}
 )";
 
@@ -50,7 +66,7 @@ TEST(Training, IsReadWithItsConditionsToAnyDepth) {
   const Training& training = *scenario->training;
   EXPECT_EQ(training.limit, 300);
   EXPECT_TRUE(training.in_order);
-  ASSERT_EQ(training.tasks.size(), 2U);
+  ASSERT_EQ(training.tasks.size(), 3U);
   const Task& door = training.tasks[0];
   EXPECT_EQ(door.done.kind, Kind::pass);
   EXPECT_EQ(door.done.target, "door 1");
@@ -67,7 +83,16 @@ TEST(Training, IsReadWithItsConditionsToAnyDepth) {
   EXPECT_EQ(crate.parts[2].distance, 0.5);
   EXPECT_EQ(crate.parts[2].duration, 2);
   EXPECT_EQ(training.tasks[1].failed[0].count, 2U);
-  EXPECT_EQ(training.penalties[1].when.most, 1.5);
+  const Condition& round = training.tasks[2].done;
+  EXPECT_EQ(round.parts[0].distance, 1);
+  EXPECT_EQ(round.parts[1].duration, 10);
+  EXPECT_EQ(round.parts[2].distance, 0);
+  EXPECT_EQ(round.parts[6].target, "crate");
+  EXPECT_EQ(round.parts[6].into, "box");
+  EXPECT_EQ(training.penalties[1].when.duration, 0.5);
+  EXPECT_EQ(training.penalties[2].when.amount, 0.25);
+  EXPECT_EQ(training.penalties[5].when.text, "contact");
+  EXPECT_EQ(training.penalties[6].when.most, 1.5);
 }
 
 TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
@@ -79,6 +104,8 @@ TEST(Training, IsWrittenSoThatItReadsBackTheSame) {
   EXPECT_EQ(to_yaml(*again), written);
   EXPECT_EQ(again->training->tasks[1].done.parts[1].parts[1].within, 30);
   EXPECT_EQ(again->training->tasks[0].done.never[0].impulse, 0.5);
+  EXPECT_EQ(again->training->tasks[2].done.parts[6].into, "box");
+  EXPECT_EQ(again->training->penalties[1].when.amount, scenario->training.value().penalties[1].when.amount);
   EXPECT_EQ(again->training->tasks[0].skills, scenario->training->tasks[0].skills);
 }
 
@@ -97,6 +124,11 @@ TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
       {with("{reach: hall, distance: 3 m}"), "'distance' does not go with 'reach'"},
       {with("{near: crate}"), "how near?"},
       {with("{near: crate, distance: 3}"), "s.yaml:5: 'distance'"},
+      {with("{follow: guide, distance: 2 m}"), "for how long?"},
+      {with("{avoid: guide, distance: 2 m}"), "for how long?"},
+      {with("{grip: crate, into: box}"), "'into' does not go with 'grip'"},
+      {with("{pitch: 20}"), "s.yaml:5: 'pitch'"},
+      {with("{event: score_changed}"), "is said by the grading itself"},
       {with("hall"), "s.yaml:5: expected keys with values, found a single value"},
       {with("{all: []}"), "s.yaml:5: 'all': expected number of items >= 1"},
       {with("\n        all:\n          - {reach: a}\n          - {then: [{rech: b}]}"),
@@ -104,6 +136,15 @@ TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
       {with("{reach: a}\n      skills: [doors, stairs, doors]"),
        "s.yaml:6: 'skills': 'doors' is there twice"},
       {with("{reach: a, within: 20 s}\n      limit: 10 s"), "its condition may take longer than its limit"},
+      {"training:\n  limit: 30 s\n  tasks:\n    - {name: t, points: 1, limit: 31 s, done: {reach: a}}\n",
+       "s.yaml:4: task 't': its limit of 31 s is after that of the whole, 30 s"},
+      {with("{follow: a, distance: 1 m, for: 20 s}\n      limit: 10 s"),
+       "it takes at least 20 s, its limit is 10 s"},
+      {with("{then: [{still: 3 s}, {any: [{still: 4 s}, {still: 9 s}]}], within: 6 s}"),
+       "its condition takes at least 7 s, and has to be within 6 s"},
+      {"training:\n  limit: 30 s\n  tasks:\n    - {name: a, points: 1, done: {still: 20 s}}\n"
+       "    - {name: b, points: 1, done: {still: 11 s}}\n",
+       "s.yaml:5: task 'b': it cannot be done in time: the tasks up to it take at least 31 s"},
       {with("{reach: a}") + "    - {name: t, points: 2, done: {reach: b}}\n",
        "s.yaml:6: name 't' is taken by the task in line 3"},
       {with("{reach: a}") + "  penalties: [{name: p, when: {event: fell}}]\n",

@@ -3,9 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
 #include "server/replay.hpp"
 #include "tests/server/synthetic.hpp"
 
@@ -66,10 +69,12 @@ class GradeSession : public testing::Test {
     options.session = folder_ / name;
     const auto report = replay(options);
     error_ = report ? "" : report.error().message;
+    report_ = report ? std::optional(*report) : std::nullopt;
     return options.session;
   }
   test::Folder folder_;
   std::string error_;
+  std::optional<Report> report_;
 };
 
 TEST_F(GradeSession, TheTraineeIsPenalizedForTouchingAVirtualBarrel) {
@@ -97,6 +102,52 @@ TEST_F(GradeSession, TheSessionReplayedHasTheSameGradeToTheBit) {
   ASSERT_TRUE(a.ok() && b.ok());
   b->log = a->log;
   EXPECT_EQ(to_json(*a), to_json(*b));
+}
+
+TEST_F(GradeSession, TheSameBytesForAnyNumberOfThreadsScoreIncluded) {
+  const std::string first = record("a.lcm");
+  std::map<std::string, std::string> hash;
+  for (const int threads : {1, 2, 8}) {
+    ReplayOptions again;
+    again.log = first;
+    again.threads = threads;
+    const auto report = replay(again);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    if (threads == 1) hash = report->hash;
+    EXPECT_EQ(report->hash, hash) << threads << " threads";
+  }
+}
+
+TEST_F(GradeSession, TheScoreThatWasSaidLastIsTheScoreOfTheLogAndOfTheReport) {
+  const std::string path = record("a.lcm", [](Scenario& scenario) {
+    scenario.training->penalties[0].points = 0.1;  // no sum of these is exact
+    scenario.training->penalties[0].per_impulse = 1.0 / 3;
+  });
+  std::vector<Event> said;
+  auto reader = LogReader::open(path);
+  ASSERT_TRUE(reader.ok());
+  for (auto next = reader->next(); next && *next; next = reader->next()) {
+    Event event;
+    if ((*next)->channel != channel::mr_events || !decode("", (*next)->payload, event)) continue;
+    if (is_grading(event.kind)) said.push_back(event);
+  }
+  ASSERT_FALSE(said.empty());
+  EXPECT_EQ(said.front().kind, EventKind::task_started);
+  EXPECT_EQ(said.front().object, "into the hall");
+  const auto last = std::find_if(said.rbegin(), said.rend(),
+                                 [](const Event& event) { return event.kind == EventKind::score_changed; });
+  ASSERT_NE(last, said.rend());
+  const auto session = grade_session(path);
+  ASSERT_TRUE(session.ok());
+  EXPECT_EQ(last->value, session->grade.score);
+  EXPECT_NE(last->value, 50) << "the barrel was touched";
+  const auto charged = std::count_if(
+      said.begin(), said.end(), [](const Event& event) { return event.kind == EventKind::penalty_charged; });
+  EXPECT_EQ(static_cast<std::size_t>(charged), session->grade.charges.size());
+  ASSERT_TRUE(report_ && report_->grade);
+  EXPECT_EQ(to_json(*report_->grade), to_json(*session)) << "the report's grade is that of the log";
+  EXPECT_THAT(to_json(*report_), HasSubstr("\"score\": "));
+  EXPECT_THAT(summary(*report_), HasSubstr("touched a virtual thing"));
 }
 
 TEST_F(GradeSession, ALogThatIsCutOffIsGradedAsFarAsItGoes) {

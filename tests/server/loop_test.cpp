@@ -161,6 +161,53 @@ TEST_F(LoopTest, LoopAnswersEveryScanAndReplaysToTheSameBytes) {
   expect_same_bytes_again(live);
 }
 
+TEST_F(LoopTest, LoopGradesAsItGoesToTheBitAsItsLogIsGradedLater) {
+  Configuration lesson = test::configuration({agent("barrel_1", AgentKind::barrel, 1.5, 1)});
+  Training& training = lesson.scenario.training.emplace();
+  Task drive;
+  drive.name = "drive";
+  drive.points = 10;
+  drive.done.kind = Condition::Kind::speed;
+  drive.done.amount = 0.1;
+  Task rest;
+  rest.name = "never";
+  rest.points = 1;
+  rest.done.event = EventKind::fell;
+  training.tasks = {drive, rest};
+  Penalty near;
+  near.name = "near";
+  near.points = 0.1;
+  near.when.kind = Condition::Kind::near;
+  near.when.target = "barrel_1";
+  near.when.distance = 1.1;
+  Penalty touch;
+  touch.name = "touch";
+  touch.per_impulse = 1.0 / 3;
+  touch.when.event = EventKind::collision_continued;
+  training.penalties = {near, touch};
+  serve_in_background(lesson, seconds(10));
+  play(test::drive(3), 1.0);
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  const auto again = grade_session(folder_ / "session.lcm");
+  ASSERT_TRUE(again.ok()) << again.error().message;
+  ASSERT_TRUE(live.grade.has_value());
+  EXPECT_EQ(to_json(*live.grade), to_json(*again));
+  EXPECT_FALSE(again->grade.charges.empty());
+  EXPECT_TRUE(again->grade.complete) << "stopped by a person";
+  std::optional<double> last, ended;
+  for (const Message& each : session_log()) {
+    Event event;
+    if (each.channel != channel::mr_events || !decode("", each.payload, event)) continue;
+    if (event.kind == EventKind::score_changed) last = event.value;
+    if (event.kind == EventKind::grading_ended) ended = event.value;
+  }
+  EXPECT_EQ(last, again->grade.score);
+  EXPECT_EQ(ended, again->grade.score);
+  expect_same_bytes_again(live);
+}
+
 TEST_F(LoopTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
   serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
   const auto log = test::drive(3);

@@ -1,0 +1,155 @@
+#include "server/training/briefing.hpp"
+
+#include <cstdio>
+#include <numbers>
+
+namespace parhelion {
+namespace {
+
+using Kind = Condition::Kind;
+
+std::string number(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+std::string time_text(double seconds) {
+  return seconds >= 120 ? number("%g min", seconds / 60) : number("%g s", seconds);
+}
+
+std::string angle_text(double rad) { return number("%.3g deg", rad * 180 / std::numbers::pi); }
+
+std::string distance_text(const Condition& condition) {
+  return condition.distance > 0 ? number(" within %g m", condition.distance) : "";
+}
+
+std::string duration_text(const Condition& condition) {
+  return condition.duration > 0 ? " for " + time_text(condition.duration) : "";
+}
+
+std::string event_words(const Condition& condition) {
+  std::string text = to_string(condition.event);
+  if (!condition.subject.empty()) text += " by " + condition.subject;
+  if (!condition.object.empty()) text += " with " + condition.object;
+  if (!condition.text.empty()) text += " (" + condition.text + ")";
+  if (condition.impulse > 0) text += number(" of %g N s or more", condition.impulse);
+  if (condition.least) text += number(", value at least %g", *condition.least);
+  if (condition.most) text += number(", value at most %g", *condition.most);
+  if (condition.count > 1) text += ", " + std::to_string(condition.count) + " times";
+  return text;
+}
+
+std::string parts_text(const Condition& condition, const char* between) {
+  std::string text;
+  for (const Condition& part : condition.parts) text += (text.empty() ? "" : between) + condition_text(part);
+  return condition.parts.size() > 1 ? "(" + text + ")" : text;
+}
+
+std::string own_text(const Condition& condition) {
+  switch (condition.kind) {
+    case Kind::event:
+      return event_words(condition);
+    case Kind::reach:
+      return "reach " + condition.target;
+    case Kind::pass:
+      return "pass through " + condition.target;
+    case Kind::climb:
+      return "climb " + condition.target;
+    case Kind::near:
+      return "be" + distance_text(condition) + " of " + condition.target + duration_text(condition);
+    case Kind::still:
+      return "hold still" + duration_text(condition);
+    case Kind::inspect:
+      return "keep " + condition.target + " in the camera's view" + distance_text(condition) +
+             duration_text(condition);
+    case Kind::follow:
+      return "follow " + condition.target + distance_text(condition) + duration_text(condition);
+    case Kind::avoid:
+      return (condition.distance > 0 ? number("stay %g m away from ", condition.distance)
+                                     : std::string("do not touch ")) +
+             condition.target + duration_text(condition);
+    case Kind::report:
+      return "find and report " + condition.target +
+             (condition.distance > 0 ? number(", its place to %g m", condition.distance) : "");
+    case Kind::grip:
+      return "grip " + condition.target;
+    case Kind::lift:
+      return "lift " + condition.target;
+    case Kind::place:
+      return "place " + condition.target + (condition.into.empty() ? "" : " in " + condition.into);
+    case Kind::pitch:
+      return "pitch of " + angle_text(condition.amount) + " or more" + duration_text(condition);
+    case Kind::roll:
+      return "roll of " + angle_text(condition.amount) + " or more" + duration_text(condition);
+    case Kind::yaw_rate:
+      return "turn of " + angle_text(condition.amount) + "/s or more" + duration_text(condition);
+    case Kind::speed:
+      return number("speed of %g m/s or more", condition.amount) + duration_text(condition);
+    case Kind::all:
+      return parts_text(condition, " and ");
+    case Kind::any:
+      return parts_text(condition, " or ");
+    case Kind::then:
+      return parts_text(condition, ", then ");
+  }
+  return "";
+}
+
+std::string task_text(const Task& task, std::size_t place) {
+  std::string text = "  " + std::to_string(place) + ". " + task.name + number(": %g points", task.points);
+  if (task.required) text += ", required";
+  if (task.limit) text += ", at most " + time_text(*task.limit);
+  if (!task.text.empty()) text += "\n     " + task.text;
+  text += "\n     done:   " + condition_text(task.done) + "\n";
+  for (const Condition& failed : task.failed) text += "     failed: " + condition_text(failed) + "\n";
+  return text;
+}
+
+std::string penalty_text(const Penalty& penalty) {
+  std::string text = "  " + penalty.name + ":";
+  if (penalty.points > 0) text += number(" %g points", penalty.points);
+  if (penalty.points > 0 && penalty.per_impulse > 0) text += " and";
+  if (penalty.per_impulse > 0) text += number(" %g points for each N s", penalty.per_impulse);
+  if (penalty.most) text += number(", at most %g in all", *penalty.most);
+  return text + ", for " + condition_text(penalty.when) + "\n";
+}
+
+std::string scale_text(const Training& training) {
+  double most = 0;
+  for (const Task& task : training.tasks) most += task.points;
+  std::string text = number("Points: %g for all tasks, less penalties", most);
+  if (training.pass_mark > 0) text += number("; passed from %g %%", 100 * training.pass_mark);
+  text += ".\n";
+  for (const GradeStep& step : training.grades)
+    text += "  grade " + step.name + number(" from %g %%\n", 100 * step.from);
+  return text;
+}
+
+}  // namespace
+
+std::string condition_text(const Condition& condition) {
+  std::string text = own_text(condition);
+  if (condition.within) text += ", within " + time_text(*condition.within);
+  for (const Condition& never : condition.never) text += ", without " + condition_text(never);
+  return text;
+}
+
+std::string briefing(const Scenario& scenario, const std::string& robot) {
+  if (!scenario.training) return "";
+  const Training& training = *scenario.training;
+  std::string text = (scenario.name.empty() ? "Training" : scenario.name) + " (level " +
+                     std::to_string(scenario.level) + "), with " + robot + "\n";
+  if (!training.text.empty()) text += training.text + "\n";
+  if (training.limit) text += "Time: " + time_text(*training.limit) + " for the whole.\n";
+  text += training.in_order ? "Tasks, one after the other:\n" : "Tasks, in any order:\n";
+  for (std::size_t i = 0; i < training.tasks.size(); ++i) text += task_text(training.tasks[i], i + 1);
+  text += scale_text(training);
+  if (!training.penalties.empty()) text += "Penalties, each time:\n";
+  for (const Penalty& penalty : training.penalties) text += penalty_text(penalty);
+  for (const DrawnValue& drawn : scenario.drawn)
+    text += "Drawn this time: " + drawn.key + " = " + drawn.value + "\n";
+  return text;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,46 @@
+#include "server/training/words.hpp"
+
+#include <cstdio>
+
+namespace parhelion {
+
+const char* to_string(TaskOutcome outcome) {
+  switch (outcome) {
+    case TaskOutcome::waiting:
+      return "waiting";
+    case TaskOutcome::open:
+      return "open";
+    case TaskOutcome::done:
+      return "done";
+    case TaskOutcome::failed:
+      return "failed";
+    case TaskOutcome::out_of_time:
+      return "out_of_time";
+  }
+  return "";
+}
+
+std::string event_text(const std::optional<Event>& event) {
+  if (!event) return "";
+  std::string text = std::string(to_string(event->kind)) + " " + event->subject;
+  if (!event->object.empty()) text += " - " + event->object;
+  if (!event->text.empty()) text += " (" + event->text + ")";
+  char impulse[32];
+  std::snprintf(impulse, sizeof impulse, ", %.2f N s", event->impulse);
+  return event->impulse > 0 ? text + impulse : text;
+}
+
+std::string points_text(double points) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%+g points", points);
+  return text;
+}
+
+std::string verdict_text(const Grade& grade) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%g of %g points (%.1f %%)", grade.score, grade.most, 100 * grade.share);
+  return text + (grade.grade.empty() ? std::string() : ", grade " + grade.grade) +
+         (grade.passed ? ", passed" : ", not passed");
+}
+
+}  // namespace parhelion

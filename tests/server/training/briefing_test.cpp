@@ -1,0 +1,72 @@
+// The briefing says everything that is graded.
+#include "server/training/briefing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace parhelion {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* lesson = R"(name: Stairs
+level: 1
+training:
+  text: Up to the gallery.
+  limit: 5 min
+  pass_mark: 0.6
+  grades: [{name: A, from: 0.9}, {name: B, from: 0.6}]
+  tasks:
+    - name: door
+      text: Mind the frame.
+      points: 20
+      required: true
+      limit: 60 s
+      done: {pass: door 1, within: 50 s, never: {event: collision_started, object: door 1, impulse: 0.5 N s}}
+    - name: crate
+      points: 40
+      done: {then: [{grip: crate}, {any: [{place: crate, into: box}, {near: dock, distance: 1 m, for: 3 s}]}]}
+      failed: {event: dropped, count: 2}
+  penalties:
+    - {name: collision, points: 5, per_impulse: 0.5, most: 30, when: {event: collision_started}}
+    - {name: lean, points: 1, when: {pitch: 20 deg}}
+lessons: [{dead_wheel: left}]
+)";
+
+TEST(Briefing, SaysTasksTimeScaleAndEveryPenalty) {
+  const auto scenario = parse_scenario(lesson, "s.yaml");
+  ASSERT_TRUE(scenario.ok()) << scenario.error().message;
+  EXPECT_EQ(briefing(*scenario, "rover"), R"(Stairs (level 1), with rover
+Up to the gallery.
+Time: 5 min for the whole.
+Tasks, one after the other:
+  1. door: 20 points, required, at most 60 s
+     Mind the frame.
+     done:   pass through door 1, within 50 s, without collision_started with door 1 of 0.5 N s or more
+  2. crate: 40 points
+     done:   (grip crate, then (place crate in box or be within 1 m of dock for 3 s))
+     failed: dropped, 2 times
+Points: 60 for all tasks, less penalties; passed from 60 %.
+  grade A from 90 %
+  grade B from 60 %
+Penalties, each time:
+  collision: 5 points and 0.5 points for each N s, at most 30 in all, for collision_started
+  lean: 1 points, for pitch of 20 deg or more
+)") << "and nothing of the dead wheel";
+}
+
+TEST(Briefing, EveryConditionHasWords) {
+  for (int kind = 0; kind <= static_cast<int>(Condition::Kind::then); ++kind) {
+    Condition condition;
+    condition.kind = static_cast<Condition::Kind>(kind);
+    condition.target = "it";
+    condition.duration = 1;
+    condition.parts.emplace_back();
+    EXPECT_FALSE(condition_text(condition).empty()) << kind;
+  }
+}
+
+TEST(Briefing, WithoutATrainingThereIsNone) { EXPECT_EQ(briefing(Scenario{}, "rover"), ""); }
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,264 @@
+// Finding, following, keeping away, handling, leaning: what a condition about each counts, and what it does
+// not.
+#include "tests/server/training/grader_fixture.hpp"
+
+namespace parhelion {
+namespace {
+
+using test::at, test::join, test::never, test::of, test::on, test::penalty, test::task, test::within;
+using Kind = Condition::Kind;
+
+Condition amount(Kind kind, double least, double duration = 0) {
+  Condition condition = of(kind, "", 0, duration);
+  condition.amount = least;
+  return condition;
+}
+
+class ConditionKinds : public test::GraderTest {
+ protected:
+  void report(double t, const std::string& what, double off) {
+    Event event;
+    event.stamp = at(t);
+    event.kind = EventKind::object_reported;
+    event.subject = "rover";
+    event.object = what;
+    event.value = off;
+    grader_->take(event);
+  }
+  void place(double t, const std::string& what, const std::string& into) {
+    Event event;
+    event.stamp = at(t);
+    event.kind = EventKind::placed;
+    event.subject = "rover";
+    event.object = into;
+    event.text = what;
+    grader_->take(event);
+  }
+  void lean(double t, double pitch, double roll, double yaw_rate = 0, double speed = 0) {
+    WorldMessage world;
+    world.stamp = {at(t).ns};
+    WorldMessage::Entry& rover = world.bodies.emplace_back();
+    rover.entity = "rover";
+    rover.T_map_body =
+        Transform<Map, Body>(Eigen::Quaterniond(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) *
+                                                Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX())),
+                             {0, 0, 0});
+    rover.velocity = {speed, 0, 0};
+    rover.rotation_rate = rover.T_map_body.rotation() * Eigen::Vector3d(0, 0, yaw_rate);
+    grader_->take(world);
+  }
+  std::size_t charges() const { return grader_->grade().charges.size(); }
+};
+
+TEST_F(ConditionKinds, AReportCountsForWhatIsNamedAndWhereItIsAsked) {
+  training_.in_order = false;
+  training_.tasks = {task("found", 10, of(Kind::report, "gauge")),
+                     task("and where", 10, of(Kind::report, "gauge", 1))};
+  start();
+  report(1, "valve", 0.1);
+  EXPECT_EQ(outcome(0), TaskOutcome::open) << "something else";
+  report(2, "gauge", -1);
+  EXPECT_EQ(outcome(0), TaskOutcome::done);
+  EXPECT_EQ(outcome(1), TaskOutcome::open) << "no place was said";
+  report(3, "gauge", 1.01);
+  EXPECT_EQ(outcome(1), TaskOutcome::open) << "too far off";
+  report(4, "gauge", 1);
+  EXPECT_EQ(outcome(1), TaskOutcome::done);
+  EXPECT_EQ(grader_->grade().tasks[1].cause->value, 1);
+}
+
+TEST_F(ConditionKinds, AWrongReportCanBeChargedFor) {
+  training_.tasks = {task("found", 10, of(Kind::report, "gauge"))};
+  training_.penalties = {penalty("wrong", 3, on(EventKind::object_reported, "valve"))};
+  start();
+  report(1, "valve", -1);
+  report(2, "gauge", -1);
+  EXPECT_EQ(grader_->grade().score, 7);
+}
+
+TEST_F(ConditionKinds, FollowingIsStayingNearForTheTimeOnEnd) {
+  training_.tasks = {task("follow", 10, of(Kind::follow, "guide", 2, 3))};
+  start();
+  stand(0, 0, 0, 0, {{"guide", {1, 0}}});
+  stand(2, 0, 0, 0, {{"guide", {2.5, 0}}});
+  stand(2.5, 1, 0, 0, {{"guide", {2.5, 0}}});
+  stand(5.4, 1, 0, 0, {{"guide", {2.5, 0}}});
+  EXPECT_EQ(outcome(), TaskOutcome::open) << "it was lost at 2 s";
+  stand(5.5, 1, 0, 0, {{"guide", {2.5, 0}}});
+  EXPECT_EQ(outcome(), TaskOutcome::done);
+}
+
+TEST_F(ConditionKinds, AvoidingFailsAtTheFirstNearnessAndHoldsWhenItsTimeIsOver) {
+  training_.in_order = false;
+  training_.tasks = {task("far", 10, of(Kind::avoid, "robot_2", 1, 10)),
+                     task("untouched", 10, of(Kind::avoid, "robot_2", 0, 10))};
+  start();
+  stand(1, 0, 0, 0, {{"robot_2", {1.1, 0}}});
+  stand(2, 0, 0, 0, {{"robot_2", {0.9, 0}}});
+  EXPECT_EQ(outcome(0), TaskOutcome::failed);
+  stand(9.9, 0, 0, 0, {{"robot_2", {0.9, 0}}});
+  EXPECT_EQ(outcome(1), TaskOutcome::open);
+  stand(10, 0, 0, 0, {{"robot_2", {0.9, 0}}});
+  EXPECT_EQ(outcome(1), TaskOutcome::done);
+  start();
+  say(3, EventKind::collision_started, "wall 1");
+  EXPECT_EQ(outcome(1), TaskOutcome::open);
+  say(4, EventKind::collision_started, "rover", 1, 0, "robot_2");
+  EXPECT_EQ(outcome(1), TaskOutcome::failed);
+  EXPECT_EQ(grader_->grade().tasks[1].cause->subject, "robot_2");
+}
+
+TEST_F(ConditionKinds, HandlingIsOfTheNamedThingAndContainer) {
+  Condition into = of(Kind::place, "cube");
+  into.into = "box";
+  training_.tasks = {
+      task("put away", 10, join(Kind::then, {of(Kind::grip, "cube"), of(Kind::lift, "cube"), into}))};
+  start();
+  say(1, EventKind::gripped, "pipe");
+  say(2, EventKind::lifted, "cube");
+  say(3, EventKind::gripped, "cube", 0, 0, "other_robot");
+  place(4, "cube", "box");
+  EXPECT_EQ(outcome(), TaskOutcome::open) << "it was not gripped by ours";
+  say(5, EventKind::gripped, "cube");
+  say(6, EventKind::lifted, "cube");
+  place(7, "cube", "tub");
+  place(8, "pipe", "box");
+  EXPECT_EQ(outcome(), TaskOutcome::open);
+  place(9, "cube", "box");
+  EXPECT_EQ(outcome(), TaskOutcome::done);
+}
+
+TEST_F(ConditionKinds, LeaningAndSpeedAreChargedEachTimeTheyPassTheAmount) {
+  training_.tasks = {task("t", 100, of(Kind::reach, "hall"))};
+  training_.penalties = {
+      penalty("pitch", 1, amount(Kind::pitch, 0.3)), penalty("roll", 10, amount(Kind::roll, 0.2)),
+      penalty("spin", 100, amount(Kind::yaw_rate, 1)), penalty("fast", 1000, amount(Kind::speed, 0.8, 1))};
+  start();
+  lean(0, 0, 0);
+  lean(1, -0.31, 0.1);
+  lean(2, -0.35, 0.1);
+  EXPECT_EQ(grader_->grade().charged, 1) << "once for each time";
+  lean(3, 0, -0.2001);
+  EXPECT_EQ(grader_->grade().charged, 11);
+  lean(4, 0.31, 0, -1.01);
+  EXPECT_EQ(grader_->grade().charged, 112);
+  lean(5, 0, 0, 0, 0.9);
+  lean(5.9, 0, 0, 0, 0.9);
+  EXPECT_EQ(grader_->grade().charged, 112) << "not for long enough";
+  lean(6, 0, 0, 0, 0.9);
+  EXPECT_EQ(grader_->grade().charged, 1112);
+}
+
+TEST_F(ConditionKinds, NobodyVirtualIsNearWhileItCannotBeSeen) {
+  training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
+  training_.penalties = {penalty("person", 3, of(Kind::near, "person_1", 1)),
+                         penalty("wall", 2, of(Kind::near, "wall 1", 1))};
+  start();
+  say(0, EventKind::injection_degraded);
+  stand(1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}});
+  EXPECT_EQ(grader_->grade().charged, 2) << "the wall is real";
+  say(2, EventKind::injection_restored);
+  stand(2.1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}});
+  EXPECT_EQ(grader_->grade().charged, 5);
+}
+
+TEST_F(ConditionKinds, AnEventCanBeToldByItsText) {
+  training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
+  Condition held = on(EventKind::command_reduced);
+  held.text = "contact";
+  training_.penalties = {penalty("held back", 3, held)};
+  start();
+  Event event;
+  event.kind = EventKind::command_reduced;
+  event.subject = "rover";
+  for (const char* why : {"silence", "contact"}) {
+    event.stamp = at(why == std::string("contact") ? 2 : 1);
+    event.text = why;
+    grader_->take(event);
+  }
+  ASSERT_EQ(charges(), 1U);
+  EXPECT_EQ(grader_->grade().charges[0].at, at(2));
+}
+
+/// Each in an event of its own kind, as the server says it.
+TEST_F(ConditionKinds, EveryPenaltyThatIsAskedForIsExpressible) {
+  const EventKind kinds[] = {EventKind::collision_predicted,
+                             EventKind::pitch_limit,
+                             EventKind::roll_warning,
+                             EventKind::yaw_rate_limit,
+                             EventKind::fell,
+                             EventKind::tipped_over,
+                             EventKind::joint_broken,
+                             EventKind::joint_overload,
+                             EventKind::door_unhinged,
+                             EventKind::zone_entered,
+                             EventKind::command_reduced,
+                             EventKind::deadman_released,
+                             EventKind::collision_started};
+  for (const EventKind kind : kinds) {
+    training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
+    training_.penalties = {penalty("p", 3, on(kind))};
+    start();
+    say(1, kind, "thing");
+    EXPECT_EQ(charges(), 1U) << to_string(kind);
+    start();
+    Event unsensed;
+    unsensed.stamp = at(1);
+    unsensed.kind = kind;
+    unsensed.subject = "rover";
+    unsensed.unsensed = true;
+    grader_->take(unsensed);
+    EXPECT_EQ(charges(), 0U) << to_string(kind) << " that could not be seen coming";
+  }
+  training_.penalties = {penalty("hazard", 3, on(EventKind::hazard_set_off))};
+  start();
+  say(1, EventKind::hazard_set_off, "other_robot", 0, 0, "mine");
+  EXPECT_EQ(charges(), 0U);
+  say(2, EventKind::hazard_set_off, "rover", 0, 0, "mine");
+  EXPECT_EQ(charges(), 1U) << "the device is the event's subject, who came near its object";
+}
+
+TEST_F(ConditionKinds, WhatChangesIsSaidAsItChangesAndIsNotGradedItself) {
+  training_.tasks = {task("in", 50, of(Kind::reach, "hall")), task("up", 50, of(Kind::climb, "stairs 1"))};
+  training_.tasks[1].limit = 5;
+  training_.penalties = {penalty("bump", 7, on(EventKind::collision_started))};
+  Condition any = on(EventKind::score_changed);
+  any.subject = "any";
+  training_.penalties.push_back(penalty("feedback", 1, any));
+  start();
+  std::vector<Event> said = grader_->take_events();
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_EQ(said[0].kind, EventKind::task_started);
+  EXPECT_EQ(said[0].object, "in");
+  EXPECT_EQ(said[0].value, 50);
+  say(1, EventKind::collision_started, "wall 1", 2);
+  said = grader_->take_events();
+  ASSERT_EQ(said.size(), 1U) << "a score of 0 stays";
+  EXPECT_EQ(said[0].kind, EventKind::penalty_charged);
+  EXPECT_EQ(said[0].object, "bump");
+  EXPECT_EQ(said[0].value, 7);
+  EXPECT_EQ(said[0].text, "collision_started rover - wall 1, 2.00 N s");
+  say(2, EventKind::zone_entered, "hall");
+  said = grader_->take_events();
+  ASSERT_EQ(said.size(), 3U);
+  EXPECT_EQ(said[0].kind, EventKind::task_done);
+  EXPECT_EQ(said[1].kind, EventKind::score_changed);
+  EXPECT_EQ(said[1].value, 43);
+  EXPECT_EQ(said[1].text, "+50 points");
+  EXPECT_EQ(said[2].object, "up");
+  grader_->take(said[1]);
+  EXPECT_TRUE(grader_->take_events().empty());
+  stand(7.1, 0);
+  said = grader_->take_events();
+  ASSERT_EQ(said.size(), 2U);
+  EXPECT_EQ(said[0].kind, EventKind::task_failed);
+  EXPECT_EQ(said[0].text, "out of time");
+  EXPECT_EQ(said[1].kind, EventKind::grading_ended);
+  EXPECT_EQ(said[1].value, 43);
+  EXPECT_EQ(said[1].text, "43 of 100 points (43.0 %), passed");
+  grader_->close(at(8));
+  EXPECT_TRUE(grader_->take_events().empty()) << "said once";
+}
+
+}  // namespace
+}  // namespace parhelion
