@@ -46,6 +46,16 @@ Status check(const Hazard& hazard) {
   return {};
 }
 
+Status check(const HazardSensor& sensor) {
+  for (const double each :
+       {sensor.radiation_lag, sensor.radiation_counts, sensor.gas_lag, sensor.gas_noise}) {
+    if (!(each >= 0) || !std::isfinite(each))
+      return Error{
+          "hazard_sensor: expected radiation_lag, radiation_counts, gas_lag, gas_noise of at least 0"};
+  }
+  return {};
+}
+
 Status check(const Radio& radio) {
   if (!radio.position.allFinite()) return Error{"radio: its position is not finite"};
   if (!(radio.frequency > 0) || !(radio.exponent > 0) || !(radio.wall_loss >= 0) || !(radio.restore >= 0) ||

@@ -61,13 +61,27 @@ struct Battery {
   double charge = 1;        ///< share left at the start, above 0
 };
 
+/// How a robot's hazard sensor answers to what is there. The defaults are those of a hand-held ratemeter and
+/// of an electrochemical cell.
+struct HazardSensor {
+  /// s, time constant of a first-order lag: of 4 s from 10 to 90 % (Ludlum Model 3, fast response).
+  double radiation_lag = 1.8;
+  /// Hz, counts at 1 uSv/h (LND 712 tube: 18 a second at 1 mR/h of Co-60); 0: it does not count, and is
+  /// exact.
+  double radiation_counts = 1.8;
+  double gas_lag = 6.5;    ///< s, the same of gas: of 15 s to 90 % (Alphasense CO-B4)
+  double gas_noise = 0.5;  ///< ppm, 1 sigma: half of the step in which portable detectors show
+  bool operator==(const HazardSensor&) const = default;
+};
+
 /// What is wrong, or nothing.
 Status check(const Hazard& hazard);
+Status check(const HazardSensor& sensor);
 Status check(const Radio& radio);
 Status check(const Battery& battery);
 
-/// What the hazard sensor of a robot reads: the sum over all sources of a kind, for each kind that the
-/// scenario has.
+/// What the hazard sensor of a robot reads of the sum over all sources of a kind, for each kind that the
+/// scenario has: with its lag and its noise.
 struct HazardReading {
   struct Value {
     HazardKind kind = HazardKind::radiation;

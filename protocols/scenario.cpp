@@ -194,6 +194,8 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
     scenario.scripts = yaml::read_scripts(*scripts, scenario.agents, problems);
   if (const Node* doors = node.find("doors")) read_doors(*doors, scenario.doors, problems);
   if (const Node* hazards = node.find("hazards")) scenario.hazards = read_hazards(*hazards, problems);
+  if (const Node* sensor = node.find("hazard_sensor"))
+    scenario.hazard_sensor = read_hazard_sensor(*sensor, problems);
   if (const Node* radio = node.find("radio")) {
     scenario.radio = read_radio(*radio, problems);
     check_supply(scenario, *radio, "radio", problems);
@@ -321,6 +323,7 @@ std::string to_yaml(const Scenario& scenario) {
     writer.close();
   }
   write_hazards(scenario.hazards, writer);
+  if (!(scenario.hazard_sensor == HazardSensor())) write(scenario.hazard_sensor, writer);
   if (scenario.radio) write(*scenario.radio, writer);
   if (scenario.battery) write(*scenario.battery, writer);
   yaml::write_lessons(writer, scenario.lessons);

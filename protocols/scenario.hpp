@@ -76,6 +76,7 @@ struct Scenario {
   std::vector<Script> scripts;
   std::vector<DoorSettings> doors;  ///< those of which there is something to say
   std::vector<Hazard> hazards;
+  HazardSensor hazard_sensor;                   ///< of the robot that reads them
   std::optional<Radio> radio;                   ///< none: simulated robots hear their operator everywhere
   std::optional<Battery> battery;               ///< none: theirs last for ever
   std::vector<Lesson> lessons;                  ///< what goes wrong on purpose

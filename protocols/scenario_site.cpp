@@ -156,6 +156,25 @@ void write_hazards(const std::vector<Hazard>& hazards, yaml::Writer& writer) {
   writer.close();
 }
 
+HazardSensor read_hazard_sensor(const Node& node, yaml::Problems& problems) {
+  HazardSensor sensor;
+  yaml::read(node, "radiation_lag", sensor.radiation_lag);
+  yaml::read(node, "radiation_counts", sensor.radiation_counts);
+  yaml::read(node, "gas_lag", sensor.gas_lag);
+  yaml::read(node, "gas_noise", sensor.gas_noise);
+  if (const Status status = check(sensor); !status) problems.add(node.line, status.error().message);
+  return sensor;
+}
+
+void write(const HazardSensor& sensor, yaml::Writer& writer) {
+  writer.open("hazard_sensor");
+  writer.quantity("radiation_lag", sensor.radiation_lag, Quantity::time);
+  writer.quantity("radiation_counts", sensor.radiation_counts, Quantity::rate);
+  writer.quantity("gas_lag", sensor.gas_lag, Quantity::time);
+  writer.quantity("gas_noise", sensor.gas_noise, Quantity::concentration);
+  writer.close();
+}
+
 Radio read_radio(const Node& node, yaml::Problems& problems) {
   Radio radio;
   radio.position = yaml::vector3(*node.find("position"));

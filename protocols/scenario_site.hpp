@@ -15,6 +15,8 @@ std::vector<Zone> read_zones(const yaml::Node& list, yaml::Problems& problems);
 void write_zones(const std::vector<Zone>& zones, yaml::Writer& writer);
 std::vector<Hazard> read_hazards(const yaml::Node& list, yaml::Problems& problems);
 void write_hazards(const std::vector<Hazard>& hazards, yaml::Writer& writer);
+HazardSensor read_hazard_sensor(const yaml::Node& node, yaml::Problems& problems);
+void write(const HazardSensor& sensor, yaml::Writer& writer);
 Radio read_radio(const yaml::Node& node, yaml::Problems& problems);
 void write(const Radio& radio, yaml::Writer& writer);
 Battery read_battery(const yaml::Node& node, yaml::Problems& problems);

@@ -8,18 +8,6 @@
 
 namespace parhelion {
 
-/// How a robot's hazard sensor answers to what is there. The defaults are those of a hand-held ratemeter and
-/// of an electrochemical cell.
-struct HazardSensor {
-  /// s, time constant of a first-order lag: of 4 s from 10 to 90 % (Ludlum Model 3, fast response).
-  double radiation_lag = 1.8;
-  /// Hz, counts at 1 uSv/h (LND 712 tube: 18 a second at 1 mR/h of Co-60); 0: it does not count, and is
-  /// exact.
-  double radiation_counts = 1.8;
-  double gas_lag = 6.5;    ///< s, the same of gas: of 15 s to 90 % (Alphasense CO-B4)
-  double gas_noise = 0.5;  ///< ppm, 1 sigma: half of the step in which portable detectors show
-};
-
 /// How many of the events that come `mean` times on average come now (Poisson), from a draw of the standard
 /// normal distribution: exact by its distribution function below 30, else by the normal approximation with a
 /// correction of half a count.

@@ -55,7 +55,7 @@ void publish_hazards(const Configuration& configuration, State& state, Outputs& 
   if (!state.simulation.hazard_reading(reading)) return;
   const Scenario& scenario = configuration.scenario;
   const double steps = std::max(1.0, std::round(scenario.physics_rate / hazard_rate));
-  state.hazard_sensor.measure(HazardSensor(), scenario.seed, steps / scenario.physics_rate, reading);
+  state.hazard_sensor.measure(scenario.hazard_sensor, scenario.seed, steps / scenario.physics_rate, reading);
   const SimulationTime now = state.simulation.now();
   reading.stamp = state.robot_clock.known() ? state.robot_clock.to_sensor(now) : SensorTime{now.ns};
   encode(reading, outputs.add(configuration.channels.bus(channel::hazard)));

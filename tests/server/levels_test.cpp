@@ -255,7 +255,7 @@ TEST_F(LevelsTest, ItsHazardSensorReadsAtTenHertzWhatIsThere) {
   const double height = configuration_.robot.height;
   const Eigen::Vector3d sensor = motion().T_map_base * Eigen::Vector3d(0, 0, height);
   const double truth = 100 / (Eigen::Vector3d(1, 0, 0.5) - sensor).squaredNorm();
-  const HazardSensor its;
+  const HazardSensor& its = configuration_.scenario.hazard_sensor;
   EXPECT_NEAR(readings.back().values[0].value, truth,
               4 * truth / std::sqrt(2 * its.radiation_counts * truth * its.radiation_lag));
   EXPECT_NE(readings.back().values[0].value, readings[readings.size() - 2].values[0].value) << "it counts";
