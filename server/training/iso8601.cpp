@@ -13,9 +13,9 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kDay = 86'400 * kSecond;
 
 /// Takes text from the front.
-class Scanner {
+class TextFront {
  public:
-  explicit Scanner(std::string_view text) : text_(text) {}
+  explicit TextFront(std::string_view text) : text_(text) {}
   bool at_end() const { return text_.empty(); }
   bool take(char letter) {
     if (text_.empty() || text_.front() != letter) return false;
@@ -50,13 +50,13 @@ class Scanner {
 };
 
 /// ns east of UTC.
-std::optional<std::int64_t> offset_of(Scanner& scanner) {
-  if (scanner.take('Z') || scanner.take('z')) return 0;
-  const bool west = scanner.take('-');
-  if (!west && !scanner.take('+')) return std::nullopt;
-  const std::int64_t hours = scanner.digits(2, 2);
-  const bool colon = scanner.take(':');
-  const std::int64_t minutes = scanner.at_end() && !colon ? 0 : scanner.digits(2, 2);
+std::optional<std::int64_t> offset_of(TextFront& front) {
+  if (front.take('Z') || front.take('z')) return 0;
+  const bool west = front.take('-');
+  if (!west && !front.take('+')) return std::nullopt;
+  const std::int64_t hours = front.digits(2, 2);
+  const bool colon = front.take(':');
+  const std::int64_t minutes = front.at_end() && !colon ? 0 : front.digits(2, 2);
   if (hours < 0 || hours > 23 || minutes < 0 || minutes > 59) return std::nullopt;
   return (west ? -1 : 1) * (hours * 60 + minutes) * 60 * kSecond;
 }
@@ -78,24 +78,24 @@ std::string timestamp_text(SimulationTime stamp) {
 
 std::optional<SimulationTime> timestamp_of(const std::string& text) {
   namespace chrono = std::chrono;
-  Scanner scanner(text);
-  const std::int64_t year = scanner.digits(4, 4);
-  if (!scanner.take('-')) return std::nullopt;
-  const std::int64_t month = scanner.digits(2, 2);
-  if (!scanner.take('-')) return std::nullopt;
-  const std::int64_t day = scanner.digits(2, 2);
-  if (!scanner.take('T') && !scanner.take('t') && !scanner.take(' ')) return std::nullopt;
+  TextFront front(text);
+  const std::int64_t year = front.digits(4, 4);
+  if (!front.take('-')) return std::nullopt;
+  const std::int64_t month = front.digits(2, 2);
+  if (!front.take('-')) return std::nullopt;
+  const std::int64_t day = front.digits(2, 2);
+  if (!front.take('T') && !front.take('t') && !front.take(' ')) return std::nullopt;
   std::array<std::int64_t, 3> clock{};
   for (std::size_t i = 0; i < clock.size(); ++i) {
-    if (i > 0 && !scanner.take(':')) return std::nullopt;
-    clock[i] = scanner.digits(2, 2);
+    if (i > 0 && !front.take(':')) return std::nullopt;
+    clock[i] = front.digits(2, 2);
   }
-  const std::int64_t fraction = scanner.take('.') ? scanner.decimals() : 0;
-  const auto offset = offset_of(scanner);
+  const std::int64_t fraction = front.take('.') ? front.decimals() : 0;
+  const auto offset = offset_of(front);
   const chrono::year_month_day date{chrono::year(static_cast<int>(year)),
                                     chrono::month(static_cast<unsigned>(month)),
                                     chrono::day(static_cast<unsigned>(day))};
-  if (!scanner.at_end() || !offset || fraction < 0 || year < 1970 || year > 2200 || month < 1 || day < 1 ||
+  if (!front.at_end() || !offset || fraction < 0 || year < 1970 || year > 2200 || month < 1 || day < 1 ||
       !date.ok() || clock[0] < 0 || clock[0] > 23 || clock[1] < 0 || clock[1] > 59 || clock[2] < 0 ||
       clock[2] > 60)
     return std::nullopt;
@@ -122,17 +122,17 @@ std::optional<Duration> duration_of(const std::string& text) {
                                     {'H', true, 3600 * kSecond},
                                     {'M', true, 60 * kSecond},
                                     {'S', true, kSecond}};
-  Scanner scanner(text);
-  if (!scanner.take('P')) return std::nullopt;
+  TextFront front(text);
+  if (!front.take('P')) return std::nullopt;
   std::int64_t ns = 0;
   bool clock = false, any = false;
   std::size_t unit = 0;
-  while (!scanner.at_end()) {
-    if (!clock && scanner.take('T')) clock = true;
-    const std::int64_t whole = scanner.digits(1, 10);
-    const std::int64_t fraction = scanner.take('.') || scanner.take(',') ? scanner.decimals() : 0;
+  while (!front.at_end()) {
+    if (!clock && front.take('T')) clock = true;
+    const std::int64_t whole = front.digits(1, 10);
+    const std::int64_t fraction = front.take('.') || front.take(',') ? front.decimals() : 0;
     if (whole < 0 || fraction < 0) return std::nullopt;
-    while (unit < std::size(kUnits) && (kUnits[unit].clock != clock || !scanner.take(kUnits[unit].letter)))
+    while (unit < std::size(kUnits) && (kUnits[unit].clock != clock || !front.take(kUnits[unit].letter)))
       ++unit;
     if (unit == std::size(kUnits)) return std::nullopt;
     constexpr std::int64_t kMost = 200 * 366 * kDay;

@@ -17,21 +17,21 @@ constexpr std::size_t chunk_bytes = 1U << 16;
 constexpr std::size_t longest_line = 16U << 20;
 
 /// Inflated bytes.
-class Bytes {
+class ByteSource {
  public:
-  virtual ~Bytes() = default;
+  virtual ~ByteSource() = default;
   /// Up to `size` bytes; 0: the end; below 0: damaged or cut off.
   virtual long read(char* buffer, std::size_t size) = 0;
   virtual double position() const = 0;
 };
 
 /// gzip, and what is not compressed.
-class GzipBytes final : public Bytes {
+class GzipSource final : public ByteSource {
  public:
-  explicit GzipBytes(gzFile file) : file_(file) {}
-  GzipBytes(const GzipBytes&) = delete;
-  GzipBytes& operator=(const GzipBytes&) = delete;
-  ~GzipBytes() override { gzclose(file_); }
+  explicit GzipSource(gzFile file) : file_(file) {}
+  GzipSource(const GzipSource&) = delete;
+  GzipSource& operator=(const GzipSource&) = delete;
+  ~GzipSource() override { gzclose(file_); }
   long read(char* buffer, std::size_t size) override {
     const int got = gzread(file_, buffer, static_cast<unsigned>(size));
     if (got > 0) return got;
@@ -45,12 +45,12 @@ class GzipBytes final : public Bytes {
   gzFile file_;
 };
 
-class Bzip2Bytes final : public Bytes {
+class Bzip2Source final : public ByteSource {
  public:
-  explicit Bzip2Bytes(std::FILE* file) : file_(file) { begin(); }
-  Bzip2Bytes(const Bzip2Bytes&) = delete;
-  Bzip2Bytes& operator=(const Bzip2Bytes&) = delete;
-  ~Bzip2Bytes() override {
+  explicit Bzip2Source(std::FILE* file) : file_(file) { begin(); }
+  Bzip2Source(const Bzip2Source&) = delete;
+  Bzip2Source& operator=(const Bzip2Source&) = delete;
+  ~Bzip2Source() override {
     BZ2_bzDecompressEnd(&stream_);
     std::fclose(file_);
   }
@@ -101,16 +101,16 @@ class Bzip2Bytes final : public Bytes {
   bool ended_ = false;
 };
 
-std::unique_ptr<Bytes> open_bytes(const std::string& path) {
+std::unique_ptr<ByteSource> open_bytes(const std::string& path) {
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr) return nullptr;
   char magic[3] = {};
   const std::size_t got = std::fread(magic, 1, sizeof magic, file);
   std::rewind(file);
-  if (got == sizeof magic && std::memcmp(magic, "BZh", 3) == 0) return std::make_unique<Bzip2Bytes>(file);
+  if (got == sizeof magic && std::memcmp(magic, "BZh", 3) == 0) return std::make_unique<Bzip2Source>(file);
   std::fclose(file);
   gzFile gzip = gzopen(path.c_str(), "rb");
-  return gzip == nullptr ? nullptr : std::make_unique<GzipBytes>(gzip);
+  return gzip == nullptr ? nullptr : std::make_unique<GzipSource>(gzip);
 }
 
 }  // namespace
@@ -118,7 +118,7 @@ std::unique_ptr<Bytes> open_bytes(const std::string& path) {
 struct TextLines::State {
   std::string path;
   double total = 0;
-  std::unique_ptr<Bytes> bytes;
+  std::unique_ptr<ByteSource> bytes;
   std::string buffer;
   std::size_t taken = 0;  ///< of buffer
   std::uint64_t number = 0;
