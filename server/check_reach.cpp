@@ -12,10 +12,11 @@
 namespace parhelion {
 namespace {
 
-constexpr double kHeight = 0.5;     // m over the floor: what is in the way of any robot
-constexpr double kSameFloor = 0.3;  // m
-constexpr double kBeyond = 2.0;     // m round the building that ways may lead through
-constexpr double kMostSide = 60.0;  // m of a zone: no more of it is looked at
+constexpr double kHeight = 0.5;                // m over the floor: what is in the way of any robot
+constexpr double kSameFloor = 0.3;             // m
+constexpr double kBeyond = 2.0;                // m round the building that ways may lead through
+constexpr double kMostSide = 60.0;             // m of a zone: no more of it is looked at
+constexpr std::size_t kMostCells = 2'000'000;  // 2 hectares: who has come so far is not refused
 
 void collect(const Condition& condition, std::set<std::string>& zones) {
   if (condition.kind == Condition::Kind::reach) zones.insert(condition.target);
@@ -60,7 +61,7 @@ class Floor {
     if (room.empty()) look(RouteGrid::cell_of(box.center()), box.center());
     return room;
   }
-  /// Whether a way leads from `start` to one of the cells.
+  /// Whether a way leads from `start` to one of the cells; of one that is too far to look: yes.
   bool leads(const Eigen::Vector2d& start, const std::vector<RouteCell>& goals) {
     const auto less = [](const RouteCell& a, const RouteCell& b) {
       return std::tie(a.x, a.y) < std::tie(b.x, b.y);
@@ -76,7 +77,7 @@ class Floor {
     seen.insert(open.front());
     for (; !open.empty(); open.pop_front()) {
       const RouteCell at = open.front();
-      if (wanted.contains(at)) return true;
+      if (wanted.contains(at) || seen.size() > kMostCells) return true;
       for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
         const RouteCell next{at.x + dx, at.y + dy};
         const Eigen::Vector2d p = RouteGrid::center(next);

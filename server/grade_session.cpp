@@ -164,7 +164,7 @@ std::string to_json(const GradedSession& session) {
                        {"points", charge.points},
                        {"at_ns", charge.at.ns},
                        {"cause", event_json(charge.cause)}});
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace parhelion

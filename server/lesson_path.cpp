@@ -1,5 +1,7 @@
 // Lessons: what goes wrong on purpose with the trainee's simulated robot, when it does.
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "fusion/scan/lidar_model.hpp"
 #include "server/tick.hpp"
@@ -9,12 +11,15 @@ namespace {
 
 constexpr std::uint64_t dropouts_seed = 0x9d5c0fb26c6e3a11U;  // apart from the noise of the ranges
 
-const Lesson* held_lesson(const Configuration& configuration, const State& state, Lesson::Kind kind) {
+/// Those of a kind that hold now.
+std::vector<const Lesson*> held_lessons(const Configuration& configuration, const State& state,
+                                        Lesson::Kind kind) {
+  std::vector<const Lesson*> held;
   for (std::size_t i = 0; i < state.lessons.size(); ++i) {
     const Lesson& lesson = configuration.scenario.lessons[i];
-    if (state.lessons[i] && lesson.kind == kind) return &lesson;
+    if (state.lessons[i] && lesson.kind == kind) held.push_back(&lesson);
   }
-  return nullptr;
+  return held;
 }
 
 }  // namespace
@@ -38,28 +43,32 @@ void watch_lessons(const Configuration& configuration, SimulationTime now, State
 }
 
 void drop_beams(const Configuration& configuration, State& state, Scan& scan) {
-  const Lesson* lesson = held_lesson(configuration, state, Lesson::Kind::laser_dropouts);
-  if (!lesson) return;
+  double kept = 1;
+  for (const Lesson* lesson : held_lessons(configuration, state, Lesson::Kind::laser_dropouts))
+    kept *= 1 - lesson->amount;
+  if (kept == 1) return;
   const NoiseKey key{configuration.scenario.seed ^ dropouts_seed, state.scan.sequence};
   const auto nothing = configuration.robot.laser->convention.no_return_sentinel();
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
     const double drawn = 0.5 * std::erfc(-standard_normal(key, i) / std::sqrt(2.0));  // even, 0 to 1
-    if (drawn >= lesson->amount) continue;
+    if (drawn >= 1 - kept) continue;
     scan.ranges[i] = nothing;
     state.agent_laser.benches.front().body_hits[i].body = -1;  // of MR_SCAN_INFO
   }
 }
 
 Twist2 driven_twist(const Configuration& configuration, const State& state, const Twist2& asked) {
-  const Lesson* lesson = held_lesson(configuration, state, Lesson::Kind::dead_wheel);
-  if (!lesson) return asked;
+  bool left_dead = false, right_dead = false;
+  for (const Lesson* lesson : held_lessons(configuration, state, Lesson::Kind::dead_wheel))
+    (lesson->right ? right_dead : left_dead) = true;
+  if (!left_dead && !right_dead) return asked;
   const auto model =
       std::find_if(configuration.robot_models.begin(), configuration.robot_models.end(),
                    [&](const auto& each) { return each->name == configuration.scenario.trainee->model; });
   const double track = (*model)->drive.track;
-  // m/s of the side that still turns; the other stands.
-  const double speed = asked.vx + (lesson->right ? -0.5 : 0.5) * track * asked.wz;
-  return {speed / 2, 0, (lesson->right ? -speed : speed) / track};
+  const double left = left_dead ? 0 : asked.vx - 0.5 * track * asked.wz;  // m/s of each side
+  const double right = right_dead ? 0 : asked.vx + 0.5 * track * asked.wz;
+  return {(left + right) / 2, 0, (right - left) / track};
 }
 
 }  // namespace parhelion

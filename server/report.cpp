@@ -145,7 +145,7 @@ std::string to_json(const Report& report) {
   }
   json["hash"] = report.hash;
   json["notes"] = report.notes;
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string summary(const Report& report) {

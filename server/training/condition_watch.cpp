@@ -141,6 +141,8 @@ Verdict ConditionWatch::judge_event(const Moment& moment) {
 Verdict ConditionWatch::judge_avoid(const Moment& moment) {
   Condition touch;
   touch.object = condition_->target;
+  // One that touched already when this began starts no collision any more.
+  if (moment.event && moment.event->kind == EventKind::collision_continued) touch.event = moment.event->kind;
   const bool touched = moment.event && matches(touch, *moment.event, moment.around.robot());
   if (touched) cause_ = *moment.event;
   const bool near =
@@ -151,8 +153,8 @@ Verdict ConditionWatch::judge_avoid(const Moment& moment) {
 
 Verdict ConditionWatch::judge_report(const Moment& moment) {
   const Event* event = moment.event;
-  if (!event || event->kind != EventKind::object_reported || event->object != condition_->target ||
-      event->subject != moment.around.robot())
+  // The trainee's word, whichever robot is graded.
+  if (!event || event->kind != EventKind::object_reported || event->object != condition_->target)
     return Verdict::open;
   if (condition_->distance > 0 && !(event->value >= 0 && event->value <= condition_->distance))
     return Verdict::open;

@@ -122,6 +122,7 @@ void Grader::look_at_rule(Rule& rule, const Moment& moment) {
   rule.charged += points;
   const double before = score();
   charges_.push_back({moment.stamp, rule.penalty->name, points, cause});
+  charged_ += points;
   say(EventKind::penalty_charged, moment.stamp, rule.penalty->name, points, cause, event_text(cause));
   if (score() != before) say_score(moment.stamp, rule.penalty->name, -points, cause);
 }
@@ -145,9 +146,8 @@ void Grader::say_score(SimulationTime at, const std::string& object, double poin
 }
 
 double Grader::score() const {
-  double earned = 0, charged = 0;
+  double earned = 0;
   for (const Running& running : tasks_) earned += running.grade.points;
-  for (const Charge& charge : charges_) charged += charge.points;
   return std::max(0.0, earned - charged);
 }
 
@@ -163,7 +163,7 @@ Grade Grader::grade() const {
     grade.most += running.task->points;
     if (running.task->required && running.grade.outcome != TaskOutcome::done) required_done = false;
   }
-  for (const Charge& charge : charges_) grade.charged += charge.points;
+  grade.charged = charged_;
   grade.score = score();
   grade.share = grade.most > 0 ? grade.score / grade.most : 0;
   const auto step = std::find_if(training_.grades.begin(), training_.grades.end(),

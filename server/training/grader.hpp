@@ -100,6 +100,7 @@ class Grader {
   std::vector<Running> tasks_;
   std::vector<Rule> rules_;
   std::vector<Charge> charges_;
+  double charged_ = 0;  // all of them together
   std::vector<Event> events_;
   SimulationTime begin_, now_;
   std::optional<SimulationTime> closed_;

@@ -143,6 +143,17 @@ TEST_F(GradingPath, ADeadWheelTurnsTheRobotToItsSideAndLeavesTheCommandAlone) {
   }
 }
 
+TEST_F(GradingPath, WithBothSidesDeadTheRobotStands) {
+  Scenario scenario;
+  scenario.lessons = {lesson(Lesson::Kind::dead_wheel, 0), lesson(Lesson::Kind::dead_wheel, 0)};
+  scenario.lessons[1].right = true;
+  start(level_1({}, scenario));
+  const Eigen::Vector3d before = state_->simulation.robot_motion("trainee")->T_map_base.translation();
+  drive(2, 0.5);
+  const Eigen::Vector3d after = state_->simulation.robot_motion("trainee")->T_map_base.translation();
+  EXPECT_LT((after - before).head<2>().norm(), 0.01);
+}
+
 TEST_F(GradingPath, ALowBatteryStartsWithWhatIsLeft) {
   Scenario scenario;
   scenario.lessons = {lesson(Lesson::Kind::low_battery, 0.15)};

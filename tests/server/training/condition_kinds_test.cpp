@@ -106,6 +106,9 @@ TEST_F(ConditionKinds, AvoidingFailsAtTheFirstNearnessAndHoldsWhenItsTimeIsOver)
   say(4, EventKind::collision_started, "rover", 1, 0, "robot_2");
   EXPECT_EQ(outcome(1), TaskOutcome::failed);
   EXPECT_EQ(grader_->grade().tasks[1].cause->subject, "robot_2");
+  start();
+  say(3, EventKind::collision_continued, "robot_2");
+  EXPECT_EQ(outcome(1), TaskOutcome::failed) << "it touched already when this began";
 }
 
 TEST_F(ConditionKinds, HandlingIsOfTheNamedThingAndContainer) {
