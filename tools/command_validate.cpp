@@ -37,15 +37,15 @@ void print_briefing(const std::string& path) {
 Exit run(const std::vector<std::string>& paths, bool with_briefing) {
   Exit exit = Exit::done;
   for (const std::string& path : paths) {
-    const Verdict verdict = validate_file(path);
-    for (const std::string& error : verdict.errors)
+    const Validation validation = validate_file(path);
+    for (const std::string& error : validation.errors)
       std::fprintf(stderr, "parhelion validate: %s\n", error.c_str());
-    if (!verdict.errors.empty()) exit = Exit::failed;
-    const char* result = verdict.errors.empty() ? "ok" : "bad";
-    std::printf("%s: %s%s%s\n", path.c_str(), result, verdict.summary.empty() ? "" : ": ",
-                verdict.summary.c_str());
-    for (const std::string& note : verdict.notes) std::printf("  %s\n", note.c_str());
-    if (with_briefing && verdict.errors.empty()) print_briefing(path);
+    if (!validation.errors.empty()) exit = Exit::failed;
+    const char* result = validation.errors.empty() ? "ok" : "bad";
+    std::printf("%s: %s%s%s\n", path.c_str(), result, validation.summary.empty() ? "" : ": ",
+                validation.summary.c_str());
+    for (const std::string& note : validation.notes) std::printf("  %s\n", note.c_str());
+    if (with_briefing && validation.errors.empty()) print_briefing(path);
   }
   return exit;
 }

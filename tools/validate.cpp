@@ -34,81 +34,81 @@ RobotDescription any_robot() {
 }
 
 /// What serve and replay would say.
-Verdict validate_scenario(const std::string& path) {
-  Verdict verdict;
+Validation validate_scenario(const std::string& path) {
+  Validation validation;
   const auto scenario = load_scenario(path);
   if (!scenario) return {"", {}, {scenario.error().message}};
-  verdict.summary = "scenario '" + scenario->name + "', level " + std::to_string(scenario->level) + ", " +
-                    count(scenario->agents.size(), "agent", "agents");
+  validation.summary = "scenario '" + scenario->name + "', level " + std::to_string(scenario->level) + ", " +
+                       count(scenario->agents.size(), "agent", "agents");
   const auto files = load_session_files(path, "");
   if (!files) {
-    verdict.errors.push_back(files.error().message);
-    return verdict;
+    validation.errors.push_back(files.error().message);
+    return validation;
   }
   if (!files->robot)
-    verdict.notes.push_back("names no robot description: serve and replay take the one on channel ROBOT");
+    validation.notes.push_back("names no robot description: serve and replay take the one on channel ROBOT");
   const auto configuration = configure(files->scenario, files->robot ? *files->robot : any_robot(),
                                        files->model, files->robot_models);
   const Status begun = configuration ? check_start(*configuration, path) : configuration.error();
-  if (!begun) verdict.errors.push_back(begun.error().message);
-  return verdict;
+  if (!begun) validation.errors.push_back(begun.error().message);
+  return validation;
 }
 
 /// The course itself, and that each of its programmes is a scenario that is graded. A scenario that needs a
 /// model which is made of recordings (and is not there) is read all the same.
-Verdict validate_course(const std::string& path) {
+Validation validate_course(const std::string& path) {
   const auto course = load_course(path);
   if (!course) return {"", {}, {course.error().message}};
-  Verdict verdict;
-  verdict.summary =
+  Validation validation;
+  validation.summary =
       "course '" + course->name + "', " + count(course->programmes.size(), "programme", "programmes");
   for (const CourseProgramme& programme : course->programmes) {
     const auto scenario = load_scenario(programme.scenario);
     if (!scenario)
-      verdict.errors.push_back(scenario.error().message);
+      validation.errors.push_back(scenario.error().message);
     else if (!scenario->training)
-      verdict.errors.push_back(programme.scenario + ":1: says nothing of training: it is no programme");
+      validation.errors.push_back(programme.scenario + ":1: says nothing of training: it is no programme");
   }
-  return verdict;
+  return validation;
 }
 
-Verdict validate_model(const std::string& path) {
+Validation validate_model(const std::string& path) {
   const auto model = load_model(path);
   if (!model) return {"", {}, {model.error().message}};
-  Verdict verdict;
-  verdict.summary = "semantic model, " + count(model->entities.size(), "entity", "entities");
+  Validation validation;
+  validation.summary = "semantic model, " + count(model->entities.size(), "entity", "entities");
   if (!model->relations.empty())
-    verdict.summary += ", " + count(model->relations.size(), "relation", "relations");
+    validation.summary += ", " + count(model->relations.size(), "relation", "relations");
   std::size_t triangles = 0;
   for (const ModelMesh& mesh : model->meshes) triangles += mesh.triangles.size();
-  if (triangles > 0) verdict.summary += ", " + count(triangles, "triangle", "triangles");
+  if (triangles > 0) validation.summary += ", " + count(triangles, "triangle", "triangles");
   const auto floor = ground_floor(*model);
   if (floor && std::abs(*floor) > kLevelFloor) {
     char height[32];
     std::snprintf(height, sizeof height, "%.2f m", *floor);
-    verdict.notes.push_back(
+    validation.notes.push_back(
         std::string("warning: its ground floor is at z = ") + height +
         ", but poses in a map are at z = 0: robots would drive above or below it; make it "
         "with `parhelion map model --floor-to-zero`");
   }
-  return verdict;
+  return validation;
 }
 
-Verdict validate_robot(const std::string& path) {
+Validation validate_robot(const std::string& path) {
   const auto robot = load_robot_description(path);
   if (!robot) return {"", {}, {robot.error().message}};
-  Verdict verdict;
+  Validation validation;
   std::string parts;
   if (robot->laser) parts += ", laser";
   if (robot->camera) parts += ", camera";
   if (robot->depth) parts += ", depth camera";
-  verdict.summary = "robot description '" + robot->name + "'" + parts;
+  validation.summary = "robot description '" + robot->name + "'" + parts;
   const auto usable = load_usable_robot(path);
-  if (!usable) verdict.errors.push_back(usable.error().message);
-  return verdict;
+  if (!usable) validation.errors.push_back(usable.error().message);
+  return validation;
 }
 
-Verdict validate_robot_model(const std::string& path) {
+Validation validate_robot_model(const std::string& path) {
   const auto model = load_robot_model(path);
   if (!model) return {"", {}, {model.error().message}};
   return {"robot model '" + model->name + "', " + count(model->links.size(), "link", "links") + ", " +
@@ -117,13 +117,13 @@ Verdict validate_robot_model(const std::string& path) {
           {}};
 }
 
-Verdict validate_preset(const std::string& path) {
+Validation validate_preset(const std::string& path) {
   const auto laser = load_laser_preset_file(path);
   if (!laser) return {"", {}, {laser.error().message}};
   return {"laser preset, " + count(static_cast<std::size_t>(laser->beams), "beam", "beams"), {}, {}};
 }
 
-Verdict validate_ros_map(const std::string& path) {
+Validation validate_ros_map(const std::string& path) {
   const auto map = load_ros_map(path);
   if (!map) return {"", {}, {map.error().message}};
   return {"ROS map, " + std::to_string(map->width) + " x " + std::to_string(map->height) + " cells", {}, {}};
@@ -131,7 +131,7 @@ Verdict validate_ros_map(const std::string& path) {
 
 }  // namespace
 
-Verdict validate_file(const std::string& path) {
+Validation validate_file(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(path, ignored) && looks_like_log(path)) return validate_log(path);
   const auto text = yaml::read_text(path);

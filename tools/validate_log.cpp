@@ -111,7 +111,7 @@ class LogCheck {
  public:
   explicit LogCheck(const std::string& path) : path_(path) {}
 
-  Verdict run() {
+  Validation run() {
     auto reader = LogReader::open(path_);
     if (!reader) return {"", {}, {reader.error().message}};
     bool ended = false;
@@ -125,7 +125,7 @@ class LogCheck {
         add(**event);
       }
     }
-    return verdict(reader->skipped_bytes());
+    return validation(reader->skipped_bytes());
   }
 
  private:
@@ -177,8 +177,8 @@ class LogCheck {
     if (count.refused++ == 0) count.first_refusal = "event " + std::to_string(events_ - 1) + ": " + why;
   }
 
-  Verdict verdict(std::uint64_t skipped) {
-    Verdict out;
+  Validation validation(std::uint64_t skipped) {
+    Validation out;
     char text[160];
     std::snprintf(text, sizeof text, "LCM log, %llu events on %zu channels, %.3f s",
                   static_cast<unsigned long long>(events_), channels_.size(), (last_ - first_).seconds());
@@ -228,6 +228,6 @@ bool looks_like_log(const std::string& path) {
   return head.find("\xED\xA1\xDA\x01") != std::string::npos;
 }
 
-Verdict validate_log(const std::string& path) { return LogCheck(path).run(); }
+Validation validate_log(const std::string& path) { return LogCheck(path).run(); }
 
 }  // namespace parhelion
