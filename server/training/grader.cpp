@@ -148,7 +148,7 @@ void Grader::say_score(SimulationTime at, const std::string& object, double poin
 double Grader::score() const {
   double earned = 0;
   for (const Running& running : tasks_) earned += running.grade.points;
-  return std::max(0.0, earned - charged);
+  return std::max(0.0, earned - charged_);
 }
 
 Grade Grader::grade() const {
