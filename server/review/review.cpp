@@ -52,6 +52,7 @@ class Gathering {
   void attitude(const WorldMessage::Entry& body, double t, bool known);
   void list(Event&& event);
   void add(const std::string& name, double t, double value) {
+    if (!std::isfinite(value)) return;  // no series of nothing
     review_.series.try_emplace(name, limits_.windows).first->second.add(t, value);
   }
   double at(ArrivalTime arrival) { return seen(simulation_time(arrival)); }
@@ -192,7 +193,8 @@ void Gathering::attitude(const WorldMessage::Entry& body, double t, bool known) 
 
 Status Gathering::scan(Message& message) {
   have_scan_ = false;
-  if (const Status read = decode(message.channel, message.payload, scan_); !read) return read;
+  // What the robot sent broken went out as it was: nothing can be measured in it.
+  if (!decode(message.channel, message.payload, scan_)) return {};
   have_scan_ = true;
   at(message.arrival);
   measure_nearest();

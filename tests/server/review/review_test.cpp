@@ -123,6 +123,22 @@ TEST_F(ReviewTest, OfManyPenaltiesTheDearestKeepTheirPictures) {
   EXPECT_FALSE(has(50.5) || has(99.5));
 }
 
+TEST_F(ReviewTest, OneBrokenScanIsNotTheEndOfTheReview) {
+  test::WrittenSession session;
+  session.broken_scan = 5;
+  const SessionReview made = review(session), whole = review({});
+  EXPECT_EQ(made.series.at("nearest").samples().size(), whole.series.at("nearest").samples().size());
+  EXPECT_EQ(made.grade->score, whole.grade->score);
+}
+
+TEST_F(ReviewTest, OfWhatWasNeverMeasuredThereIsNoSeries) {
+  test::WrittenSession session;
+  session.injected = false;  // the nearest of nothing is infinitely far
+  const SessionReview made = review(session);
+  EXPECT_EQ(made.series.count("nearest"), 1U);
+  EXPECT_EQ(made.series.count("nearest_injected"), 0U);
+}
+
 TEST_F(ReviewTest, ALogThatStopsInTheMiddleIsShownAsFarAsItGoes) {
   test::WrittenSession session;
   session.end = false;

@@ -16,6 +16,8 @@ struct WrittenSession {
   std::vector<double> touches = {4, 6.5, 6.7, 12};  ///< s, of barrel_1
   int picture_width = 160;                          ///< pixels; three quarters as high
   double scan_rate = 10;                            ///< Hz
+  bool injected = true;                             ///< barrel_1 is in every scan
+  double broken_scan = -1;  ///< s, of one that breaks off in the middle; negative: none
 
   Configuration configuration() const {
     Scenario made;
@@ -86,11 +88,18 @@ struct WrittenSession {
       }
       if (static_cast<int>(t * scan_rate) != static_cast<int>((t - 1 / 30.0) * scan_rate)) {
         scan.stamp = SensorTime::from_utime(us(t));
+        if (broken_scan >= 0 && t >= broken_scan && t < broken_scan + 1 / scan_rate) {
+          for (const char* name : {channel::scan, channel::mr_scan}) {
+            Message half = message(name, us(t), scan);
+            half.payload.resize(half.payload.size() / 2);
+            ASSERT_TRUE(log.write(half.channel, half.arrival, half.payload).ok());
+          }
+        }
         put(channel::scan, t + 0.005 + (i % 90 == 0 ? 0.08 : 0), scan);
         put(channel::mr_scan, t + 0.006, scan);
         ScanInfo info{scan.stamp, true, "", 0.01, {"barrel_1"}, {}};
         info.beam_agent.assign(scan.ranges.size(), -1);
-        info.beam_agent[info.beam_agent.size() / 2] = 0;
+        if (injected) info.beam_agent[info.beam_agent.size() / 2] = 0;
         put(channel::mr_scan_info, t + 0.006, info);
       }
     }
