@@ -21,7 +21,9 @@ struct Arguments {
 /// "i/n" with 1 <= i <= n.
 bool read_shard(const std::string& text, std::size_t& shard, std::size_t& shards) {
   int used = 0;
-  return std::sscanf(text.c_str(), "%zu/%zu%n", &shard, &shards, &used) == 2 &&
+  // sscanf takes a sign, and -1 for the greatest number.
+  return text.find_first_not_of("0123456789/") == std::string::npos &&
+         std::sscanf(text.c_str(), "%zu/%zu%n", &shard, &shards, &used) == 2 &&
          static_cast<std::size_t>(used) == text.size() && shard >= 1 && shard <= shards;
 }
 

@@ -26,7 +26,8 @@ struct Arguments {
 
 /// $PARHELION_RECORDS, or where the system keeps a user's files.
 std::string default_database() {
-  if (const char* chosen = std::getenv("PARHELION_RECORDS")) return chosen;
+  const char* chosen = std::getenv("PARHELION_RECORDS");
+  if (chosen != nullptr && *chosen != '\0') return chosen;
   const char* base = std::getenv("XDG_DATA_HOME");
   if (base != nullptr && *base == '/') return std::string(base) + "/parhelion/records.db";
   const char* home = std::getenv("HOME");
@@ -74,7 +75,7 @@ Status grade(const Arguments& arguments) {
     progress.finish();
     if (!session) return session.error();
     const auto stored = records->store(trainee->pseudonym, *session, arguments.again);
-    if (!stored) return stored.error();
+    if (!stored) return Error{log + ": " + stored.error().message};
     const char* what = *stored == Records::Stored::added      ? "stored"
                        : *stored == Records::Stored::replaced ? "graded again"
                                                               : "is there already, unchanged (--again)";
@@ -142,18 +143,25 @@ Status list(const Arguments& arguments) {
   return {};
 }
 
+/// People name files by persons, too.
+void leave_out_names(std::vector<TraineeHistory>& histories) {
+  for (TraineeHistory& history : histories) {
+    history.trainee.name = history.trainee.mbox_sha1sum = "";
+    for (SessionRecord& session : history.sessions) session.log.clear();
+  }
+}
+
 Status export_to(const Arguments& arguments) {
   if (const Status free = check_writable(arguments.output, arguments.force); !free) return free;
   auto records = open_records(arguments, false);
   if (!records) return records.error();
   auto histories = histories_of(*records, arguments);
   if (!histories) return histories.error();
-  if (!arguments.names)
-    for (TraineeHistory& history : *histories) history.trainee.name = history.trainee.mbox_sha1sum = "";
+  if (!arguments.names) leave_out_names(*histories);
   const std::string text = arguments.format == "csv"    ? to_csv(*histories)
                            : arguments.format == "xapi" ? to_xapi(*histories, arguments.home_page)
                                                         : to_json(*histories);
-  return write_text(arguments.output, text, arguments.force);
+  return write_text(arguments.output, text, arguments.force, arguments.names ? Readers::owner : Readers::all);
 }
 
 Status import_from(const Arguments& arguments) {
@@ -194,7 +202,8 @@ Status next(const Arguments& arguments) {
       json["skills"] = advice->task.skills;
       json["chance"] = advice->next.chance;
     }
-    std::printf("%s\n", json.dump(2).c_str());
+    // A folder's name may be no UTF-8.
+    std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     return {};
   }
   std::printf("%s\n", advice->next.reason.c_str());
@@ -257,6 +266,10 @@ void add_keeping(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>
   part->add_flag("--yes", arguments->yes, "It is meant");
 }
 
+std::string check_home_page(const std::string& text) {
+  return text.find("://") != std::string::npos ? "" : "'" + text + "'; expected as https://school.example";
+}
+
 void add_exchange(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments) {
   CLI::App* part = add_part(command, exit, arguments, "export", "Records as JSON, CSV or xAPI statements",
                             "export --format xapi -o statements.json", export_to);
@@ -266,8 +279,11 @@ void add_exchange(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments
       ->check(CLI::IsMember({"json", "csv", "xapi"}))
       ->default_str("json");
   part->add_option("-o,--output", arguments->output, "File; - is the terminal")->required();
-  part->add_flag("--names", arguments->names, "With names and mail hashes; else only pseudonyms");
+  part->add_flag(
+      "--names", arguments->names,
+      "With names, mail hashes and names of log files, readable by you alone; else only pseudonyms");
   part->add_option("--home-page", arguments->home_page, "xAPI: whose accounts the pseudonyms are")
+      ->check(check_home_page)
       ->capture_default_str();
   part->add_flag("--force", arguments->force, "Overwrite the file");
   part = add_part(command, exit, arguments, "import", "Take over what export or another xAPI system wrote",

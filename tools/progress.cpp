@@ -35,7 +35,8 @@ std::string progress_line(std::string_view task, double done, double total, std:
     line["unit"] = unit;
     line["elapsed_s"] = rounded(elapsed);
     if (known) line["left_s"] = rounded(left);
-    return line.dump();
+    // What a command works on may be a file whose name is no UTF-8.
+    return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   }
   char text[160];
   const std::string name(task), unit_name(unit);

@@ -1,5 +1,7 @@
 #include "tools/text_file.hpp"
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -47,16 +49,21 @@ Status write_beside(const fs::path& path, const std::vector<std::string>& files,
   return written;
 }
 
-Status write_text(const std::string& path, const std::string& text, bool overwrite) {
+Status write_text(const std::string& path, const std::string& text, bool overwrite, Readers readers) {
   if (path == "-") {
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    return {};
+    if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+      return {};
+    return Error{std::string("standard output cannot be written: ") + std::strerror(errno)};
   }
   if (const Status free = check_writable(path, overwrite); !free) return free;
   const std::string temporary = path + ".part";
-  std::FILE* file = std::fopen(temporary.c_str(), "wb");
+  const mode_t mode = readers == Readers::owner ? S_IRUSR | S_IWUSR : 0666;
+  const int opened = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
+  std::FILE* file = opened < 0 ? nullptr : fdopen(opened, "wb");
   if (file == nullptr) return Error{temporary + ": cannot be written: " + std::strerror(errno)};
-  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  // One that was left over has the rights that it was made with.
+  const bool kept = readers == Readers::all || fchmod(opened, mode) == 0;
+  const bool written = kept && std::fwrite(text.data(), 1, text.size(), file) == text.size();
   if (std::fclose(file) != 0 || !written || std::rename(temporary.c_str(), path.c_str()) != 0) {
     const Error error{path + ": cannot be written: " + std::strerror(errno)};
     std::remove(temporary.c_str());

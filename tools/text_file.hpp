@@ -19,8 +19,11 @@ Status check_writable(const std::filesystem::path& path, bool overwrite);
 Status write_beside(const std::filesystem::path& path, const std::vector<std::string>& files,
                     const std::function<Status(const std::filesystem::path& folder)>& write);
 
+enum class Readers { all, owner };  ///< all: whom the umask lets
+
 /// Writes `text` to `path` in one go (a temporary file, then a rename); "-" is standard output. Fails where
 /// the file exists, unless `overwrite`.
-Status write_text(const std::string& path, const std::string& text, bool overwrite);
+Status write_text(const std::string& path, const std::string& text, bool overwrite,
+                  Readers readers = Readers::all);
 
 }  // namespace parhelion

@@ -31,7 +31,7 @@ std::vector<Attempt> attempts_of(const std::vector<SessionRecord>& sessions,
   std::vector<Attempt> attempts;
   for (const SessionRecord& session : sessions) {
     for (const TaskGrade& task : session.grade.tasks) {
-      if (task.outcome == TaskOutcome::waiting || task.outcome == TaskOutcome::open) continue;
+      if (!task.began || task.outcome == TaskOutcome::open) continue;
       const auto offer = std::find_if(offers.begin(), offers.end(), [&](const TaskOffer& one) {
         return one.scenario == session.scenario && one.name == task.name;
       });

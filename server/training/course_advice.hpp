@@ -14,7 +14,8 @@ namespace parhelion {
 /// rank_difficulties() says. Error: a scenario cannot be read or has no `training`; no task names a skill.
 Result<std::vector<TaskOffer>> course_tasks(const Course& course);
 
-/// What of `sessions` are tasks of the course, in their order: those that were done, failed or out of time.
+/// What of `sessions` are tasks of the course, in their order: those that were begun, and then done, failed
+/// or out of time.
 std::vector<Attempt> attempts_of(const std::vector<SessionRecord>& sessions,
                                  const std::vector<TaskOffer>& offers);
 

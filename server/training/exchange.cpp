@@ -1,9 +1,15 @@
 #include "server/training/exchange.hpp"
 
+#include <string_view>
+
 namespace parhelion {
 namespace {
 
-Result<std::string> pseudonym_of(Records& records, const TraineeRecord& trainee, Taken& taken) {
+Result<std::string> pseudonym_of(Records& records, TraineeRecord trainee, Taken& taken) {
+  if (!trainee.pseudonym.empty() && !is_pseudonym(trainee.pseudonym)) {
+    if (trainee.name.empty()) trainee.name = trainee.pseudonym;
+    trainee.pseudonym.clear();
+  }
   for (const std::string* key : {&trainee.pseudonym, &trainee.mbox_sha1sum, &trainee.name}) {
     if (key->empty()) continue;
     if (const auto known = records.find(*key)) return known->pseudonym;
@@ -17,6 +23,8 @@ Result<std::string> pseudonym_of(Records& records, const TraineeRecord& trainee,
 }  // namespace
 
 Result<Histories> histories_from(const std::string& text, const std::string& origin) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) return histories_from(text.substr(kByteOrderMark.size()), origin);
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos)
     return Error{origin + ": is empty; expected records in JSON or CSV, or xAPI statements"};

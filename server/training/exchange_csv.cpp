@@ -170,6 +170,9 @@ Status read_line(const Fields& fields, const std::vector<const Column*>& order, 
     if (!order[i]->read(fields[i], line))
       return Error{std::string(order[i]->name) + " '" + fields[i] + "'; expected " + order[i]->expected};
   }
+  const TraineeRecord& trainee = line.trainee;
+  if (trainee.pseudonym.empty() && trainee.name.empty() && trainee.mbox_sha1sum.empty())
+    return Error{"it says no trainee: neither a pseudonym nor a name nor an mbox_sha1sum"};
   if (session && line.session.identity.empty()) return Error{"a session without an identity"};
   return {};
 }
@@ -206,7 +209,8 @@ Result<Histories> histories_from_csv(const std::string& text, const std::string&
   std::map<std::string, std::size_t> places;
   while (!reader.at_end()) {
     if (!reader.next(fields)) return Error{at() + "a quote is not closed"};
-    if (fields.size() == 1 && fields[0].empty()) continue;
+    // Of an empty row some programs write the commas.
+    if (std::all_of(fields.begin(), fields.end(), [](const auto& field) { return field.empty(); })) continue;
     Line line;
     if (const Status read = read_line(fields, *order, line); !read) return Error{at() + read.error().message};
     const std::string who =

@@ -9,6 +9,7 @@
 #include "protocols/sha256.hpp"
 #include "server/training/exchange.hpp"
 #include "server/training/iso8601.hpp"
+#include "server/training/json_reason.hpp"
 
 namespace parhelion {
 namespace {
@@ -26,10 +27,11 @@ std::string sha256_of(const std::string& text) {
   return hash.hex();
 }
 
-/// A UUID of version 8 (RFC 9562), so that the same session has the same statement.
+/// So that the same session has the same statement. A UUID of the shape of version 5 (RFC 9562): of what is
+/// no time and no chance the newest that validators of xAPI 1.0.3 know.
 std::string uuid_of(const std::string& identity) {
   std::string hex = sha256_of("parhelion session " + identity).substr(0, 32);
-  hex[12] = '8';
+  hex[12] = '5';
   hex[16] = "89ab"[std::stoi(hex.substr(16, 1), nullptr, 16) & 3];
   for (const std::size_t at : {20, 16, 12, 8}) hex.insert(at, "-");
   return hex;
@@ -60,7 +62,9 @@ Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
               {"completion", grade.complete},
               {"duration", duration_text(grade.end - grade.begin)}};
   // A score must lie between min and max; where there is nothing to earn there is no such span.
-  if (grade.most > 0)
+  const bool fits =
+      grade.most > 0 && grade.score >= 0 && grade.score <= grade.most && grade.share >= 0 && grade.share <= 1;
+  if (fits)
     result["score"] = {{"scaled", grade.share}, {"raw", grade.score}, {"min", 0.0}, {"max", grade.most}};
   return {{"id", uuid_of(session.identity)},
           {"actor", actor_json(trainee, home_page)},
@@ -94,16 +98,17 @@ TraineeRecord trainee_of(const Json& actor) {
   if (actor.contains("mbox_sha1sum")) return {"", "", actor.at("mbox_sha1sum").get<std::string>()};
   if (!actor.contains("account")) refuse(actor, "expected an actor with an account or mbox_sha1sum");
   const std::string name = actor.at("account").at("name").get<std::string>();
-  // Another system's account may be a person's name: that is no pseudonym.
-  const bool ours = name.size() == 14 && name.rfind("t-", 0) == 0 &&
-                    name.find_first_not_of("0123456789abcdef", 2) == std::string::npos;
-  return ours ? TraineeRecord{name, "", ""} : TraineeRecord{"", name, ""};
+  // Another system's account may be a person's name.
+  return is_pseudonym(name) ? TraineeRecord{name, "", ""} : TraineeRecord{"", name, ""};
 }
 
 void read_score(const Json& score, Grade& grade) {
   const double low = score.value("min", 0.0);
   if (score.contains("raw")) {
-    grade.score = grade.earned = std::max(0.0, score.at("raw").get<double>() - low);
+    const double raw = score.at("raw").get<double>();
+    if ((score.contains("min") && raw < low) || raw > score.value("max", raw))
+      refuse(score, "expected raw from min to max");
+    grade.score = grade.earned = std::max(0.0, raw - low);
     grade.most = score.contains("max") ? score.at("max").get<double>() - low : 0;
     if (grade.most > 0) grade.share = grade.score / grade.most;
     if (!(grade.most >= 0)) refuse(score, "expected min below max");
@@ -202,8 +207,7 @@ Result<Histories> histories_from_xapi(const std::string& text, const std::string
       take(statements);
     }
   } catch (const Json::exception& error) {
-    const char* reason = std::strstr(error.what(), "] ");
-    return Error{origin + ": " + (reason == nullptr ? error.what() : reason + 2)};
+    return Error{origin + ": " + json_reason(error)};
   }
   return histories;
 }

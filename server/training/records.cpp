@@ -28,6 +28,8 @@ Result<std::string> new_pseudonym() {
   return pseudonym;
 }
 
+constexpr std::size_t kPseudonymLength = 14;
+
 SqlValue or_null(const std::string& text) { return text.empty() ? SqlValue() : SqlValue(text); }
 
 TraineeRecord trainee_of(const SqlRow& row) { return {row.text(0), row.text(1), row.text(2)}; }
@@ -101,14 +103,25 @@ struct Records::State {
     return insert_grade(database, row, session.grade);
   }
 
+  Error refuse_owned(std::int64_t owner) {
+    std::string whose;
+    const Status read =
+        database.each("SELECT pseudonym FROM trainees WHERE id = ?", {owner}, [&](const SqlRow& row) {
+          whose = row.text(0);
+          return Status();
+        });
+    if (!read) return read.error();
+    return Error{database.path() + ": that session is another trainee's: of " + whose +
+                 "; was the right trainee named?"};
+  }
+
   Result<Stored> store(const std::string& pseudonym, const SessionRecord& session, bool again) {
     const auto trainee = row_of(pseudonym);
     if (!trainee) return trainee.error();
     const auto owner = database.number("SELECT trainee FROM sessions WHERE identity = ?", {session.identity});
     if (!owner) return owner.error();
+    if (*owner && **owner != *trainee) return refuse_owned(**owner);
     if (*owner && !again) return Stored::present;
-    if (*owner && **owner != *trainee)
-      return Error{database.path() + ": that session is another trainee's already; erase it there first"};
     if (*owner) {
       const Status gone = database.run("DELETE FROM sessions WHERE identity = ?", {session.identity});
       if (!gone) return gone.error();
@@ -144,6 +157,11 @@ struct Records::State {
         });
   }
 };
+
+bool is_pseudonym(const std::string& text) {
+  return text.size() == kPseudonymLength && text.starts_with("t-") &&
+         text.find_first_not_of("0123456789abcdef", 2) == std::string::npos;
+}
 
 Records::Records(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Records::Records(Records&&) noexcept = default;

@@ -17,6 +17,9 @@ struct TraineeRecord {
   std::string mbox_sha1sum;  ///< 40 hex digits of SHA-1 of "mailto:..." (xAPI 1.0.3, 4.1.2.3), or empty
 };
 
+/// Whether it has the shape of those made here: what has another may be a person's name.
+bool is_pseudonym(const std::string& text);
+
 struct SessionRecord {
   std::string identity;                    ///< the same for the same session, however often it is graded
   std::string scenario, programme, robot;  ///< a programme that is empty: none
@@ -52,8 +55,8 @@ class Records {
   /// of them.
   Status erase(const std::string& pseudonym);
 
-  /// A session with the same identity is `present`, and unchanged; with `again` it is replaced, unless it is
-  /// another trainee's (Error).
+  /// A session with the same identity is `present`, and unchanged; with `again` it is replaced. Error: it is
+  /// another trainee's.
   Result<Stored> store(const std::string& pseudonym, const SessionRecord& session, bool again = false);
   /// In the order in which they were stored.
   Result<std::vector<SessionRecord>> sessions(const std::string& pseudonym);

@@ -40,6 +40,11 @@ PRAGMA application_id = 1349675116;  -- 'Prhl'
 CREATE TABLE skills(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCADE, position INTEGER NOT NULL,
   skill TEXT NOT NULL, PRIMARY KEY(session, position, skill)) STRICT, WITHOUT ROWID;
 )",
+    // For each event that goes it is asked what it caused.
+    R"(
+CREATE INDEX tasks_by_cause ON tasks(cause);
+CREATE INDEX charges_by_cause ON charges(cause);
+)",
 };
 
 constexpr std::int64_t kApplication = 1349675116;

@@ -24,5 +24,9 @@ TEST(Progress, ElsewhereEachLineIsJson) {
   EXPECT_EQ(line.at("total"), 100);
 }
 
+TEST(Progress, ANameThatIsNoUtf8IsJsonAllTheSame) {
+  EXPECT_TRUE(nlohmann::json::accept(progress_line("\xff.lcm", 1, 2, "MB", 3, false)));
+}
+
 }  // namespace
 }  // namespace parhelion

@@ -1,7 +1,9 @@
 // `parhelion records` and `batch`, as a person calls them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -47,16 +49,56 @@ TEST_F(RecordsCommand, ATraineeIsAddedGradedListedExportedAndErased) {
   EXPECT_THAT(say({"records", "list", "Anna Schmidt"}).output, HasSubstr("lesson-2.lcm"));
   const std::string out = folder_ / "out.csv";
   EXPECT_EQ(say({"records", "export", "--format", "csv", "-o", out}).exit, 0);
-  EXPECT_THAT(test::text_of(out), AllOf(HasSubstr(pseudonym), Not(HasSubstr("Anna"))));
+  EXPECT_THAT(test::text_of(out),
+              AllOf(HasSubstr(pseudonym), Not(HasSubstr("Anna")), Not(HasSubstr("lesson-1.lcm"))));
   EXPECT_THAT(say({"records", "export", "--format", "csv", "-o", out}).output, HasSubstr("exists already"));
   EXPECT_EQ(say({"records", "export", "--format", "csv", "--names", "--force", "-o", out}).exit, 0);
-  EXPECT_THAT(test::text_of(out), HasSubstr("Anna"));
+  EXPECT_THAT(test::text_of(out), AllOf(HasSubstr("Anna"), HasSubstr("lesson-1.lcm")));
+  struct stat found {};
+  ASSERT_EQ(stat(out.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777, 0600U) << "it has names, and its owner alone reads it";
   EXPECT_THAT(say({"records", "erase", "Anna Schmidt"}).output, HasSubstr("give --yes"));
   EXPECT_EQ(say({"records", "erase", "Anna Schmidt", "--yes"}).exit, 0);
   EXPECT_EQ(say({"records", "list", "Anna Schmidt"}).exit, 1);
   std::filesystem::remove(out);
   for (const char* file : {"records.db", "records.db-wal", "records.db-shm"})
     EXPECT_THAT(test::text_of(folder_ / file), Not(HasSubstr("Anna"))) << file;
+}
+
+TEST_F(RecordsCommand, ASessionOfAnotherTraineeIsRefused) {
+  const std::string anna = say({"records", "add", "Anna"}).output.substr(0, 14);
+  ASSERT_EQ(say({"records", "add", "Ben"}).exit, 0);
+  const std::string log = lesson(1);
+  ASSERT_EQ(say({"records", "grade", "Anna", log}).exit, 0);
+  const auto refused = say({"records", "grade", "Ben", log});
+  EXPECT_EQ(refused.exit, 1);
+  EXPECT_THAT(refused.output, AllOf(HasSubstr(log), HasSubstr("another trainee's: of " + anna)));
+}
+
+TEST_F(RecordsCommand, WhatCannotBeWrittenToTheTerminalIsSaid) {
+  ASSERT_EQ(say({"records", "add", "Anna"}).exit, 0);
+  const std::vector<std::string> exported{"records", "export", "--database", folder_ / "records.db",
+                                          "-o",      "-"};
+  EXPECT_EQ(test::run(exported, folder_ / "said.txt").exit, 0);
+  EXPECT_EQ(test::Process(exported, "/dev/full").wait(), 1);
+}
+
+TEST_F(RecordsCommand, AHomePageIsAnAddress) {
+  ASSERT_EQ(say({"records", "add", "Anna"}).exit, 0);
+  const auto ran =
+      say({"records", "export", "--format", "xapi", "--home-page", "school", "-o", folder_ / "out"});
+  EXPECT_EQ(ran.exit, 2);
+  EXPECT_THAT(ran.output, HasSubstr("expected as https://school.example"));
+}
+
+TEST_F(RecordsCommand, AnEmptyVariableIsAsNone) {
+  ASSERT_EQ(setenv("PARHELION_RECORDS", "", 1), 0);
+  ASSERT_EQ(setenv("XDG_DATA_HOME", (folder_ / "data").c_str(), 1), 0);
+  const auto ran = test::run({"records", "add", "Anna"}, folder_ / "said.txt");
+  unsetenv("PARHELION_RECORDS");
+  unsetenv("XDG_DATA_HOME");
+  EXPECT_EQ(ran.exit, 0) << ran.output;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "data/parhelion/records.db"));
 }
 
 TEST_F(RecordsCommand, WhatIsExportedIsImportedElsewhereOnce) {
@@ -90,6 +132,11 @@ TEST_F(RecordsCommand, NextNamesTheProgrammeAndOneReason) {
   const auto json = say({"records", "next", "Anna", "--course", course, "--json"});
   EXPECT_THAT(json.output, AllOf(HasSubstr("\"kind\": \"task\""), HasSubstr("\"tasks_seen\": 0")));
   EXPECT_EQ(say({"records", "next", "Ben", "--course", course}).exit, 1);
+  const std::string odd = folder_ / "\xff";  // no UTF-8
+  std::filesystem::create_directory_symlink(std::filesystem::path(course).parent_path(), odd);
+  const auto replaced = say({"records", "next", "Anna", "--course", odd + "/course.yaml", "--json"});
+  EXPECT_EQ(replaced.exit, 0) << replaced.output;
+  EXPECT_THAT(replaced.output, HasSubstr("\xEF\xBF\xBD"));
 }
 
 TEST_F(RecordsCommand, BatchWritesATableAndNamesTheBadLog) {
@@ -104,7 +151,8 @@ TEST_F(RecordsCommand, BatchWritesATableAndNamesTheBadLog) {
   EXPECT_THAT(ran.output, AllOf(HasSubstr("bad.lcm"), HasSubstr("2 sessions graded, 2 passed, 1 could not")));
   EXPECT_THAT(test::text_of(table), HasSubstr("\"score\": 93.0"));
   EXPECT_THAT(say({"batch", folder_ / "", "-o", table}).output, HasSubstr("--force"));
-  EXPECT_EQ(say({"batch", folder_ / "", "--shard", "3/2"}).exit, 2);
+  for (const char* shard : {"3/2", "1/-1", "+1/2", "1/", "0/1"})
+    EXPECT_EQ(say({"batch", folder_ / "", "--shard", shard}).exit, 2) << shard;
   EXPECT_THAT(say({"batch", folder_ / "", "--shard", "2/3"}).output,
               AllOf(HasSubstr("lesson-1.lcm"), Not(HasSubstr("lesson-2.lcm"))));
 }

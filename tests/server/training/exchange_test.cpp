@@ -90,6 +90,23 @@ TEST(Exchange, BadCsvSaysLineAndColumn) {
   EXPECT_THAT(error(csv.replace(passed, 2, ",2")), HasSubstr("ended '2'; expected 0 or 1"));
 }
 
+TEST(Exchange, CsvOfASpreadsheetIsRead) {
+  std::string csv = "\xEF\xBB\xBF" + to_csv(group());
+  csv += std::string(20, ',') + "\r\n";
+  const auto read = histories_from(csv, "a.csv");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(to_csv(read->trainees), to_csv(group()));
+  EXPECT_TRUE(histories_from("\xEF\xBB\xBF" + to_json(group()), "a.json").ok());
+  EXPECT_FALSE(histories_from("\xEF\xBB\xBF", "a").ok());
+}
+
+TEST(Exchange, ALineThatSaysNoTraineeIsRefused) {
+  const std::string csv = to_csv({{{"", "", ""}, {test::recorded_session(1)}}});
+  const auto read = histories_from_csv(csv, "a.csv");
+  ASSERT_FALSE(read.ok());
+  EXPECT_THAT(read.error().message, HasSubstr("a.csv:2: it says no trainee"));
+}
+
 TEST(Exchange, BadJsonSaysWhere) {
   const auto error = [](json changed) {
     const auto read = histories_from_json(changed.dump(), "a.json");
@@ -119,7 +136,7 @@ TEST(Exchange, AStatementSaysWhatTheSpecificationAsks) {
   ASSERT_EQ(statements.size(), 3U);
   const json& first = statements[0];
   EXPECT_THAT(first["id"].get<std::string>(),
-              testing::MatchesRegex("[0-9a-f]{8}-[0-9a-f]{4}-8[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
+              testing::MatchesRegex("[0-9a-f]{8}-[0-9a-f]{4}-5[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
   EXPECT_EQ(first["actor"]["account"]["name"], "t-0123456789ab");
   EXPECT_EQ(first["actor"]["account"]["homePage"], "https://school.example");
   EXPECT_EQ(statements[2]["actor"]["mbox_sha1sum"], kMbox);
@@ -132,6 +149,17 @@ TEST(Exchange, AStatementSaysWhatTheSpecificationAsks) {
   EXPECT_LE(score["raw"], score["max"]);
   EXPECT_EQ(first["result"]["duration"], "PT600.100000000S");
   EXPECT_THAT(to_xapi(group(), "x"), Not(HasSubstr("Schmidt")));
+}
+
+TEST(Exchange, AScoreThatNoSpecificationAllowsIsLeftOut) {
+  for (const auto& [score, share] : {std::pair(130.0, 130.0 / 120), {-5.0, 0.0}, {60.0, 1.5}, {60.0, -0.5}}) {
+    auto trainees = group();
+    trainees[0].sessions[0].grade.score = score;
+    trainees[0].sessions[0].grade.share = share;
+    const json statements = json::parse(to_xapi(trainees, "https://school.example"));
+    EXPECT_FALSE(statements[0]["result"].contains("score")) << score << ' ' << share;
+    EXPECT_TRUE(statements[1]["result"].contains("score"));
+  }
 }
 
 TEST(Exchange, OurStatementsReadBackAsTheSameSessions) {
@@ -199,6 +227,11 @@ TEST(Exchange, BadStatementsSayWhere) {
   bad = good;
   bad[0]["result"]["score"]["scaled"] = 7;
   EXPECT_THAT(error(bad), HasSubstr("expected -1 to 1"));
+  for (const double raw : {9.0, 31.0}) {
+    bad = good;
+    bad[2]["result"]["score"] = {{"raw", raw}, {"min", 10}, {"max", 30}};
+    EXPECT_THAT(error(bad), AllOf(HasSubstr("/2/result/score"), HasSubstr("expected raw from min to max")));
+  }
 }
 
 TEST(Exchange, InstantsAndDurationsReadBack) {
@@ -216,29 +249,63 @@ TEST(Exchange, InstantsAndDurationsReadBack) {
     EXPECT_FALSE(duration_of(bad)) << bad;
 }
 
-TEST(Exchange, TakingTwiceTakesOnceAndAFaultTakesNothing) {
-  std::string pattern = (std::filesystem::temp_directory_path() / "parhelion-exchange-XXXXXX").string();
-  ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-  {
-    auto records = Records::open(pattern + "/records.db", true);
-    ASSERT_TRUE(records.ok());
-    Histories histories{group(), 0};
-    histories.trainees[1].trainee.mbox_sha1sum = "none";
-    EXPECT_FALSE(take(*records, histories).ok());
-    EXPECT_TRUE(records->trainees()->empty());
-    histories.trainees = group();
-    const auto first = take(*records, histories), second = take(*records, histories);
-    ASSERT_TRUE(first.ok()) << first.error().message;
-    EXPECT_EQ(first->trainees, 3U);
-    EXPECT_EQ(first->sessions, 3U);
-    EXPECT_EQ(second->trainees, 0U);
-    EXPECT_EQ(second->sessions, 0U);
-    EXPECT_EQ(second->present, 3U);
-    // What was exported elsewhere in another form is the same.
-    const auto statements = histories_from_xapi(to_xapi(group(), "https://school.example"), "a");
-    EXPECT_EQ(take(*records, *statements)->present, 3U);
+class Taking : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_NE(mkdtemp(folder_.data()), nullptr);
+    auto opened = Records::open(folder_ + "/records.db", true);
+    ASSERT_TRUE(opened.ok()) << opened.error().message;
+    records_.emplace(std::move(*opened));
   }
-  std::filesystem::remove_all(pattern);
+  void TearDown() override {
+    records_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  std::string folder_ = (std::filesystem::temp_directory_path() / "parhelion-exchange-XXXXXX").string();
+  std::optional<Records> records_;
+};
+
+TEST_F(Taking, TakingTwiceTakesOnceAndAFaultTakesNothing) {
+  Histories histories{group(), 0};
+  histories.trainees[1].trainee.mbox_sha1sum = "none";
+  EXPECT_FALSE(take(*records_, histories).ok());
+  EXPECT_TRUE(records_->trainees()->empty());
+  histories.trainees = group();
+  const auto first = take(*records_, histories), second = take(*records_, histories);
+  ASSERT_TRUE(first.ok()) << first.error().message;
+  EXPECT_EQ(first->trainees, 3U);
+  EXPECT_EQ(first->sessions, 3U);
+  EXPECT_EQ(second->trainees, 0U);
+  EXPECT_EQ(second->sessions, 0U);
+  EXPECT_EQ(second->present, 3U);
+  // What was exported elsewhere in another form is the same.
+  const auto statements = histories_from_xapi(to_xapi(group(), "https://school.example"), "a");
+  EXPECT_EQ(take(*records_, *statements)->present, 3U);
+}
+
+TEST_F(Taking, ANameInThePlaceOfAPseudonymIsKeptAsAName) {
+  const std::vector<TraineeHistory> called{{{"Anna Schmidt", "", ""}, {test::recorded_session(1)}},
+                                           {{"4711", "Ben", ""}, {}}};
+  for (const std::string& text : {to_csv(called), to_json(called)}) {
+    const auto taken = take(*records_, *histories_from(text, "a"));
+    ASSERT_TRUE(taken.ok()) << taken.error().message;
+  }
+  const auto trainees = records_->trainees();
+  ASSERT_EQ(trainees->size(), 2U) << "twice the same two";
+  for (const TraineeRecord& trainee : *trainees) EXPECT_TRUE(is_pseudonym(trainee.pseudonym));
+  EXPECT_EQ(trainees->at(0).name, "Anna Schmidt");
+  EXPECT_EQ(trainees->at(1).name, "Ben");
+}
+
+TEST_F(Taking, ASessionOfAnotherTraineeTakesNothing) {
+  ASSERT_TRUE(take(*records_, {group(), 0}).ok());
+  auto trainees = group();
+  trainees[0].trainee = {"t-999999999999", "", ""};
+  const auto taken = take(*records_, {trainees, 0});
+  ASSERT_FALSE(taken.ok());
+  EXPECT_THAT(taken.error().message, HasSubstr("another trainee's: of t-0123456789ab"));
+  EXPECT_FALSE(records_->find("t-999999999999").ok());
 }
 
 }  // namespace

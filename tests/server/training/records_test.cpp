@@ -90,7 +90,7 @@ TEST_F(RecordsTest, ASessionComesBackToTheBit) {
 
 TEST_F(RecordsTest, TheSameSessionTwiceIsThereAlready) {
   Records records = open();
-  const std::string anna = add(records, "Anna").pseudonym, ben = add(records, "Ben").pseudonym;
+  const std::string anna = add(records, "Anna").pseudonym;
   SessionRecord session = test::recorded_session(1);
   EXPECT_EQ(*records.store(anna, session), Stored::added);
   session.grade.score = 1;
@@ -99,9 +99,28 @@ TEST_F(RecordsTest, TheSameSessionTwiceIsThereAlready) {
   EXPECT_EQ(*records.store(anna, session, true), Stored::replaced);
   EXPECT_EQ(records.sessions(anna)->front().grade.score, 1);
   EXPECT_EQ(records.sessions(anna)->size(), 1U);
-  EXPECT_EQ(*records.store(ben, session), Stored::present);
-  EXPECT_FALSE(records.store(ben, session, true).ok());
+}
+
+TEST_F(RecordsTest, ASessionOfAnotherTraineeIsRefusedAndSaysWhose) {
+  Records records = open();
+  const std::string anna = add(records, "Anna").pseudonym, ben = add(records, "Ben").pseudonym;
+  const SessionRecord session = test::recorded_session(1);
+  ASSERT_TRUE(records.store(anna, session).ok());
+  for (const bool again : {false, true}) {
+    const auto stored = records.store(ben, session, again);
+    ASSERT_FALSE(stored.ok()) << again;
+    EXPECT_THAT(stored.error().message,
+                HasSubstr("another trainee's: of " + anna + "; was the right trainee named?"));
+  }
   EXPECT_TRUE(records.sessions(ben)->empty());
+  EXPECT_EQ(records.sessions(anna)->size(), 1U);
+}
+
+TEST_F(RecordsTest, WhatIsDrawnIsAPseudonymAndANameIsNone) {
+  Records records = open();
+  EXPECT_TRUE(is_pseudonym(add(records, "Anna").pseudonym));
+  for (const char* other : {"", "Anna", "t-7", "t-0123456789aB", "t-0123456789abc", "x-0123456789ab"})
+    EXPECT_FALSE(is_pseudonym(other)) << other;
 }
 
 TEST_F(RecordsTest, TraineesAreFoundByAnyOfTheirNames) {
@@ -464,6 +483,21 @@ TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
     EXPECT_EQ(sessions->at(0).grade.charges.at(0).rule, "bump");
     EXPECT_EQ(*records.store("t-1", test::recorded_session(1)), Stored::added);
     for (const char* end : {"", "-wal", "-shm"}) fs::remove(path_ + end);
+  }
+}
+
+TEST_F(RecordsTest, WhatAnEventCausedIsFoundWithoutLookingAtAll) {
+  open();
+  auto database = Database::open(path_, false, 0);
+  for (const std::string table : {"tasks", "charges"}) {
+    std::string plan;
+    // As SQLite asks it of itself for each event that is erased.
+    ASSERT_TRUE(database->each("EXPLAIN QUERY PLAN SELECT 1 FROM " + table + " WHERE cause = 1", {},
+                               [&](const SqlRow& row) {
+                                 plan += row.text(3);
+                                 return Status();
+                               }));
+    EXPECT_THAT(plan, HasSubstr(table + "_by_cause"));
   }
 }
 

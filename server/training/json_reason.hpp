@@ -1,0 +1,16 @@
+// What is said of JSON that cannot be read.
+#pragma once
+
+#include <cstring>
+#include <exception>
+#include <string>
+
+namespace parhelion {
+
+/// The library's message without its own number in front.
+inline std::string json_reason(const std::exception& error) {
+  const char* text = std::strstr(error.what(), "] ");
+  return text == nullptr ? error.what() : text + 2;
+}
+
+}  // namespace parhelion
