@@ -6,23 +6,11 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "server/check_training.hpp"
+#include "server/training/grade_json.hpp"
 #include "server/training/words.hpp"
 
 namespace parhelion {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json event_json(const std::optional<Event>& event) {
-  if (!event) return nullptr;
-  return {{"kind", to_string(event->kind)},
-          {"subject", event->subject},
-          {"object", event->object},
-          {"time_ns", event->stamp.ns},
-          {"impulse", event->impulse},
-          {"value", event->value},
-          {"text", event->text}};
-}
 
 std::string at_text(SimulationTime at, SimulationTime begin) {
   char text[32];
@@ -141,30 +129,12 @@ std::string to_text(const GradedSession& session) {
 }
 
 std::string to_json(const GradedSession& session) {
-  const Grade& grade = session.grade;
-  Json json{{"log", session.log},         {"scenario", session.scenario},
-            {"robot", session.robot},     {"score", grade.score},
-            {"earned", grade.earned},     {"charged", grade.charged},
-            {"most", grade.most},         {"share", grade.share},
-            {"grade", grade.grade},       {"passed", grade.passed},
-            {"complete", grade.complete}, {"begin_ns", grade.begin.ns},
-            {"end_ns", grade.end.ns},     {"damaged_bytes", session.skipped_bytes}};
-  Json& tasks = json["tasks"] = Json::array();
-  for (const TaskGrade& task : grade.tasks) {
-    tasks.push_back({{"name", task.name},
-                     {"outcome", to_string(task.outcome)},
-                     {"points", task.points},
-                     {"began_ns", task.began ? Json(task.began->ns) : Json()},
-                     {"ended_ns", task.ended ? Json(task.ended->ns) : Json()},
-                     {"cause", event_json(task.cause)}});
-  }
-  Json& charges = json["charges"] = Json::array();
-  for (const Charge& charge : grade.charges)
-    charges.push_back({{"rule", charge.rule},
-                       {"points", charge.points},
-                       {"at_ns", charge.at.ns},
-                       {"cause", event_json(charge.cause)}});
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  nlohmann::ordered_json json{{"log", session.log},
+                              {"scenario", session.scenario},
+                              {"robot", session.robot},
+                              {"damaged_bytes", session.skipped_bytes}};
+  put_grade(session.grade, json);
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace parhelion

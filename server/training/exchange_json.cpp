@@ -1,9 +1,10 @@
 // Everything, as one JSON document.
 #define JSON_DIAGNOSTICS 1  // errors say where in the document
-#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "server/training/exchange.hpp"
+#include "server/training/grade_json.hpp"
+#include "server/training/json_reason.hpp"
 
 namespace parhelion {
 namespace {
@@ -13,52 +14,17 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kFormat = "parhelion records";
 constexpr int kVersion = 1;
 
-Json instant_json(const std::optional<SimulationTime>& stamp) { return stamp ? Json(stamp->ns) : Json(); }
-
-Json event_json(const std::optional<Event>& event) {
-  if (!event) return nullptr;
-  return {{"kind", to_string(event->kind)},
-          {"subject", event->subject},
-          {"object", event->object},
-          {"time_ns", event->stamp.ns},
-          {"pair", static_cast<int>(event->pair)},
-          {"position", {event->position.x(), event->position.y(), event->position.z()}},
-          {"impulse", event->impulse},
-          {"value", event->value},
-          {"unsensed", event->unsensed},
-          {"request", event->request},
-          {"text", event->text}};
-}
-
 Json session_json(const SessionRecord& session) {
-  const Grade& grade = session.grade;
-  Json json{{"identity", session.identity},   {"scenario", session.scenario},
-            {"programme", session.programme}, {"level", session.level},
-            {"robot", session.robot},         {"log", session.log},
-            {"score", grade.score},           {"earned", grade.earned},
-            {"charged", grade.charged},       {"most", grade.most},
-            {"share", grade.share},           {"grade", grade.grade},
-            {"passed", grade.passed},         {"ended", grade.ended},
-            {"complete", grade.complete},     {"begin_ns", grade.begin.ns},
-            {"end_ns", grade.end.ns},         {"damaged_bytes", session.damaged_bytes}};
-  Json& tasks = json["tasks"] = Json::array();
-  for (std::size_t i = 0; i < grade.tasks.size(); ++i) {
-    const TaskGrade& task = grade.tasks[i];
-    tasks.push_back({{"name", task.name},
-                     {"skills", i < session.skills.size() ? Json(session.skills[i]) : Json::array()},
-                     {"required", task.required},
-                     {"outcome", to_string(task.outcome)},
-                     {"points", task.points},
-                     {"began_ns", instant_json(task.began)},
-                     {"ended_ns", instant_json(task.ended)},
-                     {"cause", event_json(task.cause)}});
-  }
-  Json& charges = json["charges"] = Json::array();
-  for (const Charge& charge : grade.charges)
-    charges.push_back({{"rule", charge.rule},
-                       {"points", charge.points},
-                       {"at_ns", charge.at.ns},
-                       {"cause", event_json(charge.cause)}});
+  Json json{{"identity", session.identity},
+            {"scenario", session.scenario},
+            {"programme", session.programme},
+            {"level", session.level},
+            {"robot", session.robot},
+            {"log", session.log},
+            {"damaged_bytes", session.damaged_bytes}};
+  put_grade(session.grade, json);
+  for (std::size_t i = 0; i < session.grade.tasks.size(); ++i)
+    json["tasks"][i]["skills"] = i < session.skills.size() ? Json(session.skills[i]) : Json::array();
   return json;
 }
 
@@ -147,12 +113,6 @@ SessionRecord session_of(const Json& json) {
   return session;
 }
 
-/// nlohmann's message without its own number in front.
-std::string reason(const std::exception& error) {
-  const char* text = std::strstr(error.what(), "] ");
-  return text == nullptr ? error.what() : text + 2;
-}
-
 }  // namespace
 
 std::string to_json(const std::vector<TraineeHistory>& trainees) {
@@ -185,7 +145,7 @@ Result<Histories> histories_from_json(const std::string& text, const std::string
       for (const Json& session : one.at("sessions")) history.sessions.push_back(session_of(session));
     }
   } catch (const Json::exception& error) {
-    return Error{origin + ": " + reason(error)};
+    return Error{origin + ": " + json_reason(error)};
   }
   return histories;
 }

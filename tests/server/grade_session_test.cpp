@@ -147,6 +147,8 @@ TEST_F(GradeSession, TheScoreThatWasSaidLastIsTheScoreOfTheLogAndOfTheReport) {
   ASSERT_TRUE(report_ && report_->grade);
   EXPECT_EQ(to_json(*report_->grade), to_json(*session)) << "the report's grade is that of the log";
   EXPECT_THAT(to_json(*report_), HasSubstr("\"score\": "));
+  for (const char* word : {"\"required\": ", "\"ended\": ", "\"position\": ["})
+    EXPECT_THAT(to_json(*session), HasSubstr(word));
   EXPECT_THAT(summary(*report_), HasSubstr("touched a virtual thing"));
 }
 

@@ -1,0 +1,64 @@
+// A grade as JSON: what `grade --json` and the export of records say of it. `Json` is the library's type of
+// who includes this, which so need not name the library.
+#pragma once
+
+#include <optional>
+
+#include "server/training/grader.hpp"
+
+namespace parhelion {
+
+template <class Json>
+Json instant_json(const std::optional<SimulationTime>& stamp) {
+  return stamp ? Json(stamp->ns) : Json();
+}
+
+template <class Json>
+Json event_json(const std::optional<Event>& event) {
+  if (!event) return nullptr;
+  return {{"kind", to_string(event->kind)},
+          {"subject", event->subject},
+          {"object", event->object},
+          {"time_ns", event->stamp.ns},
+          {"pair", static_cast<int>(event->pair)},
+          {"position", {event->position.x(), event->position.y(), event->position.z()}},
+          {"impulse", event->impulse},
+          {"value", event->value},
+          {"unsensed", event->unsensed},
+          {"request", event->request},
+          {"text", event->text}};
+}
+
+/// Adds to the object `json` everything that is in `grade`, each point with its event, rule and instant;
+/// numbers read back to the same bits.
+template <class Json>
+void put_grade(const Grade& grade, Json& json) {
+  json["score"] = grade.score;
+  json["earned"] = grade.earned;
+  json["charged"] = grade.charged;
+  json["most"] = grade.most;
+  json["share"] = grade.share;
+  json["grade"] = grade.grade;
+  json["passed"] = grade.passed;
+  json["ended"] = grade.ended;
+  json["complete"] = grade.complete;
+  json["begin_ns"] = grade.begin.ns;
+  json["end_ns"] = grade.end.ns;
+  Json& tasks = json["tasks"] = Json::array();
+  for (const TaskGrade& task : grade.tasks)
+    tasks.push_back({{"name", task.name},
+                     {"required", task.required},
+                     {"outcome", to_string(task.outcome)},
+                     {"points", task.points},
+                     {"began_ns", instant_json<Json>(task.began)},
+                     {"ended_ns", instant_json<Json>(task.ended)},
+                     {"cause", event_json<Json>(task.cause)}});
+  Json& charges = json["charges"] = Json::array();
+  for (const Charge& charge : grade.charges)
+    charges.push_back({{"rule", charge.rule},
+                       {"points", charge.points},
+                       {"at_ns", charge.at.ns},
+                       {"cause", event_json<Json>(charge.cause)}});
+}
+
+}  // namespace parhelion
