@@ -60,14 +60,19 @@ TEST_F(Programmes, AnObjectIsLiftedAndPutIntoTheContainer) {
   EXPECT_TRUE(grade().passed);
 }
 
-TEST_F(Programmes, WhatIsNotInSightIsFoundWithTheCamera) {
+TEST_F(Programmes, WhatIsNotInSightIsFoundWithTheCameraAndReported) {
   begin("programmes/find_and_report.yaml");
   drive_by({{12.3, 5}, {12.6, 6.2}}, 0.7);
+  report("barrel_1", {13, 8});
   look_at({13, 8.5});
   wait(2.5);
+  report("barrel_1", {13, 8});
   drive_by({{12.6, 4}}, 0.7);
   look_at({13, 1.5});
   wait(2.5);
+  report("person_1", {13, 3});
+  EXPECT_EQ(grade().tasks[0].outcome, TaskOutcome::open) << "1.5 m off";
+  report("person_1", {13, 2});
   drive_by({{12.3, 5}, {4.3, 5}}, 0.7);
   EXPECT_EQ(grade().score, 100);
   EXPECT_TRUE(grade().passed);

@@ -108,6 +108,16 @@ class ScriptedDrive : public TickTest {
     move_joints({{"left_finger_joint", 0.04}}, 0.5);
     move_joints({{"left_finger_joint", 0}}, 2);
   }
+  /// The trainee's word that something is found, and where.
+  void report(const std::string& what, const Eigen::Vector2d& place) {
+    now_ = now_ + microseconds(1);
+    AgentCommand command;
+    command.stamp = SensorTime{now_.ns};
+    command.action = AgentCommand::Action::report_at;
+    command.agent.name = what;
+    command.agent.T_map_base = Transform<Map, Base>::planar(place.x(), place.y(), 0);
+    send(message(channel::mr_agent_cmd, now_.utime(), command));
+  }
   /// What the server says, in order.
   virtual void heard(const Outputs::Entry& /*entry*/) {}
 
