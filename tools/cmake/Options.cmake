@@ -15,7 +15,7 @@ if(CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
 endif()
 
-# A build from nothing is a third shorter with precompiled headers; a cache does better for one that is built often, and
+# A build from nothing is over a quarter shorter with precompiled headers. A cache does better for who builds often, and
 # does not know one folder's precompiled headers in another.
 set(precompile ON)
 if(CCACHE)
