@@ -137,7 +137,7 @@ TEST_F(GradingPath, ADeadWheelTurnsTheRobotToItsSideAndLeavesTheCommandAlone) {
     EXPECT_GT(right ? -yaw : yaw, 0.3) << (right ? "right" : "left");
     const auto commands = decoded<TwistCommand>(channel::mr_cmd);
     ASSERT_GT(commands.size(), 30U);
-    EXPECT_EQ(commands.front().twist.vx, 0) << "held until it is known what stands round it";
+    EXPECT_EQ(commands.front().twist.vx, 0) << "its pose is not known yet";
     for (std::size_t i = 1; i < commands.size(); ++i) EXPECT_EQ(commands[i].twist.vx, 0.5) << i;
     for (const auto& command : commands) EXPECT_EQ(command.twist.wz, 0);
     EXPECT_EQ(events(EventKind::lesson_started)[0].text, right ? "right" : "left");
