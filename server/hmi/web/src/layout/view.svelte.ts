@@ -1,0 +1,32 @@
+/** What is shown where, kept in the URL so that a view can be sent to someone else. */
+import type { Role } from "../session/protocol";
+import { selection } from "../session/selection.svelte";
+import { defaultLayers, layerNames, type LayerName } from "./layers";
+import { formatAddress, parseAddress, type LayoutName } from "./layouts";
+
+class View {
+  layout = $state<LayoutName>("watch");
+  layers = $state.raw<ReadonlySet<LayerName>>(new Set(defaultLayers));
+
+  read(role: Role) {
+    const address = parseAddress(location.hash, role);
+    this.layout = address.layout;
+    if (address.robot) selection.robot = address.robot;
+    this.layers = new Set(address.layers ? layerNames.filter((name) => address.layers?.includes(name)) : defaultLayers);
+  }
+
+  write(role: Role) {
+    const usual = this.layers.size === defaultLayers.length && defaultLayers.every((name) => this.layers.has(name));
+    const hash = formatAddress(role, { layout: this.layout, robot: selection.robot, layers: usual ? null : [...this.layers] });
+    if (hash !== location.hash) history.replaceState(null, "", hash);
+  }
+
+  switchLayer(name: LayerName, on: boolean) {
+    const layers = new Set(this.layers);
+    if (on) layers.add(name);
+    else layers.delete(name);
+    this.layers = layers;
+  }
+}
+
+export const view = new View();

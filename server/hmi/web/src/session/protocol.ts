@@ -1,0 +1,77 @@
+/** What the server and the page say to each other on /ws/state as JSON. Lengths in metres, angles in radians, `t` in
+ * seconds of session time; places are in the frame `map`. Binary frames: frames.ts. */
+
+export type Role = "observer" | "trainee" | "instructor" | "admin";
+export interface Who { name: string; role: Role }
+
+export interface SessionInfo {
+  name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string;
+  simulated: boolean; started_us: number; mapped: boolean;
+}
+export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean }
+export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls }
+
+export type Shape = "box" | "sphere" | "cylinder" | "capsule" | "mesh";
+/** `id` is the row of the binary world frame. Sizes: box x, y, z; sphere radius; cylinder and capsule radius, length along z. */
+export interface Part { id: number; name: string; shape: Shape; size: number[]; colour: number[] }
+export interface Entity {
+  id: number; name: string; owner: "agent" | "robot" | "building"; kind: string; robot_model: string; parts: Part[];
+}
+export interface Entities { type: "entities"; table: number; list: Entity[] }
+
+export interface SessionEvent {
+  t: number; kind: string; subject: string; object: string; pair?: string; position: number[] | null;
+  impulse: number; value: number; text: string; unsensed: boolean; request: number;
+}
+export interface Events { type: "events"; list: SessionEvent[] }
+
+export interface Task { name: string; title: string; state: "waiting" | "running" | "done" | "failed"; points: number; of: number; left_s: number | null }
+export interface Score { type: "score"; score: number; possible: number; passed: boolean | null; tasks: Task[]; left_s: number | null }
+
+export interface SensorStatus { name: string; rate_hz: number; age_ms: number | null; loss: number; state: "ok" | "late" | "lost" | "none" }
+export interface Status { type: "status"; values: Record<string, number>; notes: Record<string, string>; sensors: SensorStatus[] }
+export interface Injection { type: "injection"; live: boolean; reason: string; predicted_error: number | null }
+export interface PoseState { type: "pose"; state: string; sigma_m: number | null }
+export interface Operator { name: string; robot: string; state: string; console: string }
+export interface Operators { type: "operators"; list: Operator[] }
+export interface Chat { type: "chat"; from: string; role: Role; to: string; text: string; t: number }
+export interface Mark { type: "mark"; t: number; text: string; by: string }
+export interface Control {
+  type: "control"; mode: "live" | "recorded"; paused: boolean; rate: number; position: number; duration: number | null;
+  ended: boolean; frozen: boolean; estop: boolean;
+}
+export interface Plan { entity: string; kind: "planned" | "predicted" | "path"; points: [number, number][] }
+export interface Plans { type: "plans"; list: Plan[] }
+export interface Zone { name: string; kind?: string; points?: [number, number][]; centre?: [number, number]; radius?: number }
+export interface Zones { type: "zones"; list: Zone[] }
+export interface Joints { type: "joints"; robot: string; names: string[]; positions: number[] }
+export interface Hazard { type: "hazard"; [field: string]: unknown }
+export interface ModelVersion { type: "model"; version: number | string }
+export interface Reply { type: "reply"; request: number; ok: boolean; text: string }
+
+export type ServerMessage = Hello | Entities | Events | Score | Status | Injection | PoseState | Operators | Chat | Mark
+  | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
+
+/** Commands that the server answers with a `reply` of the same `request`. */
+export interface Ask { type: "agent" | "script" | "lesson" | "end" | "save" | "report"; [field: string]: unknown }
+export interface Say { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
+
+const lists: Record<string, string[]> = {
+  hello: [], entities: ["list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
+  operators: ["list"], chat: [], mark: [], control: [], plans: ["list"], zones: ["list"], joints: ["names", "positions"],
+  hazard: [], model: [], reply: [],
+};
+
+/** null: not a message that this page knows (a newer server may say more); throws where a known one is not as agreed. */
+export function parseMessage(text: string): ServerMessage | null {
+  const message: unknown = JSON.parse(text);
+  if (typeof message !== "object" || message === null) throw new Error("a message is an object with a type");
+  const fields = message as Record<string, unknown>;
+  const needed = typeof fields.type === "string" ? lists[fields.type] : undefined;
+  if (!needed) return null;
+  for (const name of needed)
+    if (!Array.isArray(fields[name])) throw new Error(`${String(fields.type)} has no list "${name}"`);
+  if (fields.type === "hello" && (typeof fields.who !== "object" || typeof fields.session !== "object"))
+    throw new Error("hello says neither who nor which session");
+  return message as ServerMessage;
+}

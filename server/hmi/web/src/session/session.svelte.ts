@@ -1,0 +1,170 @@
+/** All that /ws/state has said, for panels to read. Panels never open a socket to it themselves. */
+import { strings } from "../strings.en";
+import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
+import { Link, type LinkState } from "./link";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type Say, type Score, type ServerMessage, type SessionEvent, type Status, type Zone } from "./protocol";
+import { Requests } from "./requests";
+
+/** Above this silence, in seconds, the page says so: the server says something each second. */
+export const SILENT_S = 2.5;
+const MAX_EVENTS = 5000;
+
+class Session {
+  link = $state.raw<LinkState>("connecting");
+  /** performance.now() of the next try while the link is lost. */
+  retryAt = $state.raw(0);
+  /** Seconds since the server last said anything, by a clock of the page; brought up to date four times a second. */
+  silence_s = $state.raw(0);
+
+  hello = $state.raw<Hello | null>(null);
+  entities = $state.raw<Entity[]>([]);
+  /** Grows when the set of entities changes; a world frame of another table is not drawn. */
+  table = $state.raw(-1);
+  events = $state.raw<SessionEvent[]>([]);
+  score = $state.raw<Score | null>(null);
+  status = $state.raw<Status | null>(null);
+  injection = $state.raw<Injection | null>(null);
+  pose = $state.raw<PoseState | null>(null);
+  operators = $state.raw<Operator[]>([]);
+  chat = $state.raw<Chat[]>([]);
+  marks = $state.raw<Mark[]>([]);
+  control = $state.raw<Control | null>(null);
+  plans = $state.raw<Plan[]>([]);
+  zones = $state.raw<Zone[]>([]);
+  joints = $state.raw<Record<string, Joints>>({});
+  hazard = $state.raw<Record<string, unknown> | null>(null);
+  /** Grows when the semantic model is to be fetched again. */
+  modelVersion = $state.raw<number | string>(0);
+
+  world = $state.raw<WorldFrame | null>(null);
+  /** Newest of each source: "0" SCAN, "1" MR_SCAN, "2:ENTITY" of an agent. */
+  scans = $state.raw<Record<string, ScanFrame>>({});
+  depth = $state.raw<PointsFrame | null>(null);
+  cloud = $state.raw<PointsFrame | null>(null);
+
+  /** May this user place, lesson, pause, end? Only for what is shown: the server decides. */
+  instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
+  drives = $derived(this.hello !== null && this.hello.who.role !== "observer");
+  silent = $derived(this.link !== "open" || this.silence_s > SILENT_S);
+
+  #requests = new Requests();
+  #subscription: Record<string, unknown> = { scan: true, points: false, world_hz: 30, agent_scans: [] };
+  #worldArrived = 0;
+  #clock: ReturnType<typeof setInterval> | undefined;
+  #link = new Link("/ws/state", {
+    text: (text) => this.#take(() => this.#message(parseMessage(text))),
+    bytes: (bytes) => this.#take(() => this.#frame(bytes)),
+    state: (state, retryAt) => this.#linkChanged(state, retryAt),
+  });
+
+  start() {
+    this.#link.open();
+    clearInterval(this.#clock);
+    this.#clock = setInterval(() => {
+      this.silence_s = this.#link.heard ? (performance.now() - this.#link.heard) / 1000 : 0;
+    }, 250);
+  }
+
+  stop() {
+    clearInterval(this.#clock);
+    this.#link.close();
+    this.#requests.fail(strings.link.notConnected);
+    this.hello = null;
+  }
+
+  /** Session time now: that of the newest world, carried on by the page's clock unless paused, silent or at its end. */
+  now(): number {
+    const t = this.world?.t ?? this.control?.position ?? 0;
+    if (!this.world || this.silent || this.control?.paused || this.control?.ended) return t;
+    return t + ((performance.now() - this.#worldArrived) / 1000) * (this.control?.rate || 1);
+  }
+
+  /** A command that is answered; resolves with the server's reply, or `ok: false` and why. */
+  ask(message: Ask): Promise<Reply> {
+    return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, request })), strings.link);
+  }
+
+  /** A message without an answer; false: not connected. */
+  say(message: Say): boolean {
+    return this.#link.send(JSON.stringify(message));
+  }
+
+  /** Where an entity is now (its first part, in map), or null while nobody knows. */
+  poseOf(name: string): { x: number; y: number; z: number; yaw: number } | null {
+    const part = this.entities.find((each) => each.name === name)?.parts[0];
+    const world = this.world;
+    if (!part || !world) return null;
+    const row = world.ids[part.id] === part.id ? part.id : world.ids.indexOf(part.id);
+    if (row < 0) return null;
+    const [x = NaN, y = NaN, z = NaN, qx = 0, qy = 0, qz = 0, qw = 1] = world.poses.subarray(row * 7, row * 7 + 7);
+    return { x, y, z, yaw: Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) };
+  }
+
+  subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
+    this.#subscription = { ...this.#subscription, ...change };
+    this.say({ type: "subscribe", ...this.#subscription });
+  }
+
+  #linkChanged(state: LinkState, retryAt: number) {
+    this.link = state;
+    this.retryAt = retryAt;
+    if (state === "open") this.subscribe({});
+    else this.#requests.fail(strings.link.notConnected);
+  }
+
+  #take(run: () => void) {
+    try {
+      run();
+    } catch (error) {
+      // One bad message must not stop the next: it is dropped, and said where a developer looks.
+      console.error("from the server:", error);
+    }
+  }
+
+  #frame(bytes: ArrayBuffer) {
+    const frame = parseFrame(bytes);
+    if (frame.kind === "world") {
+      if (frame.table !== this.table) return;
+      this.world = frame;
+      this.#worldArrived = performance.now();
+    } else if (frame.kind === "scan") {
+      const key = frame.source === SCAN_AGENT ? `${SCAN_AGENT}:${frame.entity}` : String(frame.source);
+      this.scans = { ...this.scans, [key]: frame };
+    } else if (frame.cloud) this.cloud = frame;
+    else this.depth = frame;
+  }
+
+  #message(message: ServerMessage | null) {
+    switch (message?.type) {
+      case "hello": return this.#begin(message);
+      case "entities": this.table = message.table; this.entities = message.list; this.world = null; break;
+      case "events": this.events = [...this.events, ...message.list].slice(-MAX_EVENTS); break;
+      case "score": this.score = message; break;
+      case "status": this.status = message; break;
+      case "injection": this.injection = message; break;
+      case "pose": this.pose = message; break;
+      case "operators": this.operators = message.list; break;
+      case "chat": this.chat = [...this.chat, message]; break;
+      case "mark": this.marks = [...this.marks, message]; break;
+      case "control": this.control = message; break;
+      case "plans": this.plans = message.list; break;
+      case "zones": this.zones = message.list; break;
+      case "joints": this.joints = { ...this.joints, [message.robot]: message }; break;
+      case "hazard": this.hazard = message; break;
+      case "model": this.modelVersion = message.version; break;
+      case "reply": this.#requests.answer(message); break;
+    }
+  }
+
+  /** Each connection begins with all there is: what an earlier one said is not kept beside it. */
+  #begin(hello: Hello) {
+    this.events = [];
+    this.chat = [];
+    this.marks = [];
+    this.scans = {};
+    this.world = null;
+    this.hello = hello;
+  }
+}
+
+export const session = new Session();
