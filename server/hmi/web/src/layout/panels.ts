@@ -7,6 +7,15 @@ type Loader = () => Promise<{ default: Component }>;
 
 /** Panels that are not named here are not built in; a layout leaves them out. */
 const loaders: Partial<Record<PanelName, Loader>> = {
+  video: () => import("../panels/VideoPanel.svelte"),
+  drive: () => import("../panels/DrivePanel.svelte"),
+  joints: () => import("../panels/JointsPanel.svelte"),
+  score: () => import("../panels/ScorePanel.svelte"),
+  events: () => import("../panels/EventsPanel.svelte"),
+  status: () => import("../panels/StatusPanel.svelte"),
+  chat: () => import("../panels/ChatPanel.svelte"),
+  briefing: () => import("../panels/BriefingPanel.svelte"),
+  instructor: () => import("../panels/InstructorPanel.svelte"),
 };
 
 export const panelTitle = (name: PanelName) => strings.panels[name];

@@ -8,8 +8,10 @@ export interface SessionInfo {
   name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string;
   simulated: boolean; started_us: number; mapped: boolean;
 }
-export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean }
-export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls }
+export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
+/** What an instructor may choose from. */
+export interface SceneInfo { scripts: string[]; lessons: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
+export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls; scene?: SceneInfo }
 
 export type Shape = "box" | "sphere" | "cylinder" | "capsule" | "mesh";
 /** `id` is the row of the binary world frame. Sizes: box x, y, z; sphere radius; cylinder and capsule radius, length along z. */
@@ -26,7 +28,7 @@ export interface SessionEvent {
 export interface Events { type: "events"; list: SessionEvent[] }
 
 export interface Task { name: string; title: string; state: "waiting" | "running" | "done" | "failed"; points: number; of: number; left_s: number | null }
-export interface Score { type: "score"; score: number; possible: number; passed: boolean | null; tasks: Task[]; left_s: number | null }
+export interface Score { type: "score"; score: number; possible: number; passed: boolean | null; graded?: boolean; ended?: boolean; verdict?: string; tasks: Task[]; left_s: number | null }
 
 export interface SensorStatus { name: string; rate_hz: number; age_ms: number | null; loss: number; state: "ok" | "late" | "lost" | "none" }
 export interface Status { type: "status"; values: Record<string, number>; notes: Record<string, string>; sensors: SensorStatus[] }

@@ -1,0 +1,14 @@
+/** An event in words for a list. */
+import type { SessionEvent } from "../session/protocol";
+import { strings } from "../strings.en";
+
+export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
+  return strings.eventKinds[event.kind] ?? event.kind.replaceAll("_", " ");
+}
+
+/** Who, whom, how hard and what else was said. */
+export function detailOf(event: SessionEvent): string {
+  const whom = [event.subject, event.object].filter(Boolean).join(" – ");
+  const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)} N s` : "";
+  return [whom, impulse, event.text].filter(Boolean).join(" · ");
+}
