@@ -65,6 +65,20 @@ export const strings = {
   },
   plan: {
     label: "Plan of the site with robots and scans",
+    how: "Arrow keys move the view, plus and minus zoom. While something is being placed, arrow keys move the cross, Enter places, Escape puts it away.",
+    select: "Select",
+    nobody: "Nothing selected",
+    follow: "Follow",
+    fit: "Fit",
+    toolHow: "press and drag to turn · Esc to stop",
+    nothing: "Nothing was received yet",
+  },
+  layers: {
+    title: "Layers",
+    names: {
+      model: "Model", labels: "Names", map: "Map", scan: "Real returns", virtual: "Virtual returns", robots: "Robots and people", paths: "Ways",
+      motion: "Planned and predicted", zones: "Zones", events: "Events", depth: "Depth camera", cloud: "Registered cloud", collision: "Collision shapes",
+    },
   },
   video: {
     of: (robot: string) => `Video of ${robot}`,

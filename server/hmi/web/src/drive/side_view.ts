@@ -1,27 +1,27 @@
 /** A robot from its right side, upright as gravity has it: each part's outline in metres forward and up of the robot's origin. */
-import type { Part } from "../session/protocol";
+import type { ShapeKind } from "../session/protocol";
 
 export interface Pose { x: number; y: number; z: number; qx: number; qy: number; qz: number; qw: number }
-export interface PosedPart { part: Part; pose: Pose }
-export interface Outline { name: string; points: [number, number][]; colour: number[]; lateral: number }
+/** A simple solid; `pose` is of its centre. Sizes as a `Shape` has them. */
+export interface PosedPart { name: string; shape: ShapeKind; size: readonly number[]; colour: readonly number[]; pose: Pose }
+export interface Outline { name: string; points: [number, number][]; colour: readonly number[]; lateral: number }
 
 type Point = [number, number, number];
 
 const circle = Array.from({ length: 16 }, (_, i) => [Math.cos((i * Math.PI) / 8), Math.sin((i * Math.PI) / 8)] as const);
 
 /** Points whose hull is the shape, in its own frame. */
-function surface({ shape, size }: Part): Point[] {
+function surface({ shape, size }: PosedPart): Point[] {
   const [a = 0, b = 0, c = 0] = size;
   switch (shape) {
     case "box":
-    case "mesh":
       return [-1, 1].flatMap((i) => [-1, 1].flatMap((j) => [-1, 1].map((k): Point => [(i * a) / 2, (j * b) / 2, (k * c) / 2])));
     case "sphere":
       return [...circle.map(([u, v]): Point => [a * u, a * v, 0]), ...circle.map(([u, v]): Point => [a * u, 0, a * v]), ...circle.map(([u, v]): Point => [0, a * u, a * v])];
     case "cylinder":
-      return [-b / 2, b / 2].flatMap((z) => circle.map(([u, v]): Point => [a * u, a * v, z]));
+      return [-c / 2, c / 2].flatMap((z) => circle.map(([u, v]): Point => [a * u, a * v, z]));
     case "capsule":
-      return [-1, 1].flatMap((end) => circle.flatMap(([u, v]): Point[] => [[a * u, a * v, (end * b) / 2], [a * u, 0, (end * b) / 2 + end * Math.abs(a * v)]]));
+      return [-1, 1].flatMap((end) => circle.flatMap(([u, v]): Point[] => [[a * u, a * v, (end * c) / 2], [a * u, 0, (end * c) / 2 + end * Math.abs(a * v)]]));
   }
 }
 
@@ -57,7 +57,8 @@ export function headingOf({ qx, qy, qz, qw }: Pose): number {
 export function sideView(parts: PosedPart[], base: Pose): Outline[] {
   const heading = headingOf(base), c = Math.cos(heading), s = Math.sin(heading);
   return parts
-    .map(({ part, pose }): Outline => {
+    .map((part): Outline => {
+      const { pose } = part;
       const dx = pose.x - base.x, dy = pose.y - base.y;
       const points = surface(part).map((point): [number, number] => {
         const [x, y, z] = turned(pose, point);

@@ -16,6 +16,7 @@ const loaders: Partial<Record<PanelName, Loader>> = {
   chat: () => import("../panels/ChatPanel.svelte"),
   briefing: () => import("../panels/BriefingPanel.svelte"),
   instructor: () => import("../panels/InstructorPanel.svelte"),
+  plan: () => import("../plan/PlanPanel.svelte"),
 };
 
 export const panelTitle = (name: PanelName) => strings.panels[name];

@@ -13,13 +13,18 @@ export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: b
 export interface SceneInfo { scripts: string[]; lessons: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
 export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls; scene?: SceneInfo }
 
-export type Shape = "box" | "sphere" | "cylinder" | "capsule" | "mesh";
-/** `id` is the row of the binary world frame. Sizes: box x, y, z; sphere radius; cylinder and capsule radius, length along z. */
-export interface Part { id: number; name: string; shape: Shape; size: number[]; colour: number[] }
+export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule";
+export type Triple = [number, number, number];
+export type Quaternion = [x: number, y: number, z: number, w: number];
+/** Size: box full lengths; sphere its radius thrice; cylinder radius, radius, height along z; capsule radius, radius, height
+ * of its straight part. `at` and `turn` in the frame of the part; colour linear red, green, blue, 0..1. */
+export interface Shape { shape: ShapeKind; size: Triple; at: Triple; turn: Quaternion; colour: Triple }
+/** `id` is the row of the binary world frame; `form` the place of its shapes in `forms`, -1 where nobody knows them. */
+export interface Part { id: number; name: string; form: number }
 export interface Entity {
   id: number; name: string; owner: "agent" | "robot" | "building"; kind: string; robot_model: string; parts: Part[];
 }
-export interface Entities { type: "entities"; table: number; list: Entity[] }
+export interface Entities { type: "entities"; table: number; forms: Shape[][]; list: Entity[] }
 
 export interface SessionEvent {
   t: number; kind: string; subject: string; object: string; pair?: string; position: number[] | null;
@@ -44,7 +49,7 @@ export interface Control {
 }
 export interface Plan { entity: string; kind: "planned" | "predicted" | "path"; points: [number, number][] }
 export interface Plans { type: "plans"; list: Plan[] }
-export interface Zone { name: string; kind?: string; points?: [number, number][]; centre?: [number, number]; radius?: number }
+export interface Zone { name: string; points: [number, number][]; bottom: number | null; top: number | null }
 export interface Zones { type: "zones"; list: Zone[] }
 export interface Joints { type: "joints"; robot: string; names: string[]; positions: number[] }
 export interface Hazard { type: "hazard"; [field: string]: unknown }
@@ -59,7 +64,7 @@ export interface Ask { type: "agent" | "script" | "lesson" | "end" | "save" | "r
 export interface Say { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {
-  hello: [], entities: ["list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
+  hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
   operators: ["list"], chat: [], mark: [], control: [], plans: ["list"], zones: ["list"], joints: ["names", "positions"],
   hazard: [], model: [], reply: [],
 };
