@@ -144,7 +144,7 @@ export const strings = {
   },
   events: {
     groups: { contact: "Contact", motion: "Motion", task: "Tasks", robot: "Robot", session: "Session", agent: "Agents" },
-    filter: "Which events",
+    filter: "Which",
     search: "Search in events",
     all: "all",
     allAbout: "With what is said often",
@@ -152,8 +152,7 @@ export const strings = {
     noneSo: "No event is like that.",
     jump: (what: string) => `Go to ${what}`,
     hidden: (count: number) => `${count} older ones are not listed`,
-    unsensed: "not scored: the robot could not sense it",
-    marks: "Mark",
+    unsensed: "not scored", unsensedAbout: "The robot could not sense it.",
   },
   status: {
     sensors: "Sensors",

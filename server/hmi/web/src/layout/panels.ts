@@ -22,3 +22,5 @@ const loaders: Partial<Record<PanelName, Loader>> = {
 export const panelTitle = (name: PanelName) => strings.panels[name];
 export const panelLoader = (name: PanelName): Loader | undefined => loaders[name];
 export const isPanel = (name: string): name is PanelName => name in strings.panels;
+/** Nothing in it can be pressed: what scrolls must be reached by keys all the same. */
+export const isRead = (name: PanelName) => ["score", "status", "briefing"].includes(name);

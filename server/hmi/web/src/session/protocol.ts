@@ -11,7 +11,9 @@ export interface SessionInfo {
 export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
 /** What an instructor may choose from. */
 export interface SceneInfo { scripts: string[]; lessons: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
-export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls; scene?: SceneInfo }
+/** Of a whole recording, for its seek bar. */
+export interface TimeMark { t: number; kind: string; text: string; bad: boolean }
+export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls; scene?: SceneInfo; marks?: TimeMark[] }
 
 export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule";
 export type Triple = [number, number, number];
