@@ -44,7 +44,7 @@
     entities.push({ id: i, name: `${kind} ${i}`, owner: "agent", kind, robot_model: "", parts: [{ id: i, name: "base", form }] });
   }
   const place = (i, t) => {
-    if (i === 0) return [4 + 2.2 * Math.cos(t * 0.25), 4 + 1.6 * Math.sin(t * 0.25), t * 0.25 + Math.PI / 2];
+    if (i === 0) return [4.6 + 1.9 * Math.cos(t * 0.25), 3.1 + 1.4 * Math.sin(t * 0.25), t * 0.25 + Math.PI / 2];
     const cells = Math.ceil(Math.sqrt(options.agents)), gap = (width - 1.6) / cells;
     const x = 0.8 + (((i - 1) % cells) + 0.5) * gap, y = 0.8 + (Math.floor((i - 1) / cells) + 0.5) * gap, turn = t * 0.6 + i;
     const still = i % 4 > 1 && options.agents <= 100;
@@ -94,7 +94,7 @@
     controls: { pause: false, rate: false, seek: false, end: true, save: true },
     scene: { scripts: ["door_slams"], lessons: ["camera_delay"], doors: ["door 3"], robot_models: ["rover", "crawler"], agents_max: 1000, briefing: "Drive to the platform." },
   };
-  const near = (t) => Array.from({ length: 20 }, (_, i) => place(0, t + i * 0.25).slice(0, 2));
+  const near = (t) => Array.from({ length: 20 }, (_, i) => place(0, t + i * 0.15).slice(0, 2));
 
   class FakeSocket extends EventTarget {
     static CONNECTING = 0; static OPEN = 1; static CLOSING = 2; static CLOSED = 3;

@@ -73,6 +73,12 @@ export const strings = {
     toolHow: "press and drag to turn · Esc to stop",
     nothing: "Nothing was received yet",
   },
+  view3d: {
+    label: "Site, robots and scans in three dimensions",
+    how: "Arrow keys turn the view, plus and minus zoom.",
+    cut: "Low walls",
+    noGraphics: "This browser does not draw in three dimensions (WebGL is off). The plan shows the same.",
+  },
   layers: {
     title: "Layers",
     names: {

@@ -17,6 +17,7 @@ const loaders: Partial<Record<PanelName, Loader>> = {
   briefing: () => import("../panels/BriefingPanel.svelte"),
   instructor: () => import("../panels/InstructorPanel.svelte"),
   plan: () => import("../plan/PlanPanel.svelte"),
+  view3d: () => import("../view3d/View3dPanel.svelte"),
 };
 
 export const panelTitle = (name: PanelName) => strings.panels[name];

@@ -13,7 +13,8 @@ export const liveInk = ["canvas", "real", "virtual", "robot", "planned", "predic
 
 type Context = CanvasRenderingContext2D;
 const TURN = Math.PI * 2;
-const NAMED = 40;
+/** More names, or smaller ones beside each other, than this many or at fewer pixels a metre are a blur. */
+const NAMED = 40, NAMED_SCALE = 11;
 
 export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent" ? ink.virtual : entity.owner === "robot" ? ink.robot : ink.door);
 
@@ -39,7 +40,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       const [px, py] = toScreen(c, pose.x, pose.y);
       if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
       shown.push({ entity, x: pose.x, y: pose.y, px, py });
-      if (entity.kind === "robot" || entity.kind === "person") nose(noses, px, py, pose.yaw, Math.max(9, (entity.kind === "robot" ? 0.42 : 0.3) * c.scale));
+      if (entity.kind === "robot" || entity.kind === "person") nose(noses, px, py, pose.yaw, Math.max(7, (entity.kind === "robot" ? 0.5 : 0.34) * c.scale));
       if (pose.flags & FLAG_UNSENSED) ring(g, px, py, 14, ink.soft, [2, 3]);
     }
   }
@@ -60,7 +61,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
     const chosen = entity.name === crowd.selected;
     if (chosen) ring(g, px, py, Math.max(14, 0.55 * c.scale), ink.accent, []);
     if (entity.owner === "building" && !chosen) continue;
-    if (chosen || entity.name === crowd.follows || shown.length <= NAMED) label(g, c, x, y, entity.name, chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
+    if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, entity.name, chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
   }
 }
 

@@ -52,11 +52,11 @@ export const site = new Site();
 export function siteBounds(model: Model | null, map: MapPicture | null): { x0: number; y0: number; x1: number; y1: number } | null {
   let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
   const take = (x: number, y: number) => { x0 = Math.min(x0, x); y0 = Math.min(y0, y); x1 = Math.max(x1, x); y1 = Math.max(y1, y); };
-  for (const { at, size } of model?.elements ?? []) {
-    const reach = Math.max(size[0], size[1]) / 2;
-    // An element's centre and half its length both ways: turned walls reach no further.
-    take(at[0] - reach, at[1] - reach);
-    take(at[0] + reach, at[1] + reach);
+  for (const { at, size, turn } of model?.elements ?? []) {
+    const yaw = 2 * Math.atan2(turn[2], turn[3]), cos = Math.abs(Math.cos(yaw)), sin = Math.abs(Math.sin(yaw));
+    const dx = (cos * size[0] + sin * size[1]) / 2, dy = (sin * size[0] + cos * size[1]) / 2;
+    take(at[0] - dx, at[1] - dy);
+    take(at[0] + dx, at[1] + dy);
   }
   for (const mesh of model?.meshes ?? [])
     for (let i = 0; i + 2 < mesh.vertices.length; i += 3) take(mesh.vertices[i] ?? 0, mesh.vertices[i + 1] ?? 0);
