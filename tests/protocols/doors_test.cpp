@@ -44,6 +44,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
     {"EGL/", {"render/"}},
     {"GLES", {"render/"}},
     {"turbojpeg.h", {"render/"}},
+    {"wels/", {"render/h264_encoder.cpp"}},
     {"png.h", {"render/", "tools/import/"}},
     {"zlib.h", {"render/", "tools/import/"}},
     {"bzlib.h", {"tools/import/"}},
