@@ -46,7 +46,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
     {"turbojpeg.h", {"render/"}},
     {"wels/", {"render/h264_encoder.cpp"}},
     {"png.h", {"render/", "tools/import/"}},
-    {"zlib.h", {"render/", "tools/import/"}},
+    {"zlib.h", {"render/", "server/hmi/", "tools/import/"}},
     {"bzlib.h", {"tools/import/"}},
     {"lz4", {"tools/import/"}},
     {"bt", {"server/simulation/"}},
