@@ -27,7 +27,7 @@ struct HttpRequest {
 struct HttpResponse {
   int status = 200;
   std::string type = "application/json";
-  std::string body;
+  std::string body = {};
   /// Others are added: length, and those that say what the page may do (a Content-Security-Policy here
   /// replaces the usual one). Without a Cache-Control nothing is kept.
   std::vector<std::pair<std::string, std::string>> headers = {};

@@ -33,6 +33,7 @@ struct HttpOptions {
   std::uint16_t port = 0;             ///< 0: any that is free
   /// PEM files. Both empty: plain HTTP, refused for an address that others can reach.
   std::string certificate, key;
+  bool open_to_all = false;  ///< plain HTTP on any address: for servers that ask nobody who they are
   /// Host names, besides addresses, localhost and this machine's own, under which the server may be asked for
   /// (a name that an attacker lets point here is not one of them).
   std::vector<std::string> names;
@@ -53,6 +54,13 @@ struct HttpOptions {
   Duration write_time = seconds(15.0);  ///< for the other end to take an answer or a message
 };
 
+struct SocketTerms {
+  /// Subprotocols; the first that the client offers is taken, and it must offer one. Empty: none is asked
+  /// for.
+  std::vector<std::string> protocols = {};
+  bool any_origin = false;  ///< pages of other sites may open it, too
+};
+
 class HttpServer {
  public:
   /// Binds and listens. Connections wait until run(). Error: says what of the options does not work here.
@@ -69,8 +77,8 @@ class HttpServer {
   void on(std::string method, std::string path, Access access, Handler handler);
   /// For what takes long: `Answer` may be called from any thread, once; never calling it answers 503.
   void on_late(std::string method, std::string path, Access access, LateHandler handler);
-  void on_socket(std::string path, Access access, SocketHandler handler);
-  /// GET answers with multipart/x-mixed-replace, each message a part of `content_type`.
+  void on_socket(std::string path, Access access, SocketHandler handler, SocketTerms terms = {});
+  /// GET answers without an end: what is sent is the body, as it is (for multipart/x-mixed-replace).
   void on_stream(std::string path, Access access, std::string content_type, SocketHandler handler);
 
   /// Starts the server's thread. Once.

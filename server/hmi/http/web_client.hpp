@@ -31,7 +31,7 @@ class WebClient {
   static constexpr int in_order = -1;
   /// Never blocks. `slot` in_order: every message, one after the other; a client that lets too much of it
   /// wait (HttpOptions::waiting_bytes) is closed with 1013. `slot` >= 0: newest wins, a waiting message of
-  /// the same slot is replaced where it waits. On a picture stream a message is one part.
+  /// the same slot is replaced where it waits.
   virtual void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) = 0;
   /// Bytes of messages that the kernel has not taken yet, the one being written included.
   virtual std::size_t waiting_bytes() const = 0;

@@ -1,12 +1,9 @@
 /** What stands outside the panels, in every layout. */
 import type { Component } from "svelte";
-import EmergencyStop from "../panels/EmergencyStop.svelte";
-import Hands from "../panels/Hands.svelte";
-import PlayBar from "../panels/PlayBar.svelte";
 
 /** In the top bar, after the session's name and before the user's menu: the emergency stop is the last of them. */
-export const topBar: Component[] = [EmergencyStop];
+export const topBar: Component[] = [];
 /** Below all panels: the seek bar of a recording. */
-export const bottomBar: Component[] = [PlayBar];
+export const bottomBar: Component[] = [];
 /** Mounted once, wherever they draw: dialogues, and what listens to keys and game pads. */
-export const background: Component[] = [Hands];
+export const background: Component[] = [];

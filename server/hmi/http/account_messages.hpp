@@ -1,0 +1,31 @@
+// What pages send about accounts: JSON that anybody may have written.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/status.hpp"
+#include "server/hmi/http/identity.hpp"
+
+namespace parhelion {
+
+struct LoginMessage {
+  std::string name, password;
+};
+struct SetupMessage {
+  std::string token, name, password;
+};
+struct AccountMessage {
+  std::string name;
+  std::optional<Role> role;
+  std::optional<std::string> password;
+};
+
+/// Each an object with these keys, all text, and no other. Error: says what was expected; nothing of the
+/// text.
+Result<LoginMessage> parse_login(std::string_view json);
+Result<SetupMessage> parse_setup(std::string_view json);
+Result<AccountMessage> parse_account(std::string_view json);
+
+}  // namespace parhelion

@@ -1,0 +1,263 @@
+// Logging in, and what goes without it or with another's rights.
+#include <fstream>
+
+#include "tests/server/hmi/http/site_fixture.hpp"
+
+namespace parhelion::testing {
+namespace {
+
+using LogIn = SiteTest;
+
+TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const RawAnswer answer = log_in("anna", password);
+  ASSERT_EQ(answer.status, 204);
+  const std::string set = answer.headers.at("set-cookie");
+  EXPECT_NE(set.find("; HttpOnly"), std::string::npos) << set;
+  EXPECT_NE(set.find("; SameSite=Strict"), std::string::npos) << set;
+  EXPECT_EQ(set.rfind("parhelion-" + std::to_string(port()) + "=", 0), 0U) << set;
+  const RawAnswer me = RawClient(port()).get("/api/v1/me", cookie_in(answer));
+  EXPECT_EQ(me.status, 200);
+  EXPECT_EQ(me.body, R"({"name":"anna","role":"trainee"})");
+  EXPECT_NE(audit().find(R"("who":"anna","from":"127.0.0.1","what":"log in","outcome":"done")"),
+            std::string::npos);
+}
+
+TEST_F(LogIn, RefusesWrongPasswordAndUnknownNameAlike) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const RawAnswer wrong = log_in("anna", "not that one"), unknown = log_in("nobody", "not that one");
+  EXPECT_EQ(wrong.status, 401);
+  EXPECT_EQ(unknown.status, 401);
+  EXPECT_EQ(wrong.body, unknown.body);
+  EXPECT_FALSE(wrong.headers.contains("set-cookie"));
+  EXPECT_NE(audit().find("log in as nobody"), std::string::npos);
+}
+
+TEST_F(LogIn, IsNeededForAllThatIsNotPublic) {
+  make_accounts({});
+  open();
+  for (const char* path : {"/desk", "/api/v1/accounts", "/api/v1/audit"}) {
+    EXPECT_EQ(RawClient(port()).get(path).status, 401) << path;
+    EXPECT_EQ(RawClient(port()).get(path, "parhelion-" + std::to_string(port()) + "=made-up").status, 401)
+        << path;
+  }
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me").status, 401);
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/echo").status, 401);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/logout", "").status, 401);
+  EXPECT_EQ(RawClient(port()).get("/healthz").status, 200);
+  EXPECT_NE(audit().find("GET /ws/echo"), std::string::npos);
+  EXPECT_EQ(opened, 0);
+}
+
+TEST_F(LogIn, OfOneRoleOpensNothingOfAnother) {
+  make_accounts({{"anna", Role::trainee}, {"olga", Role::observer}, {"ivan", Role::instructor}});
+  open();
+  for (const char* name : {"anna", "olga"}) {
+    const std::string cookie = cookie_of(name);
+    EXPECT_EQ(RawClient(port()).get("/desk", cookie).status, 403) << name;
+    EXPECT_EQ(RawClient(port()).open_socket("/ws/desk", cookie).status, 403) << name;
+    EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", cookie).status, 403) << name;
+    EXPECT_EQ(RawClient(port()).get("/api/v1/audit", cookie).status, 403) << name;
+    const std::string made_admin = std::string(R"({"name":")") + name + R"(","role":"admin"})";
+    EXPECT_EQ(RawClient(port()).post("/api/v1/accounts", made_admin, cookie).status, 403) << name;
+  }
+  EXPECT_EQ(opened, 0);
+  const std::string instructor = cookie_of("ivan");
+  EXPECT_EQ(RawClient(port()).get("/desk", instructor).status, 200);
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/desk", instructor).status, 101);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", instructor).status, 403);
+  EXPECT_NE(audit().find("not with the role trainee"), std::string::npos);
+}
+
+TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  RawClient socket(port());
+  ASSERT_EQ(socket.open_socket("/ws/echo", cookie).status, 101);
+  const RawAnswer out = RawClient(port()).post("/api/v1/logout", "", cookie);
+  EXPECT_EQ(out.status, 204);
+  EXPECT_NE(out.headers.at("set-cookie").find("Max-Age=0"), std::string::npos);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 401);
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/echo", cookie).status, 401);
+  // What was open is closed, too.
+  const auto frame = socket.frame();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->opcode, 8);
+  EXPECT_EQ(frame->code(), 1008);
+}
+
+TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  for (int hour = 0; hour < 11; ++hour) {
+    pass(seconds(3600.0));
+    ASSERT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 200) << hour;
+  }
+  pass(seconds(3600.0));
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 401)
+      << "used all the time, but twelve hours old";
+  const std::string unused = cookie_of("anna");
+  pass(seconds(2 * 3600.0));
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", unused).status, 401) << "unused for two hours";
+}
+
+TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
+  make_accounts({{"ivan", Role::instructor}});
+  open();
+  const std::string root = cookie_of("root"), instructor = cookie_of("ivan");
+  EXPECT_EQ(RawClient(port()).post("/api/v1/accounts", R"({"name":"ivan","role":"observer"})", root).status,
+            204);
+  EXPECT_EQ(RawClient(port()).get("/desk", instructor).status, 401);
+  EXPECT_EQ(RawClient(port()).get("/desk", cookie_of("ivan")).status, 403);
+  const std::string observer = cookie_of("ivan");
+  RawClient remover(port());
+  EXPECT_EQ(remover.post_from(remover.origin(), "/api/v1/accounts?name=ivan", "", root, "DELETE").status,
+            204);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", observer).status, 401);
+  EXPECT_EQ(log_in("ivan", password).status, 401);
+  EXPECT_EQ(
+      RawClient(port()).post_from(remover.origin(), "/api/v1/accounts?name=root", "", root, "DELETE").status,
+      409);
+}
+
+TEST_F(LogIn, OfOthersPagesIsRefused) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  const std::string own = "http://127.0.0.1:" + std::to_string(port());
+  for (const std::string& origin :
+       {std::string(), std::string("null"), std::string("http://evil.example"), "https" + own.substr(4),
+        own + "0", own + "/", std::string("http://127.0.0.1")}) {
+    EXPECT_EQ(RawClient(port())
+                  .post_from(origin, "/api/v1/login", R"({"name":"anna","password":"correct horse"})")
+                  .status,
+              403)
+        << origin;
+    EXPECT_EQ(RawClient(port()).post_from(origin, "/api/v1/logout", "", cookie).status, 403) << origin;
+    EXPECT_EQ(RawClient(port()).open_socket_from(origin, "/ws/echo", cookie).status, 403) << origin;
+  }
+  EXPECT_EQ(opened, 0);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 200) << "nobody was logged out";
+  // A name that someone else lets point here.
+  RawClient rebound(port());
+  rebound.send("GET /healthz HTTP/1.1\r\nHost: evil.example:" + std::to_string(port()) + "\r\n\r\n");
+  EXPECT_EQ(rebound.answer().status, 421);
+  EXPECT_NE(audit().find("another site's"), std::string::npos);
+}
+
+TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  RawClient attacker(port());
+  int hashed = 0, held = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const RawAnswer answer =
+        attacker.post("/api/v1/login", R"({"name":"anna","password":"guess )" + std::to_string(i) + "\"}");
+    if (answer.status == 401) ++hashed;
+    if (answer.status == 429) {
+      ++held;
+      ASSERT_GE(std::stoi(answer.headers.at("retry-after")), 1);
+    }
+  }
+  EXPECT_EQ(hashed, 5);
+  EXPECT_EQ(held, 9'995);
+  // The right password waits as well, for a minute at most.
+  EXPECT_EQ(log_in("anna", password).status, 429);
+  pass(seconds(60.0));
+  EXPECT_EQ(log_in("anna", password).status, 204);
+  // On record, but not ten thousand times.
+  site_.reset();
+  std::ifstream log(folder_ / "audit.jsonl");
+  int lines = 0;
+  bool summed = false;
+  for (std::string line; std::getline(log, line); ++lines)
+    summed |= line.find("9971 more") != std::string::npos;
+  EXPECT_LT(lines, 60);
+  EXPECT_TRUE(summed) << "9,995 and one held, five wrong: thirty in full";
+}
+
+TEST_F(LogIn, WithManyNamesFromOneAddressIsHeldUp) {
+  make_accounts({});
+  open();
+  RawClient attacker(port());
+  int tried = 0;
+  for (int i = 0; i < 60; ++i) {
+    tried +=
+        attacker.post("/api/v1/login", R"({"name":"user)" + std::to_string(i) + R"(","password":"12345678"})")
+            .status == 401;
+  }
+  EXPECT_EQ(tried, 30);
+}
+
+TEST_F(LogIn, RefusesWhatIsNoLogInMessage) {
+  make_accounts({});
+  open();
+  const std::string long_text(2000, 'x');
+  for (const std::string& body :
+       {std::string(), std::string("{}"), std::string("[]"), std::string("null"), std::string("{"),
+        std::string(R"({"name":"a"})"), std::string(R"({"name":1,"password":"b"})"),
+        std::string(R"({"name":"a","password":"b","role":"admin"})"),
+        R"({"name":")" + long_text + R"(","password":"b"})", std::string(60'000, '[')}) {
+    EXPECT_EQ(RawClient(port()).post("/api/v1/login", body).status, 400) << body.substr(0, 80);
+  }
+  RawClient form(port());
+  form.send("POST /api/v1/login HTTP/1.1\r\nHost: " + form.host() + "\r\nOrigin: " + form.origin() +
+            "\r\nContent-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}");
+  EXPECT_EQ(form.answer().status, 415);
+}
+
+TEST_F(LogIn, KeepsScriptInANameOutOfPagesAndLines) {
+  make_accounts({});
+  open();
+  const std::string root = cookie_of("root");
+  const std::string script = R"(<script>alert(1)<\/script>)";
+  EXPECT_EQ(RawClient(port())
+                .post("/api/v1/accounts",
+                      R"({"name":")" + script + R"(","role":"trainee","password":"12345678"})", root)
+                .status,
+            409);
+  EXPECT_EQ(log_in(script + R"(\n{\"who\":\"root\"})", "12345678").status, 401);
+  const RawAnswer seen = RawClient(port()).get("/api/v1/audit", root);
+  EXPECT_EQ(seen.headers.at("content-type"), "application/json");
+  EXPECT_EQ(seen.headers.at("x-content-type-options"), "nosniff");
+  EXPECT_NE(seen.body.find(R"(\n{\"who\":\"root\"})"), std::string::npos) << "as text within its line";
+}
+
+using FirstStart = SiteTest;
+
+TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
+  open();
+  const std::string link = site_->setup_link();
+  const std::string token = link.substr(link.find("token=") + 6);
+  const auto body = [](const std::string& with, const std::string& name, const std::string& secret) {
+    return R"({"token":")" + with + R"(","name":")" + name + R"(","password":")" + secret + "\"}";
+  };
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body("guessed", "eve", "12345678")).status, 403);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "a b", "12345678")).status, 400);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "root", "short")).status, 400);
+  const RawAnswer made = RawClient(port()).post("/api/v1/setup", body(token, "root", "12345678"));
+  EXPECT_EQ(made.status, 204) << made.body;
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie_in(made)).body, R"({"name":"root","role":"admin"})");
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "eve", "12345678")).status, 403);
+  EXPECT_EQ(site_->setup_link(), "");
+}
+
+TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
+  open();
+  const std::string link = site_->link(Role::instructor, "demo");
+  const std::string target = link.substr(link.find("/enter"));
+  const RawAnswer entered = RawClient(port()).get(target);
+  EXPECT_EQ(entered.status, 303);
+  EXPECT_EQ(entered.headers.at("location"), "/");
+  EXPECT_EQ(RawClient(port()).get("/desk", cookie_in(entered)).status, 200);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", cookie_in(entered)).status, 403);
+  EXPECT_EQ(RawClient(port()).get("/enter?token=guessed").status, 403);
+  EXPECT_EQ(RawClient(port()).get("/enter").status, 403);
+}
+
+}  // namespace
+}  // namespace parhelion::testing
