@@ -291,4 +291,21 @@ Transform<Base, Laser> agent_laser_mount() {
   return {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0.20, 0, 0.30)};
 }
 
+std::vector<Shape> outline_shapes(const std::vector<Eigen::Vector2d>& footprint, double height) {
+  constexpr double thickness = 0.004;  // m
+  std::vector<Shape> shapes;
+  for (std::size_t i = 0; i < footprint.size(); ++i) {
+    const Eigen::Vector2d a = footprint[i], b = footprint[(i + 1) % footprint.size()];
+    const Eigen::Vector2d along = (b - a).normalized();
+    const Eigen::Vector2d middle = (a + b) / 2 + Eigen::Vector2d(-along.y(), along.x()) * thickness / 2;
+    const Eigen::Quaterniond turned(
+        Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
+    shapes.push_back({ShapeKind::box,
+                      {(b - a).norm(), thickness, height},
+                      Transform<Body, ShapeFrame>(turned, {middle.x(), middle.y(), height / 2}),
+                      {}});
+  }
+  return shapes;
+}
+
 }  // namespace parhelion

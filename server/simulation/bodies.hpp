@@ -43,6 +43,10 @@ struct PartMotion {
 void part_poses(const AgentDefinition& agent, const PartMotion& motion,
                 std::vector<Transform<Base, Body>>& poses);
 
+/// A footprint's outline as thin boxes, their outer sides on its edges: exact for a laser, whatever the
+/// polygon. In the frame of the footprint; `height`: m.
+std::vector<Shape> outline_shapes(const std::vector<Eigen::Vector2d>& footprint, double height);
+
 struct DriveGeometry {
   double wheel_radius;  ///< m
   double track;         ///< m, between the wheels

@@ -48,25 +48,6 @@ Status check(const SimulationOptions& options, const RobotDescription& robot) {
   return {};
 }
 
-/// The outline as thin boxes, their outer sides on the footprint's edges: exact for a laser, whatever the
-/// polygon.
-std::vector<Shape> outline(const std::vector<Eigen::Vector2d>& footprint, double height) {
-  constexpr double thickness = 0.004;  // m
-  std::vector<Shape> shapes;
-  for (std::size_t i = 0; i < footprint.size(); ++i) {
-    const Eigen::Vector2d a = footprint[i], b = footprint[(i + 1) % footprint.size()];
-    const Eigen::Vector2d along = (b - a).normalized();
-    const Eigen::Vector2d middle = (a + b) / 2 + Eigen::Vector2d(-along.y(), along.x()) * thickness / 2;
-    const Eigen::Quaterniond turned(
-        Eigen::AngleAxisd(std::atan2(along.y(), along.x()), Eigen::Vector3d::UnitZ()));
-    shapes.push_back({ShapeKind::box,
-                      {(b - a).norm(), thickness, height},
-                      Transform<Body, ShapeFrame>(turned, {middle.x(), middle.y(), height / 2}),
-                      {}});
-  }
-  return shapes;
-}
-
 /// What stands covers its footprint; what leans or lies covers the outline of its box.
 void place_footprint(Agent& agent) {
   const Eigen::Isometry3d& T_map_body = agent.rigid.T_map_body.isometry();
@@ -142,7 +123,7 @@ Result<Simulation> Simulation::create(const SimulationOptions& options, const Se
   real.handle = state->physics.add_kinematic(real.footprint.vertices, robot.height);
   state->real_definition = std::make_shared<const BodyDefinition>(
       BodyDefinition{real.id, robot.name, "base", BodyOwner::real_robot, false,
-                     outline(real.footprint.vertices, robot.height)});
+                     outline_shapes(real.footprint.vertices, robot.height)});
   state->rebuild_scene();
   state->record();
   return Simulation(std::move(state));

@@ -1,9 +1,12 @@
 /** What stands outside the panels, in every layout. */
 import type { Component } from "svelte";
+import EmergencyStop from "../panels/EmergencyStop.svelte";
+import Hands from "../panels/Hands.svelte";
+import PlayBar from "../panels/PlayBar.svelte";
 
 /** In the top bar, after the session's name and before the user's menu: the emergency stop is the last of them. */
-export const topBar: Component[] = [];
+export const topBar: Component[] = [EmergencyStop];
 /** Below all panels: the seek bar of a recording. */
-export const bottomBar: Component[] = [];
+export const bottomBar: Component[] = [PlayBar];
 /** Mounted once, wherever they draw: dialogues, and what listens to keys and game pads. */
-export const background: Component[] = [];
+export const background: Component[] = [Hands];

@@ -22,8 +22,7 @@ class Account {
 
   /** The first account, with the one-time token of the link that the server printed. */
   async setUp(token: string, name: string, password: string): Promise<string | null> {
-    const wrong = await this.#post("api/v1/setup", { token, name, password });
-    return wrong ?? this.logIn(name, password);
+    return this.#post("api/v1/setup", { token, name, password });
   }
 
   async logOut(): Promise<void> {

@@ -8,16 +8,25 @@ export interface SessionInfo {
   name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string;
   simulated: boolean; started_us: number; mapped: boolean;
 }
-export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean }
-export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls }
+export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
+/** What an instructor may choose from. */
+export interface SceneInfo { scripts: string[]; lessons: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
+/** Of a whole recording, for its seek bar. */
+export interface TimeMark { t: number; kind: string; text: string; bad: boolean }
+export interface Hello { type: "hello"; protocol: number; who: Who; session: SessionInfo; server_us: number; controls: Controls; scene?: SceneInfo; marks?: TimeMark[] }
 
-export type Shape = "box" | "sphere" | "cylinder" | "capsule" | "mesh";
-/** `id` is the row of the binary world frame. Sizes: box x, y, z; sphere radius; cylinder and capsule radius, length along z. */
-export interface Part { id: number; name: string; shape: Shape; size: number[]; colour: number[] }
+export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule";
+export type Triple = [number, number, number];
+export type Quaternion = [x: number, y: number, z: number, w: number];
+/** Size: box full lengths; sphere its radius thrice; cylinder radius, radius, height along z; capsule radius, radius, height
+ * of its straight part. `at` and `turn` in the frame of the part; colour linear red, green, blue, 0..1. */
+export interface Shape { shape: ShapeKind; size: Triple; at: Triple; turn: Quaternion; colour: Triple }
+/** `id` is the row of the binary world frame; `form` the place of its shapes in `forms`, -1 where nobody knows them. */
+export interface Part { id: number; name: string; form: number }
 export interface Entity {
   id: number; name: string; owner: "agent" | "robot" | "building"; kind: string; robot_model: string; parts: Part[];
 }
-export interface Entities { type: "entities"; table: number; list: Entity[] }
+export interface Entities { type: "entities"; table: number; forms: Shape[][]; list: Entity[] }
 
 export interface SessionEvent {
   t: number; kind: string; subject: string; object: string; pair?: string; position: number[] | null;
@@ -26,7 +35,7 @@ export interface SessionEvent {
 export interface Events { type: "events"; list: SessionEvent[] }
 
 export interface Task { name: string; title: string; state: "waiting" | "running" | "done" | "failed"; points: number; of: number; left_s: number | null }
-export interface Score { type: "score"; score: number; possible: number; passed: boolean | null; tasks: Task[]; left_s: number | null }
+export interface Score { type: "score"; score: number; possible: number; passed: boolean | null; graded?: boolean; ended?: boolean; verdict?: string; tasks: Task[]; left_s: number | null }
 
 export interface SensorStatus { name: string; rate_hz: number; age_ms: number | null; loss: number; state: "ok" | "late" | "lost" | "none" }
 export interface Status { type: "status"; values: Record<string, number>; notes: Record<string, string>; sensors: SensorStatus[] }
@@ -42,7 +51,7 @@ export interface Control {
 }
 export interface Plan { entity: string; kind: "planned" | "predicted" | "path"; points: [number, number][] }
 export interface Plans { type: "plans"; list: Plan[] }
-export interface Zone { name: string; kind?: string; points?: [number, number][]; centre?: [number, number]; radius?: number }
+export interface Zone { name: string; points: [number, number][]; bottom: number | null; top: number | null }
 export interface Zones { type: "zones"; list: Zone[] }
 export interface Joints { type: "joints"; robot: string; names: string[]; positions: number[] }
 export interface Hazard { type: "hazard"; [field: string]: unknown }
@@ -57,7 +66,7 @@ export interface Ask { type: "agent" | "script" | "lesson" | "end" | "save" | "r
 export interface Say { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
 
 const lists: Record<string, string[]> = {
-  hello: [], entities: ["list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
+  hello: [], entities: ["forms", "list"], events: ["list"], score: ["tasks"], status: ["sensors"], injection: [], pose: [],
   operators: ["list"], chat: [], mark: [], control: [], plans: ["list"], zones: ["list"], joints: ["names", "positions"],
   hazard: [], model: [], reply: [],
 };

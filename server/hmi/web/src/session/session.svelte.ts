@@ -2,12 +2,14 @@
 import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { Link, type LinkState } from "./link";
-import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type Say, type Score, type ServerMessage, type SessionEvent, type Status, type Zone } from "./protocol";
+import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type Say, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
+import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
 /** Above this silence, in seconds, the page says so: the server says something each second. */
 export const SILENT_S = 2.5;
 const MAX_EVENTS = 5000;
+const UNKNOWN_FORM: Shape[] = [{ shape: "box", size: [0.3, 0.3, 0.3], at: [0, 0, 0.15], turn: [0, 0, 0, 1], colour: [0.5, 0.5, 0.5] }];
 
 class Session {
   link = $state.raw<LinkState>("connecting");
@@ -18,6 +20,7 @@ class Session {
 
   hello = $state.raw<Hello | null>(null);
   entities = $state.raw<Entity[]>([]);
+  forms = $state.raw<Shape[][]>([]);
   /** Grows when the set of entities changes; a world frame of another table is not drawn. */
   table = $state.raw(-1);
   events = $state.raw<SessionEvent[]>([]);
@@ -89,15 +92,14 @@ class Session {
     return this.#link.send(JSON.stringify(message));
   }
 
+  /** The shapes of a part in its own frame; what nobody knows is a small box. */
+  shapesOf(part: Part): Shape[] {
+    return this.forms[part.form] ?? UNKNOWN_FORM;
+  }
+
   /** Where an entity is now (its first part, in map), or null while nobody knows. */
-  poseOf(name: string): { x: number; y: number; z: number; yaw: number } | null {
-    const part = this.entities.find((each) => each.name === name)?.parts[0];
-    const world = this.world;
-    if (!part || !world) return null;
-    const row = world.ids[part.id] === part.id ? part.id : world.ids.indexOf(part.id);
-    if (row < 0) return null;
-    const [x = NaN, y = NaN, z = NaN, qx = 0, qy = 0, qz = 0, qw = 1] = world.poses.subarray(row * 7, row * 7 + 7);
-    return { x, y, z, yaw: Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)) };
+  poseOf(name: string): FlatPose | null {
+    return poseOf(this.entities.find((each) => each.name === name), this.world);
   }
 
   subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
@@ -137,7 +139,7 @@ class Session {
   #message(message: ServerMessage | null) {
     switch (message?.type) {
       case "hello": return this.#begin(message);
-      case "entities": this.table = message.table; this.entities = message.list; this.world = null; break;
+      case "entities": this.table = message.table; this.entities = message.list; this.forms = message.forms; this.world = null; break;
       case "events": this.events = [...this.events, ...message.list].slice(-MAX_EVENTS); break;
       case "score": this.score = message; break;
       case "status": this.status = message; break;

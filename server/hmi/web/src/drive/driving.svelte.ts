@@ -1,0 +1,140 @@
+/** The operator's hands: keyboard, game pad and the stick on the screen, and what of them goes to the robot. Whatever takes the
+ * page from the operator (another window, a hidden tab, a lost connection) lets go of everything. */
+import { plan } from "../plan/tool.svelte";
+import { askedOf, jointCommand } from "./joints";
+import { HeldKeys, takesKeys, type DriveKey } from "./keys";
+import { PadDrive, type PadCommand } from "./pad";
+import { DriveSender } from "./sender";
+import { stickInput } from "./stick";
+import { emergencyStop, stopState } from "./stop.svelte";
+import { teleop } from "./teleop.svelte";
+import { chosen, clampStep, firstStep, twistOf, type Twist } from "./twist";
+
+/** ms between looks at the pad; keys do not wait for it. */
+const lookEvery = 10;
+
+class Driving {
+  step = $state(firstStep);
+  /** A dead-man is held. */
+  held = $state(false);
+  twist = $state.raw<Twist>({ vx: 0, vy: 0, wz: 0 });
+  /** Of the game pad that is looked at; empty: none. */
+  pad = $state("");
+  /** Name of the joint that R and F move. */
+  joint = $state("");
+  /** The stick on the screen, -1..1 right and down; null: no thumb on it. */
+  stick = $state.raw<{ x: number; y: number } | null>(null);
+  /** What buttons of the panel ask of joints, -1..1. */
+  jointButtons = $state.raw<Map<string, number>>(new Map());
+
+  #keys = new HeldKeys();
+  #pad = new PadDrive();
+  #sender = new DriveSender();
+  #stopListening: (() => void) | undefined;
+
+  start() {
+    if (this.#stopListening) return;
+    teleop.start(() => this.letGo());
+    const listening = new AbortController();
+    const { signal } = listening;
+    addEventListener("keydown", (event) => this.#keyDown(event), { signal });
+    addEventListener("keyup", (event) => this.#keyUp(event), { signal });
+    addEventListener("blur", () => this.letGo(), { signal });
+    addEventListener("pagehide", () => this.letGo(), { signal });
+    document.addEventListener("visibilitychange", () => document.hidden && this.letGo(), { signal });
+    const timer = setInterval(() => this.#look(), lookEvery);
+    this.#stopListening = () => {
+      listening.abort();
+      clearInterval(timer);
+    };
+  }
+  stop() {
+    this.letGo();
+    this.#stopListening?.();
+    this.#stopListening = undefined;
+    teleop.stop();
+  }
+
+  /** Everything must be pressed anew, and the server hears of a release. */
+  letGo() {
+    this.#releaseHands();
+    this.#sender.restart();
+    this.#look();
+  }
+
+  setStick(at: { x: number; y: number } | null) {
+    this.stick = at;
+    this.#look();
+  }
+  /** A button of the panel is held (-1 or 1) or let go (0). */
+  moveJoint(name: string, way: number) {
+    const buttons = new Map(this.jointButtons);
+    if (way) buttons.set(name, way);
+    else buttons.delete(name);
+    this.jointButtons = buttons;
+    this.#look();
+  }
+  chooseJoint(by: number) {
+    const joints = teleop.robot?.joints ?? [];
+    if (joints.length === 0) return;
+    const at = joints.findIndex((each) => each.name === this.joint);
+    this.joint = joints[(at + by + joints.length) % joints.length]!.name;
+  }
+
+  #keyDown(event: KeyboardEvent) {
+    if (event.defaultPrevented || takesKeys(event.target as HTMLElement | null)) return;
+    const key = this.#keys.press(event);
+    if (!key) return;
+    if (key.startsWith("joint") || ["forward", "backward", "left", "right"].includes(key)) event.preventDefault();
+    this.#once(key);
+    this.#look();
+  }
+  #keyUp(event: KeyboardEvent) {
+    if (this.#keys.release(event.code)) this.#look();
+  }
+  #once(key: DriveKey) {
+    switch (key) {
+      case "faster": this.step = clampStep(this.step + 1); break;
+      case "slower": this.step = clampStep(this.step - 1); break;
+      case "nextRobot": teleop.driveNext(); break;
+      case "nextJoint": this.chooseJoint(1); break;
+      case "previousJoint": this.chooseJoint(-1); break;
+    }
+  }
+
+  #look() {
+    // Stopped: nobody drives on with what was held before.
+    if (stopState.latched) this.#releaseHands();
+    const pad = this.#lookAtPad();
+    const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
+    const robot = teleop.robot;
+    const held = input.held && robot !== undefined && !plan.tool;
+    const twist = robot && held ? twistOf(input, robot.most, this.step) : { vx: 0, vy: 0, wz: 0 };
+    const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
+    if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));
+    this.held = held || joints.names.length > 0;
+    if (twist.vx !== this.twist.vx || twist.vy !== this.twist.vy || twist.wz !== this.twist.wz) this.twist = twist;
+  }
+  #releaseHands() {
+    this.#keys.releaseAll();
+    this.#pad.restart();
+    this.stick = null;
+    if (this.jointButtons.size) this.jointButtons = new Map();
+  }
+  #jointsAsked(): Map<string, number> {
+    const asked = new Map(this.jointButtons);
+    const key = this.#keys.joint();
+    if (key && this.joint) asked.set(this.joint, key);
+    return asked;
+  }
+  #lookAtPad(): PadCommand {
+    const pad = document.hidden ? undefined : navigator.getGamepads?.().find((each) => each?.connected && each.mapping === "standard");
+    const command = this.#pad.command(pad ?? null);
+    if (this.pad !== (pad?.id ?? "")) this.pad = pad?.id ?? "";
+    if (command.nextRobot) teleop.driveNext();
+    if (command.stop) emergencyStop();
+    return command;
+  }
+}
+
+export const driving = new Driving();

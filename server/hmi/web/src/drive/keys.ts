@@ -1,0 +1,81 @@
+/** A keyboard as a console. A key that drives is its own dead-man: letting it go stops. Keys are named by their place
+ * (KeyboardEvent.code), so that WASD lie together on every layout. */
+import { type DriveInput, letGo } from "./twist";
+
+export type DriveKey =
+  | "forward" | "backward" | "left" | "right"
+  | "stop" | "faster" | "slower" | "nextRobot"
+  | "nextJoint" | "previousJoint" | "jointUp" | "jointDown";
+
+const keys: Record<string, DriveKey> = {
+  KeyW: "forward", ArrowUp: "forward",
+  KeyS: "backward", ArrowDown: "backward",
+  KeyA: "left", ArrowLeft: "left",
+  KeyD: "right", ArrowRight: "right",
+  Space: "stop", Escape: "stop",
+  Equal: "faster", NumpadAdd: "faster", BracketRight: "nextJoint", BracketLeft: "previousJoint",
+  Minus: "slower", NumpadSubtract: "slower",
+  KeyN: "nextRobot", KeyR: "jointUp", KeyF: "jointDown",
+};
+
+export interface KeyPress { code: string; repeat: boolean; ctrlKey: boolean; altKey: boolean; metaKey: boolean }
+
+export function keyOf(press: Pick<KeyPress, "code">): DriveKey | undefined {
+  return keys[press.code];
+}
+
+const drives = new Set<DriveKey>(["forward", "backward", "left", "right", "jointUp", "jointDown"]);
+
+/** The keys that are down. */
+export class HeldKeys {
+  private held = new Set<string>();
+
+  /** What the press means, once: a repeat means nothing new, nor does a shortcut of the browser. */
+  press(press: KeyPress): DriveKey | undefined {
+    if (press.ctrlKey || press.altKey || press.metaKey || press.repeat) return undefined;
+    const key = keyOf(press);
+    if (key && drives.has(key)) this.held.add(press.code);
+    return key;
+  }
+  /** True: it was held. */
+  release(code: string): boolean {
+    return this.held.delete(code);
+  }
+  /** The page lost the keyboard: whoever holds a key must press it anew. */
+  releaseAll(): void {
+    this.held.clear();
+  }
+
+  private isHeld(key: DriveKey): number {
+    for (const code of this.held) if (keys[code] === key) return 1;
+    return 0;
+  }
+  input(): DriveInput {
+    const any = ["forward", "backward", "left", "right"].some((key) => this.isHeld(key as DriveKey));
+    if (!any) return letGo;
+    const forward = this.isHeld("forward") - this.isHeld("backward");
+    const turn = this.isHeld("left") - this.isHeld("right");
+    // Backwards the wheel turns as a car's does.
+    return { held: true, forward, left: 0, turn: forward < 0 ? -turn : turn };
+  }
+  /** -1, 0 or 1: the chosen joint. */
+  joint(): number {
+    return this.isHeld("jointUp") - this.isHeld("jointDown");
+  }
+}
+
+interface Focused { tagName: string; type?: string; isContentEditable?: boolean; role?: string | null }
+
+/** Whether what has the focus is written into. */
+export function isTyping(target: Focused | null): boolean {
+  if (!target) return false;
+  if (target.isContentEditable || target.tagName === "TEXTAREA") return true;
+  return target.tagName === "INPUT" && !["checkbox", "radio", "range", "button", "submit"].includes(target.type ?? "text");
+}
+
+/** Whether it takes letters or arrows for itself. */
+export function takesKeys(target: Focused | null): boolean {
+  if (!target) return false;
+  return isTyping(target) || target.tagName === "SELECT" || (target.tagName === "INPUT" && ["radio", "range"].includes(target.type ?? ""))
+    || ["tab", "slider", "option", "application"].includes(target.role ?? "");
+}

@@ -1,0 +1,17 @@
+/** The stick on the screen: a thumb's way from the middle of its well. The thumb on it is the dead-man. */
+import { type DriveInput, letGo, shaped } from "./twist";
+
+export interface Well { x: number; y: number; radius: number }
+
+/** Where the knob is drawn, -1..1 right and down, within the well. */
+export function knob(well: Well, x: number, y: number): { x: number; y: number } {
+  const dx = (x - well.x) / well.radius, dy = (y - well.y) / well.radius;
+  const length = Math.hypot(dx, dy);
+  if (!Number.isFinite(length)) return { x: 0, y: 0 };
+  return length > 1 ? { x: dx / length, y: dy / length } : { x: dx, y: dy };
+}
+
+export function stickInput(at: { x: number; y: number } | null): DriveInput {
+  if (!at) return letGo;
+  return { held: true, forward: -shaped(at.y) || 0, left: 0, turn: -shaped(at.x) || 0 };
+}

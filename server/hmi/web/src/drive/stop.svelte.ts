@@ -1,0 +1,57 @@
+/** The emergency stop: on every screen of every role that may, by a button, Escape and Space. It goes out on both connections,
+ * so that one that is lost does not matter. */
+import { plan } from "../plan/tool.svelte";
+import { session } from "../session/session.svelte";
+import { isTyping } from "./keys";
+import { teleop } from "./teleop.svelte";
+
+class StopState {
+  /** Neither connection took the last one; who stands by the robot must be told. */
+  failed = $state(false);
+  latched = $derived(teleop.stops.size > 0 || (session.control?.estop ?? false));
+  by = $derived([...new Set(teleop.stops.values())].join(", "));
+}
+export const stopState = new StopState();
+
+export function emergencyStop() {
+  const overTeleop = teleop.emergencyStop(), overState = session.say({ type: "estop" });
+  stopState.failed = !overTeleop && !overState;
+}
+
+/** Space presses what has the focus only where Tab brought the focus there; after a click or a driving key it stops. */
+class StopKeys {
+  private tabbed = false;
+
+  /** True: stop. */
+  press(event: KeyboardEvent): boolean {
+    if (event.ctrlKey || event.altKey || event.metaKey) return false;
+    if (event.code === "Tab") this.tabbed = true;
+    else if (/^(Key[WASD]|Arrow)/.test(event.code) && !isTyping(event.target as HTMLElement | null)) this.tabbed = false;
+    if (event.code === "Escape") return plan.tool === null;
+    return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
+  }
+  point() {
+    this.tabbed = false;
+  }
+}
+
+/** Until the returned function is called. Before all others, so that no panel can take the key away. */
+export function listenForStop(): () => void {
+  const keys = new StopKeys();
+  const listening = new AbortController(), options = { signal: listening.signal, capture: true };
+  let swallow = false;
+  addEventListener("keydown", (event) => {
+    if (!keys.press(event)) return;
+    swallow = event.code === "Space";
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) emergencyStop();
+  }, options);
+  // The release of Space is what presses a button.
+  addEventListener("keyup", (event) => {
+    if (event.code === "Space" && swallow) event.preventDefault();
+    if (event.code === "Space") swallow = false;
+  }, options);
+  addEventListener("pointerdown", () => keys.point(), options);
+  return () => listening.abort();
+}

@@ -1,0 +1,138 @@
+/** What /ws/teleop says, and what goes out on it. Open only while somebody who may drive is logged in. */
+import { Link, type LinkState } from "../session/link";
+import type { RobotJoint } from "./joints";
+import type { TeleopMessage } from "./sender";
+import type { Twist } from "./twist";
+
+export interface TeleopRobot { name: string; joints: RobotJoint[]; most: Twist; video: boolean }
+
+interface Said {
+  type: string; robot?: string; by?: string; you?: boolean; text?: string; rearm?: boolean; on?: boolean; at_ms?: number; server_us?: number;
+  list?: { name: string; joints?: (string | RobotJoint)[]; max?: Partial<Twist>; video?: boolean }[];
+}
+
+/** Where a robot does not say: slow. */
+const modest: Twist = { vx: 0.3, vy: 0, wz: 0.5 };
+const pingEvery = 1000;
+
+class Teleop {
+  link = $state.raw<LinkState>("connecting");
+  robots = $state.raw<TeleopRobot[]>([]);
+  /** Name of the robot that this page drives; empty: none. */
+  driven = $state("");
+  /** Who drives each robot. */
+  drivers = $state.raw<ReadonlyMap<string, string>>(new Map());
+  /** Why the last thing that was asked for was refused; empty: it was not. */
+  refusal = $state("");
+  /** The emergency stops that hold: who pressed the one of each robot. */
+  stops = $state.raw<ReadonlyMap<string, string>>(new Map());
+  /** ms there and back, of the last ping; null: none yet. */
+  roundTrip_ms = $state<number | null>(null);
+  robot = $derived(this.robots.find((each) => each.name === this.driven));
+
+  #wanted = "";
+  #timer: ReturnType<typeof setInterval> | undefined;
+  #pong: { heard_us?: number; heard_at_ms?: number } = {};
+  #rearm = (): void => {};
+  #link = new Link("/ws/teleop", {
+    text: (text) => this.#take(text),
+    bytes: () => {},
+    state: (state) => this.#changed(state),
+  });
+
+  /** `rearm`: the connection or the robot is new, or the server stopped it: the dead-man must be taken anew. */
+  start(rearm: () => void) {
+    this.#rearm = rearm;
+    this.#link.open();
+    clearInterval(this.#timer);
+    this.#timer = setInterval(() => this.#send({ type: "ping", at_ms: performance.now(), ...this.#pong }), pingEvery);
+  }
+  stop() {
+    clearInterval(this.#timer);
+    this.#link.close();
+    this.driven = "";
+  }
+
+  drive(robot: string) {
+    this.#wanted = robot;
+    this.refusal = "";
+    if (robot) this.#send({ type: "drive", robot });
+  }
+  driveNext() {
+    const at = this.robots.findIndex((each) => each.name === this.driven);
+    const next = this.robots[(at + 1) % this.robots.length];
+    if (next) this.drive(next.name);
+  }
+  send(messages: TeleopMessage[]) {
+    for (const message of messages) this.#send(message);
+  }
+  /** false: not connected. */
+  emergencyStop(): boolean {
+    return this.#send({ type: "stop" });
+  }
+
+  #send(message: object): boolean {
+    return this.#link.send(JSON.stringify(message));
+  }
+  #changed(state: LinkState) {
+    this.link = state;
+    this.driven = "";
+    this.roundTrip_ms = null;
+    this.#pong = {};
+    this.drivers = new Map();
+    this.stops = new Map();
+    this.#rearm();
+    if (state === "open" && this.#wanted) this.drive(this.#wanted);
+  }
+  #take(text: string) {
+    const said = JSON.parse(text) as Said;
+    switch (said.type) {
+      case "robots": return this.#robots(said);
+      case "driven": return this.#drives(said);
+      case "refused":
+        this.refusal = said.text ?? "";
+        if (said.rearm) this.#rearm();
+        break;
+      case "estop":
+        this.stops = changed(this.stops, said.robot, said.on ? said.by : undefined);
+        if (!said.on) this.#rearm();
+        break;
+      case "sent": this.refusal = ""; break;
+      case "pong": {
+        const now = performance.now();
+        this.roundTrip_ms = now - (said.at_ms ?? NaN);
+        this.#pong = { heard_us: said.server_us, heard_at_ms: now };
+        break;
+      }
+    }
+  }
+  #drives({ robot = "", by = "", you = false }: Said) {
+    this.drivers = changed(this.drivers, robot, by || undefined);
+    if (you) {
+      this.driven = robot;
+      this.refusal = "";
+      this.#rearm();
+    } else if (robot === this.driven) {
+      this.driven = "";
+      if (by) this.#wanted = "";
+    }
+  }
+  #robots({ list }: Said) {
+    this.robots = (list ?? []).map(({ name, joints, max, video }) => ({
+      name,
+      joints: (joints ?? []).map((joint) => (typeof joint === "string" ? { name: joint } : joint)),
+      most: { ...modest, ...max },
+      video: video ?? false,
+    }));
+    if (!this.robots.some((each) => each.name === this.driven)) this.driven = "";
+  }
+}
+
+function changed(map: ReadonlyMap<string, string>, key = "", value: string | undefined): ReadonlyMap<string, string> {
+  const copy = new Map(map);
+  if (value === undefined) copy.delete(key);
+  else copy.set(key, value);
+  return copy;
+}
+
+export const teleop = new Teleop();

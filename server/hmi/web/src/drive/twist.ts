@@ -1,0 +1,39 @@
+/** What the operator's hands ask for, and the twist that it makes for a robot. */
+
+/** m/s forward and left, rad/s counter-clockwise, in the robot's frame. */
+export interface Twist { vx: number; vy: number; wz: number }
+
+/** Shares of the robot's most, -1..1; `held`: the dead-man of this device is held, else all is zero. */
+export interface DriveInput { held: boolean; forward: number; left: number; turn: number }
+
+export const letGo: DriveInput = { held: false, forward: 0, left: 0, turn: 0 };
+
+/** Steps of speed as the terminal's keyboard has; it starts at half. */
+export const speedSteps = 10;
+export const firstStep = speedSteps / 2;
+
+export function clampStep(step: number): number {
+  return Math.min(speedSteps, Math.max(1, Math.round(step)));
+}
+
+/** 0 within the dead zone, 1 at the end, |.|^curve between; odd in x. Not finite: 0. */
+export function shaped(x: number, deadZone = 0.12, curve = 1.5): number {
+  if (!Number.isFinite(x) || Math.abs(x) <= deadZone) return 0;
+  const share = Math.min(1, (Math.abs(x) - deadZone) / (1 - deadZone));
+  return Math.sign(x) * share ** curve;
+}
+
+const unit = (x: number): number => (Number.isFinite(x) ? Math.min(1, Math.max(-1, x)) : 0);
+
+/** `most`: the robot's limits at the highest step. */
+export function twistOf(input: DriveInput, most: Twist, step: number): Twist {
+  if (!input.held) return { vx: 0, vy: 0, wz: 0 };
+  const share = clampStep(step) / speedSteps;
+  const way = (x: number, limit: number): number => unit(x) * limit * share || 0;
+  return { vx: way(input.forward, most.vx), vy: way(input.left, most.vy), wz: way(input.turn, most.wz) };
+}
+
+/** The first device that is held drives: two hands on two devices do not add up. */
+export function chosen(inputs: DriveInput[]): DriveInput {
+  return inputs.find((input) => input.held) ?? letGo;
+}

@@ -1,0 +1,63 @@
+/** What the kinds of events (protocols/event.hpp) are about, and how much each matters. */
+import type { SessionEvent } from "../session/protocol";
+
+export type EventGroup = "contact" | "motion" | "task" | "robot" | "session" | "agent";
+export const eventGroups: EventGroup[] = ["contact", "motion", "task", "robot", "session", "agent"];
+
+export type Weight = "bad" | "warning" | "good" | "plain";
+
+const groups: Record<EventGroup, string[]> = {
+  contact: ["collision_started", "collision_stopped", "collision_continued", "collision_predicted", "hazard_set_off", "command_reduced", "command_restored"],
+  motion: ["step_climbed", "fell", "tipped_over", "tipping_predicted", "pitch_warning", "pitch_limit", "roll_warning", "roll_limit", "yaw_rate_warning",
+    "yaw_rate_limit", "zone_entered", "zone_left", "movement_started", "movement_stopped", "door_opened", "door_closed", "door_unhinged",
+    "door_space_entered", "door_space_left", "gripped", "lifted", "dropped", "placed"],
+  task: ["task_started", "task_done", "task_failed", "penalty_charged", "score_changed", "grading_ended", "object_reported"],
+  robot: ["joint_broken", "joint_overload", "joints_restored", "battery_low", "battery_empty", "radio_lost", "radio_restored", "pose_lost",
+    "pose_recovered", "relocalized", "injection_degraded", "injection_restored", "deadman_pressed", "deadman_released"],
+  session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started",
+    "lesson_started", "lesson_ended"],
+  agent: ["agent_spawned", "agent_moved", "agent_removed", "goal_reached", "goal_unreachable"],
+};
+const groupOfKind = new Map(eventGroups.flatMap((group) => groups[group].map((kind) => [kind, group] as const)));
+
+export function groupOf(kind: string): EventGroup {
+  return groupOfKind.get(kind) ?? "session";
+}
+
+const bad = new Set(["collision_started", "hazard_set_off", "fell", "tipped_over", "door_unhinged", "dropped", "task_failed", "penalty_charged",
+  "joint_broken", "battery_empty", "radio_lost", "pose_lost", "console_lost", "pitch_limit", "roll_limit", "yaw_rate_limit"]);
+const warning = new Set(["collision_predicted", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "battery_low",
+  "injection_degraded", "command_refused", "goal_unreachable", "foreign_publisher", "command_reduced"]);
+const good = new Set(["task_done", "placed", "lifted", "pose_recovered", "injection_restored", "radio_restored"]);
+
+export function weightOf(kind: string): Weight {
+  return bad.has(kind) ? "bad" : warning.has(kind) ? "warning" : good.has(kind) ? "good" : "plain";
+}
+
+/** Said so often that a list without them reads better. */
+const chatter = new Set(["collision_continued", "command_accepted", "score_changed", "movement_started", "movement_stopped", "deadman_pressed",
+  "deadman_released", "collision_stopped", "command_restored"]);
+
+export interface EventFilter { groups: ReadonlySet<EventGroup>; all: boolean; text: string }
+
+/** Those that pass, the newest first. `all`: with what is said often. */
+export function filtered(events: readonly SessionEvent[], filter: EventFilter): SessionEvent[] {
+  const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
+  const passes = (event: SessionEvent): boolean => {
+    if (!filter.groups.has(groupOf(event.kind)) || (!filter.all && chatter.has(event.kind))) return false;
+    const said = `${event.kind.replaceAll("_", " ")} ${event.subject} ${event.object} ${event.text ?? ""}`.toLowerCase();
+    return words.every((word) => said.includes(word));
+  };
+  return events.filter(passes).reverse();
+}
+
+/** The marks of a seek bar: what matters, thinned so that no two of a weight lie closer than `apart` s. */
+export function seekMarks(events: readonly SessionEvent[], apart: number): SessionEvent[] {
+  const last = new Map<Weight, number>();
+  return events.filter((event) => {
+    const weight = weightOf(event.kind);
+    if (weight === "plain" || event.t - (last.get(weight) ?? -Infinity) < apart) return false;
+    last.set(weight, event.t);
+    return true;
+  });
+}

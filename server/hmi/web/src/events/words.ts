@@ -1,0 +1,15 @@
+/** An event in words for a list. */
+import type { SessionEvent } from "../session/protocol";
+import { groupOf } from "./kinds";
+import { strings } from "../strings.en";
+
+export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
+  return strings.eventKinds[event.kind] ?? event.kind.replaceAll("_", " ");
+}
+
+/** Who, whom, how hard and what else was said. */
+export function detailOf(event: SessionEvent): string {
+  const whom = (groupOf(event.kind) === "task" ? [event.object] : [event.subject, event.object]).filter(Boolean).join(" – ");
+  const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)}\u00a0N\u00a0s` : "";
+  return [whom, impulse, event.text].filter(Boolean).join(" · ");
+}

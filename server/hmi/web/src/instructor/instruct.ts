@@ -1,0 +1,18 @@
+/** Commands of the instructor: each is answered, and what the server says of it is shown. */
+import { notices } from "../session/notices.svelte";
+import type { Ask } from "../session/protocol";
+import { session } from "../session/session.svelte";
+
+/** True: it was done. */
+export async function instruct(command: Ask, done = ""): Promise<boolean> {
+  const reply = await session.ask(command);
+  if (!reply.ok) notices.say(reply.text, "wrong");
+  else if (done || reply.text) notices.say(done || reply.text);
+  return reply.ok;
+}
+
+/** A message without an answer. */
+export function tell(message: Parameters<typeof session.say>[0], notConnected: string, done = ""): void {
+  if (!session.say(message)) notices.say(notConnected, "wrong");
+  else if (done) notices.say(done);
+}

@@ -1,0 +1,13 @@
+/** Places that a form begins with. */
+import { poseOf } from "../session/poses";
+import type { WorldFrame } from "../session/frames";
+import type { Entity } from "../session/protocol";
+import type { MapPoint } from "./palette";
+
+/** `metres` before an entity; null: nobody knows where it is. */
+export function ahead(entity: Entity | undefined, world: WorldFrame | null, metres: number): (MapPoint & { yaw: number }) | null {
+  const pose = poseOf(entity, world);
+  if (!pose) return null;
+  const { yaw } = pose;
+  return { x: pose.x + metres * Math.cos(yaw), y: pose.y + metres * Math.sin(yaw), yaw };
+}

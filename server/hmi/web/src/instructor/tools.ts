@@ -1,0 +1,63 @@
+/** Tools for the plan: put something somewhere, or draw a way. Each lasts until it is done or something else takes over. */
+import { plan, type MapPoint, type PlanTool } from "../plan/tool.svelte";
+import { outline, placement, wayWith, type Placement } from "./gestures";
+
+interface Placing { label: string; size: readonly number[]; yaw: number; done(placement: Placement): void }
+
+/** A press says where, a drag which way, the release does it; the tool then waits for the next. */
+export function placeTool({ label, size, yaw, done }: Placing): PlanTool {
+  let from: MapPoint | null = null;
+  const draw = (at: MapPoint): Placement => {
+    const placed = from ? placement(from, at, yaw) : { at, yaw };
+    plan.drafts = [{ points: outline(placed, size), closed: true, heading: placed.yaw, label, refused: false }];
+    return placed;
+  };
+  return {
+    label, cursor: "crosshair",
+    down(at) {
+      from = at;
+      draw(at);
+    },
+    move: draw,
+    up(at) {
+      if (!from) return;
+      const placed = draw(at);
+      from = null;
+      plan.drafts = [];
+      done(placed);
+    },
+    cancel() {
+      plan.drafts = [];
+    },
+  };
+}
+
+/** Point by point; a second press on the last point, or Enter, ends it. */
+export function wayTool(label: string, done: (way: [number, number][]) => void): PlanTool & { finish(): void } {
+  let way: [number, number][] = [];
+  const draw = (next?: MapPoint): void => {
+    const points: [number, number][] = next ? [...way, [next.x, next.y]] : way;
+    plan.drafts = points.length ? [{ points, closed: false, label: "", refused: false }] : [];
+  };
+  const tool = {
+    label, cursor: "crosshair",
+    down(at: MapPoint) {
+      const longer = wayWith(way, at);
+      if (!longer) return tool.finish();
+      way = longer;
+      draw();
+    },
+    move(at: MapPoint) {
+      draw(at);
+    },
+    up() {},
+    cancel() {
+      plan.drafts = [];
+    },
+    finish() {
+      plan.take(null);
+      if (way.length) done(way);
+    },
+  };
+  return tool;
+}

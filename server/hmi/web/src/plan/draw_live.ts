@@ -1,0 +1,219 @@
+/** What moves on the plan: robots and agents, their ways, scans, events, and what is just being drawn by hand. */
+import { FLAG_UNSENSED, type ScanFrame, type WorldFrame } from "../session/frames";
+import { flatPose, rowOf } from "../session/poses";
+import type { Entity, Part, Plan, SessionEvent, Shape } from "../session/protocol";
+import type { Trails } from "../session/trails";
+import { toScreen, type Camera } from "./camera";
+import { label, trace } from "./draw_site";
+import { shapeOutline } from "./outline";
+import type { Draft } from "./tool.svelte";
+
+export type LiveInk = Record<"canvas" | "real" | "virtual" | "robot" | "planned" | "predicted" | "door" | "accent" | "bad" | "ink" | "soft", string>;
+export const liveInk = ["canvas", "real", "virtual", "robot", "planned", "predicted", "door", "accent", "bad", "ink", "soft"] as const;
+
+type Context = CanvasRenderingContext2D;
+const TURN = Math.PI * 2;
+/** More names, or smaller ones beside each other, than this many or at fewer pixels a metre are a blur. */
+const NAMED = 40, NAMED_SCALE = 11;
+
+export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent" ? ink.virtual : entity.owner === "robot" ? ink.robot : ink.door);
+
+export interface Crowd { entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; selected: string; follows: string }
+
+/** All of one owner are one path: a thousand of them are three fills. */
+export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) {
+  const { entities, world } = crowd;
+  const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D() };
+  const noses = new Path2D();
+  const shown: { entity: Entity; x: number; y: number; px: number; py: number }[] = [];
+  for (const entity of entities) {
+    let first = true;
+    for (const part of entity.parts) {
+      const row = rowOf(world, part.id);
+      if (row < 0) continue;
+      const k = row * 7;
+      const place = { at: world.poses.subarray(k, k + 3), turn: world.poses.subarray(k + 3, k + 7) };
+      for (const shape of crowd.shapesOf(part)) trace(bodies[entity.owner], c, shapeOutline(shape, place));
+      if (!first) continue;
+      first = false;
+      const pose = flatPose(world, row);
+      const [px, py] = toScreen(c, pose.x, pose.y);
+      if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
+      shown.push({ entity, x: pose.x, y: pose.y, px, py });
+      if (entity.kind === "robot" || entity.kind === "person") nose(noses, px, py, pose.yaw, Math.max(7, (entity.kind === "robot" ? 0.5 : 0.34) * c.scale));
+      if (pose.flags & FLAG_UNSENSED) ring(g, px, py, 14, ink.soft, [2, 3]);
+    }
+  }
+  for (const owner of ["building", "agent", "robot"] as const) {
+    g.strokeStyle = ink.canvas;
+    g.lineWidth = 2;
+    g.stroke(bodies[owner]);
+    g.fillStyle = owner === "agent" ? ink.virtual : owner === "robot" ? ink.robot : ink.door;
+    g.fill(bodies[owner], "nonzero");
+  }
+  g.strokeStyle = ink.canvas;
+  g.lineWidth = 4;
+  g.stroke(noses);
+  g.strokeStyle = ink.ink;
+  g.lineWidth = 2;
+  g.stroke(noses);
+  for (const { entity, x, y, px, py } of shown) {
+    const chosen = entity.name === crowd.selected;
+    if (chosen) ring(g, px, py, Math.max(14, 0.55 * c.scale), ink.accent, []);
+    if (entity.owner === "building" && !chosen) continue;
+    if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, entity.name, chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
+  }
+}
+
+function nose(path: Path2D, x: number, y: number, yaw: number, length: number) {
+  const cos = Math.cos(yaw), sin = -Math.sin(yaw);
+  const tip: [number, number] = [x + length * cos, y + length * sin];
+  path.moveTo(x, y);
+  path.lineTo(...tip);
+  for (const side of [2.6, -2.6]) {
+    path.moveTo(...tip);
+    path.lineTo(tip[0] + length * 0.35 * Math.cos(yaw + side), tip[1] - length * 0.35 * Math.sin(yaw + side));
+  }
+}
+
+function ring(g: Context, x: number, y: number, radius: number, ink: string, dash: number[]) {
+  g.strokeStyle = ink;
+  g.lineWidth = 2;
+  g.setLineDash(dash);
+  g.beginPath();
+  g.arc(x, y, radius, 0, TURN);
+  g.stroke();
+  g.setLineDash([]);
+}
+
+/** A sweep that is old is pale; after three seconds it is no more shown. */
+export function scanStrength(scan: ScanFrame, now: number): number {
+  return Math.min(1, Math.max(0, (3 - (now - scan.t)) / 2.5));
+}
+
+/** Which returns: those of real things, of agents, or all. */
+export function drawScan(g: Context, c: Camera, scan: ScanFrame, which: "real" | "virtual", ink: string, strength: number) {
+  if (!scan.pose || strength <= 0) return;
+  const { x, y, yaw } = scan.pose;
+  const size = Math.min(5, Math.max(2.5, c.scale * 0.045));
+  g.fillStyle = ink;
+  g.globalAlpha = strength;
+  for (let i = 0; i < scan.ranges.length; ++i) {
+    const range = scan.ranges[i] as number;
+    if (!(range > 0) || range === Infinity || (which === "virtual") !== ((scan.agents[i] as number) >= 0)) continue;
+    const angle = yaw + scan.rad0 + i * scan.radstep;
+    const [px, py] = toScreen(c, x + range * Math.cos(angle), y + range * Math.sin(angle));
+    g.fillRect(px - size / 2, py - size / 2, size, size);
+  }
+  g.globalAlpha = 1;
+}
+
+/** What the laser sees free, faintly. */
+export function drawSweep(g: Context, c: Camera, scan: ScanFrame, ink: string, strength: number) {
+  if (!scan.pose || strength <= 0) return;
+  const { x, y, yaw } = scan.pose;
+  g.beginPath();
+  g.moveTo(...toScreen(c, x, y));
+  for (let i = 0; i < scan.ranges.length; ++i) {
+    const range = scan.ranges[i] as number;
+    if (!(range > 0) || range === Infinity) continue;
+    const angle = yaw + scan.rad0 + i * scan.radstep;
+    g.lineTo(...toScreen(c, x + range * Math.cos(angle), y + range * Math.sin(angle)));
+  }
+  g.closePath();
+  g.globalAlpha = 0.07 * strength;
+  g.fillStyle = ink;
+  g.fill();
+  g.globalAlpha = 1;
+}
+
+export function drawWays(g: Context, c: Camera, plans: Plan[], paths: boolean, motion: boolean, ink: LiveInk) {
+  for (const each of plans) {
+    const planned = each.kind !== "predicted";
+    if (each.points.length < 2 || !(each.kind === "path" ? paths : motion)) continue;
+    g.strokeStyle = planned ? ink.planned : ink.predicted;
+    g.lineWidth = planned ? 1.5 : 2.5;
+    g.setLineDash(planned ? [5, 4] : []);
+    line(g, c, each.points.flat());
+    g.setLineDash([]);
+  }
+}
+
+export function drawTrails(g: Context, c: Camera, trails: Trails, owners: Map<string, Entity>, ink: LiveInk) {
+  g.lineWidth = 1.5;
+  g.globalAlpha = 0.6;
+  for (const [name, trail] of trails.of) {
+    const entity = owners.get(name);
+    if (!entity) continue;
+    g.strokeStyle = inkOf(entity, ink);
+    line(g, c, trail.points);
+  }
+  g.globalAlpha = 1;
+}
+
+function line(g: Context, c: Camera, points: number[]) {
+  g.beginPath();
+  for (let i = 0; i + 1 < points.length; i += 2) {
+    const at = toScreen(c, points[i] as number, points[i + 1] as number);
+    if (i) g.lineTo(...at);
+    else g.moveTo(...at);
+  }
+  g.stroke();
+}
+
+const RECENT_S = 60;
+/** Those with a place, of the last minute. */
+export function drawEvents(g: Context, c: Camera, events: SessionEvent[], now: number, ink: LiveInk) {
+  for (let i = events.length - 1; i >= 0 && now - (events[i] as SessionEvent).t < RECENT_S; --i) {
+    const event = events[i] as SessionEvent;
+    if (event.t > now || !event.position?.some((each) => each !== 0)) continue;
+    const [px, py] = toScreen(c, event.position[0] ?? 0, event.position[1] ?? 0);
+    g.globalAlpha = 1 - 0.8 * ((now - event.t) / RECENT_S);
+    g.strokeStyle = /collision|fell|tipped|hazard|limit/.test(event.kind) ? ink.bad : ink.soft;
+    g.lineWidth = 2;
+    g.beginPath();
+    for (const [dx, dy] of [[-4, -4], [-4, 4]] as const) {
+      g.moveTo(px + dx, py + dy);
+      g.lineTo(px - dx, py - dy);
+    }
+    g.stroke();
+  }
+  g.globalAlpha = 1;
+}
+
+export function drawDrafts(g: Context, c: Camera, drafts: Draft[], ink: LiveInk) {
+  for (const draft of drafts) {
+    const colour = draft.refused ? ink.bad : ink.accent;
+    g.strokeStyle = colour;
+    g.lineWidth = 2;
+    const flat = draft.points.flat();
+    if (draft.closed) {
+      const path = new Path2D();
+      trace(path, c, { polygon: flat });
+      g.fillStyle = colour;
+      g.globalAlpha = 0.3;
+      g.fill(path);
+      g.globalAlpha = 1;
+      g.stroke(path);
+    } else {
+      line(g, c, flat);
+      g.fillStyle = colour;
+      for (const [x, y] of draft.points) {
+        const [px, py] = toScreen(c, x, y);
+        g.beginPath();
+        g.arc(px, py, 4, 0, TURN);
+        g.fill();
+      }
+    }
+    const n = draft.points.length;
+    if (!n) continue;
+    const x = draft.points.reduce((sum, p) => sum + p[0], 0) / n, y = draft.points.reduce((sum, p) => sum + p[1], 0) / n;
+    if (draft.heading !== undefined) {
+      const path = new Path2D();
+      const [px, py] = toScreen(c, x, y);
+      nose(path, px, py, draft.heading, Math.max(22, 0.6 * c.scale));
+      g.stroke(path);
+    }
+    if (draft.label) label(g, c, x, y, draft.label, colour, ink.canvas, Math.max(18, 0.5 * c.scale));
+  }
+}

@@ -1,0 +1,27 @@
+/** The keys of `ros2 bag play`: space pauses and goes on, right arrow one message on, up and down a tenth faster and slower. */
+
+export interface PlayCommand { action: "pause" | "resume" | "step" | "rate" | "seek"; value?: number }
+
+export interface PlayState { paused: boolean; rate: number; position: number; duration: number }
+
+export const slowest = 0.1;
+export const fastest = 10;
+
+const seek = (value: number): PlayCommand => ({ action: "seek", value });
+
+export function rateTimes(rate: number, factor: number): number {
+  return Math.min(fastest, Math.max(slowest, Math.round(rate * factor * 100) / 100));
+}
+
+export function playCommand(code: string, shift: boolean, state: PlayState): PlayCommand | undefined {
+  switch (code) {
+    case "Space": return { action: state.paused ? "resume" : "pause" };
+    case "ArrowRight": return shift ? seek(Math.min(state.duration, state.position + 10)) : { action: "step" };
+    case "ArrowLeft": return seek(Math.max(0, state.position - (shift ? 10 : 2)));
+    case "ArrowUp": return { action: "rate", value: rateTimes(state.rate, 1.1) };
+    case "ArrowDown": return { action: "rate", value: rateTimes(state.rate, 1 / 1.1) };
+    case "Home": return seek(0);
+    case "End": return seek(state.duration);
+    default: return undefined;
+  }
+}

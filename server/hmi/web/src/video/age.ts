@@ -1,0 +1,44 @@
+/** How old the picture on the screen is, and what is said of it. */
+import type { Frame } from "./frame";
+
+export const warnMs = 150;
+/** No picture for so long, or one so old: it is not shown as if it were now. */
+export const staleMs = 1000;
+/** A stamp farther off than this is of another time: a recording's. */
+const otherTimeMs = 60_000;
+
+export type Freshness = "none" | "fresh" | "late" | "stale";
+
+export interface FrameAge {
+  ms: number;
+  /** `camera`: since its stamp; `server`: since the server sent it, as the camera's stamp is of another time. */
+  since: "camera" | "server";
+}
+
+/** `serverUs`: the server's clock now; undefined: not known yet. */
+export function frameAge(frame: Pick<Frame, "stampUs" | "serverUs">, serverUs: number | undefined): FrameAge | undefined {
+  if (serverUs === undefined) return undefined;
+  const camera = (serverUs - frame.stampUs) / 1000;
+  if (Math.abs(camera) < otherTimeMs) return { ms: Math.max(0, camera), since: "camera" };
+  return { ms: Math.max(0, (serverUs - frame.serverUs) / 1000), since: "server" };
+}
+
+/** `quietMs`: since the last frame was shown. `age`: of that frame now. */
+export function freshness(quietMs: number | undefined, age: FrameAge | undefined): Freshness {
+  if (quietMs === undefined) return "none";
+  if (quietMs > staleMs || (age && age.ms > staleMs)) return "stale";
+  return age && age.ms > warnMs ? "late" : "fresh";
+}
+
+/** The middle and the worst but one of twenty of the last while, for the panel's title. */
+export class AgeStatistics {
+  private ages: number[] = [];
+  add(ms: number): void {
+    this.ages.push(ms);
+    if (this.ages.length > 150) this.ages.shift();
+  }
+  quantile(share: number): number | undefined {
+    const sorted = [...this.ages].sort((a, b) => a - b);
+    return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+  }
+}

@@ -1,0 +1,116 @@
+/** What is in the 3D view: the stores' contents as meshes, each layer on or off. */
+import { CanvasTexture, Color, Group, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, type Camera } from "three";
+import type { Layers } from "../plan/draw_site";
+import { scanStrength } from "../plan/draw_live";
+import { plan } from "../plan/tool.svelte";
+import { poseOf } from "../session/poses";
+import { selection } from "../session/selection.svelte";
+import { session } from "../session/session.svelte";
+import { site } from "../session/site.svelte";
+import type { Trails } from "../session/trails";
+import { colours } from "../theme/theme.svelte";
+import { Crowd } from "./crowd";
+import { Lines } from "./lines";
+import { modelMeshes, type ModelMeshes } from "./model_mesh";
+import { Returns } from "./returns";
+
+const inkNames = ["canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
+type Inks = Record<(typeof inkNames)[number], Color>;
+
+/** Heights over the floor, m, so that flat things do not flicker. */
+const MAP_Z = 0.01, ZONE_Z = 0.02, WAY_Z = 0.04;
+/** Walls are cut here, m, when they are to be looked over. */
+export const CUT_M = 1.1;
+
+export class Content {
+  readonly group = new Group();
+  readonly crowd = new Crowd();
+  #lines = new Lines();
+  #scan = new Returns(46);
+  #depth = new Returns(30);
+  #cloud = new Returns(30);
+  #model: ModelMeshes | null = null;
+  #modelOf = "";
+  #map: Mesh | null = null;
+  #inks = {} as Inks;
+  #css = {} as Record<(typeof inkNames)[number], string>;
+
+  constructor(private readonly trails: Trails) {
+    this.group.add(this.crowd.group, this.#lines.object, this.#scan.points, this.#depth.points, this.#cloud.points);
+  }
+
+  setInks() {
+    this.#css = colours(...inkNames);
+    for (const name of inkNames) this.#inks[name] = new Color(this.#css[name]);
+    this.crowd.setInk(this.#css);
+    this.#modelOf = "";
+    return this.#css;
+  }
+
+  /** Before each picture; `pixels`: of a metre a metre away. */
+  update(camera: Camera, pixels: number, robot: string, layers: Layers, cut: boolean) {
+    this.#standing(layers, cut);
+    const { world, entities } = session;
+    this.crowd.group.visible = layers.has("robots") && world !== null;
+    this.crowd.showCollision(layers.has("collision"));
+    if (world && this.crowd.group.visible) this.crowd.update(entities, world, session.forms, (part) => session.shapesOf(part), camera, pixels);
+    const now = session.now(), real = session.scans["0"] ?? session.scans["1"], mixed = session.scans["1"];
+    const fresh = (scan: typeof real) => (scan && scanStrength(scan, now) > 0 ? scan : null);
+    const laser = site.robots[0]?.laser?.at[2] ?? 0.3;
+    this.#scan.setScan(layers.has("scan") ? fresh(real) : null, layers.has("virtual") ? fresh(mixed) : null, laser, this.#inks);
+    this.#depth.setPoints(layers.has("depth") ? session.depth : null);
+    this.#cloud.setPoints(layers.has("cloud") ? session.cloud : null);
+    this.#draw(layers, robot);
+  }
+
+  #standing(layers: Layers, cut: boolean) {
+    const doors = session.world ? session.entities.filter((each) => each.owner === "building").map((each) => each.name) : [];
+    const wanted = site.model ? `${site.model.version} ${doors.length}` : "";
+    if (site.model && wanted !== this.#modelOf) {
+      this.#modelOf = wanted;
+      if (this.#model) this.group.remove(this.#model.group);
+      this.#model = modelMeshes(site.model, new Set(doors), this.#css);
+      this.group.add(this.#model.group);
+    }
+    if (this.#model) {
+      this.#model.group.visible = layers.has("model");
+      this.#model.above.visible = !cut;
+      this.#model.walls.uniforms.cut!.value = cut ? CUT_M : 1e6;
+      this.#model.edges.visible = layers.has("collision");
+    }
+    if (site.map && !this.#map) {
+      const { image, x, y, resolution } = site.map;
+      const texture = new CanvasTexture(image);
+      texture.colorSpace = SRGBColorSpace;
+      const width = image.width * resolution, height = image.height * resolution;
+      this.#map = new Mesh(new PlaneGeometry(width, height), new MeshBasicMaterial({ map: texture, transparent: true, opacity: 0.4, depthWrite: false }));
+      this.#map.position.set(x + width / 2, y + height / 2, MAP_Z);
+      this.group.add(this.#map);
+    }
+    if (this.#map) this.#map.visible = layers.has("map");
+  }
+
+  #draw(layers: Layers, robot: string) {
+    const lines = this.#lines, inks = this.#inks;
+    lines.begin();
+    if (layers.has("zones"))
+      for (const zone of session.zones) lines.way(zone.points.flat(), (zone.bottom ?? 0) + ZONE_Z, inks.zone, true);
+    const owners = new Map(session.entities.map((each) => [each.name, each]));
+    if (layers.has("paths"))
+      for (const [name, trail] of this.trails.of) {
+        const entity = owners.get(name);
+        if (entity) lines.way(trail.points, WAY_Z, entity.owner === "agent" ? inks.virtual : inks.robot);
+      }
+    for (const each of session.plans)
+      if (layers.has(each.kind === "path" ? "paths" : "motion")) lines.way(each.points.flat(), WAY_Z, each.kind === "predicted" ? inks.predicted : inks.planned);
+    for (const draft of plan.drafts) lines.way(draft.points.flat(), WAY_Z, draft.refused ? inks.bad : inks.accent, draft.closed);
+    for (const [name, ink] of [[selection.entity, inks.accent], [robot, inks.robot]] as const) {
+      const pose = poseOf(owners.get(name), session.world);
+      if (!pose) continue;
+      lines.ring(pose.x, pose.y, pose.z + ZONE_Z, 0.55, ink);
+      const cos = Math.cos(pose.yaw), sin = Math.sin(pose.yaw);
+      lines.segment(pose.x + 0.55 * cos, pose.y + 0.55 * sin, pose.z + ZONE_Z, pose.x + 0.95 * cos, pose.y + 0.95 * sin, pose.z + ZONE_Z, ink);
+    }
+    lines.end();
+  }
+}

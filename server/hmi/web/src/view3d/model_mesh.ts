@@ -1,0 +1,97 @@
+/** The semantic model as a few meshes: one for what stands low, one for walls (which can be cut), one for what is above. */
+import { BufferAttribute, BufferGeometry, Color, Group, LineBasicMaterial, LineSegments, Mesh, type ShaderMaterial } from "three";
+import { turned } from "../plan/outline";
+import type { Element, Model } from "../session/site.svelte";
+import { solidMaterial, unitSolid } from "./solids";
+
+export interface ModelInk { floor: string; wall: string; thing: string; door: string; stairs: string; zone: string; virtual: string; canvas: string }
+type Layer = "low" | "walls" | "above";
+
+const layerOf = (label: string): Layer | null =>
+  label === "free_space" ? null : label === "ceiling" || label === "wall_above_door" ? "above" : label === "wall" || label === "pillar" || label === "window" ? "walls" : "low";
+
+export interface ModelMeshes { group: Group; walls: ShaderMaterial; above: Group; edges: LineSegments }
+
+/** `without`: names of doors that are drawn where they really stand. */
+export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: ModelInk): ModelMeshes {
+  const colours: Record<string, Color> = {
+    floor: new Color(ink.floor), wall: new Color(ink.wall), pillar: new Color(ink.wall), wall_above_door: new Color(ink.wall), door: new Color(ink.door),
+    stairs: new Color(ink.stairs), window: new Color(ink.zone), ceiling: new Color(ink.thing), unknown: new Color(ink.thing),
+  };
+  const virtual = new Color(ink.virtual);
+  const parts: Record<Layer, Element[]> = { low: [], walls: [], above: [] };
+  for (const element of model.elements) {
+    const layer = layerOf(element.label);
+    if (layer && !without.has(element.name)) parts[layer].push(element);
+  }
+  const colourOf = (element: Element) => (element.virtual ? virtual : (colours[element.label] ?? colours.unknown)) as Color;
+  const walls = solidMaterial({ colours: true });
+  const group = new Group(), above = new Group();
+  const plain = solidMaterial({ colours: true });
+  group.add(new Mesh(mergedBoxes(parts.low, colourOf), plain), new Mesh(mergedBoxes(parts.walls, colourOf), walls), above);
+  // A ceiling would hide all; what is over a door is part of its wall.
+  above.add(new Mesh(mergedBoxes(parts.above.filter((each) => each.label !== "ceiling"), colourOf), plain));
+  for (const mesh of model.meshes) group.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
+  const edges = new LineSegments(boxEdges([...parts.low.filter((each) => each.label !== "floor"), ...parts.walls]), new LineBasicMaterial({ color: ink.canvas }));
+  edges.visible = false;
+  group.add(edges);
+  return { group, walls, above, edges };
+}
+
+const unit = unitSolid("box");
+
+function mergedBoxes(elements: Element[], colourOf: (element: Element) => Color): BufferGeometry {
+  const at = unit.getAttribute("position"), normal = unit.getAttribute("normal"), index = unit.getIndex() as BufferAttribute;
+  const n = at.count, positions = new Float32Array(elements.length * n * 3), normals = new Float32Array(positions.length), colours = new Float32Array(positions.length);
+  const indices = new Uint32Array(elements.length * index.count);
+  elements.forEach((element, e) => {
+    const colour = colourOf(element), q = element.turn;
+    for (let i = 0; i < n; ++i) {
+      const p = turned(q, [at.getX(i) * element.size[0], at.getY(i) * element.size[1], at.getZ(i) * element.size[2]]);
+      const d = turned(q, [normal.getX(i), normal.getY(i), normal.getZ(i)]);
+      const k = (e * n + i) * 3;
+      for (let c = 0; c < 3; ++c) {
+        positions[k + c] = (p[c] as number) + (element.at[c] as number);
+        normals[k + c] = d[c] as number;
+      }
+      colour.toArray(colours, k);
+    }
+    for (let i = 0; i < index.count; ++i) indices[e * index.count + i] = index.getX(i) + e * n;
+  });
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(positions, 3));
+  geometry.setAttribute("normal", new BufferAttribute(normals, 3));
+  geometry.setAttribute("color", new BufferAttribute(colours, 3));
+  geometry.setIndex(new BufferAttribute(indices, 1));
+  return geometry;
+}
+
+function triangles(vertices: number[], corners: number[], colour: Color): BufferGeometry {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(corners.flatMap((v) => vertices.slice(v * 3, v * 3 + 3))), 3));
+  geometry.computeVertexNormals();
+  const count = corners.length;
+  const colours = new Float32Array(count * 3);
+  for (let i = 0; i < count; ++i) colour.toArray(colours, i * 3);
+  geometry.setAttribute("color", new BufferAttribute(colours, 3));
+  return geometry;
+}
+
+const corner = (i: number): [number, number, number] => [i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5];
+const edgePairs = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [1, 2, 4].filter((bit) => !(i & bit)).map((bit) => [i, i | bit] as const));
+
+/** The twelve edges of each box, as pairs of points. */
+export function boxEdges(elements: Pick<Element, "at" | "turn" | "size">[]): BufferGeometry {
+  const positions = new Float32Array(elements.length * 72);
+  let k = 0;
+  for (const { at, turn, size } of elements)
+    for (const pair of edgePairs)
+      for (const i of pair) {
+        const [x, y, z] = corner(i);
+        const p = turned(turn, [x * size[0], y * size[1], z * size[2]]);
+        for (let c = 0; c < 3; ++c) positions[k++] = (p[c] as number) + (at[c] as number);
+      }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(positions, 3));
+  return geometry;
+}

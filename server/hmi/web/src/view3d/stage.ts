@@ -1,0 +1,145 @@
+/** The canvas in three dimensions: camera, drawing when asked only, and coarser where the machine cannot keep up. */
+import { Color, Group, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3, WebGLRenderer } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+/** Frames that take longer are drawn with fewer pixels, shorter ones with more, ms. */
+const SLOW_MS = 30, QUICK_MS = 20;
+const COARSEST = 0.5;
+/** After this rest, ms, the picture is drawn once more in full. */
+const REST_MS = 250;
+
+export class Stage {
+  readonly scene = new Scene();
+  /** All that lies in the frame map, z up; a headset turns it. */
+  readonly map = new Group();
+  readonly camera = new PerspectiveCamera(50, 1, 0.05, 500);
+  readonly renderer: WebGLRenderer;
+  readonly controls: OrbitControls;
+  /** Frames drawn, for measurements. */
+  drawn = 0;
+  #wanted = 0;
+  #scale = 1;
+  #sharp = false;
+  #last = 0;
+  #took = SLOW_MS - 5;
+  #rest: ReturnType<typeof setTimeout> | undefined;
+  #ray = new Raycaster();
+
+  constructor(canvas: HTMLCanvasElement, private readonly before: () => void, private readonly after: () => void) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: !drawsBySoftware(), powerPreference: "high-performance" });
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(6, -8, 9);
+    this.scene.add(this.map);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.maxPolarAngle = Math.PI * 0.495;
+    this.controls.minDistance = 0.5;
+    this.controls.maxDistance = 250;
+    this.controls.mouseButtons = { LEFT: MOUSE.ROTATE, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
+    this.controls.touches = { ONE: TOUCH.ROTATE, TWO: TOUCH.DOLLY_PAN };
+    this.controls.addEventListener("change", () => this.ask());
+  }
+
+  get pixels(): number {
+    return this.renderer.domElement.clientHeight / (2 * Math.tan((this.camera.fov * Math.PI) / 360));
+  }
+
+  setGround(css: string) {
+    this.scene.background = new Color(css);
+    this.ask();
+  }
+
+  /** Draws before the next screen refresh, once however often it is asked for. */
+  ask() {
+    this.#wanted ||= requestAnimationFrame((now) => this.#draw(now));
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(devicePixelRatio * this.#scale);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.ask();
+  }
+
+  /** Where a point of the canvas (pixels of the page) meets the floor; null: the sky. */
+  onFloor(px: number, py: number, z = 0): { x: number; y: number } | null {
+    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    this.#ray.setFromCamera(new Vector2((px / width) * 2 - 1, 1 - (py / height) * 2), this.camera);
+    const hit = this.#ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -z), new Vector3());
+    return hit && { x: hit.x, y: hit.y };
+  }
+
+  look(box: { x0: number; y0: number; x1: number; y1: number }) {
+    const x = (box.x0 + box.x1) / 2, y = (box.y0 + box.y1) / 2;
+    const reach = Math.max(box.x1 - box.x0, (box.y1 - box.y0) * this.camera.aspect) / Math.min(this.camera.aspect, 1.4);
+    this.controls.target.set(x, y, 0);
+    this.camera.position.set(x, y - reach * 0.58, reach * 0.72);
+    this.controls.update();
+    this.ask();
+  }
+
+  /** The eye moves with what it looks at. */
+  moveTo(x: number, y: number) {
+    const dx = x - this.controls.target.x, dy = y - this.controls.target.y;
+    if (Math.abs(dx) + Math.abs(dy) < 1e-4) return;
+    this.controls.target.x = x;
+    this.controls.target.y = y;
+    this.camera.position.x += dx;
+    this.camera.position.y += dy;
+    this.controls.update();
+  }
+
+  dispose() {
+    cancelAnimationFrame(this.#wanted);
+    clearTimeout(this.#rest);
+    this.controls.dispose();
+    this.renderer.dispose();
+  }
+
+  #draw(now: number) {
+    this.#wanted = 0;
+    if (this.#sharp) this.#resolve(false);
+    this.#render();
+    this.#adapt(now);
+  }
+
+  #render() {
+    this.before();
+    this.renderer.render(this.scene, this.camera);
+    this.after();
+    ++this.drawn;
+  }
+
+  /** The time between pictures that were asked for one after another is what a picture takes. */
+  #adapt(now: number) {
+    const since = now - this.#last;
+    this.#last = now;
+    if (since < 100) {
+      this.#took += (since - this.#took) * 0.1;
+      const scale = this.#took > SLOW_MS ? Math.max(COARSEST, this.#scale * 0.85) : this.#took < QUICK_MS ? Math.min(1, this.#scale * 1.1) : this.#scale;
+      if (scale !== this.#scale) {
+        this.#scale = scale;
+        this.#took = (SLOW_MS + QUICK_MS) / 2;
+        this.#resolve(false);
+      }
+    }
+    clearTimeout(this.#rest);
+    if (this.#scale < 1) this.#rest = setTimeout(() => { this.#resolve(true); this.#render(); }, REST_MS);
+  }
+
+  #resolve(sharp: boolean) {
+    this.#sharp = sharp;
+    this.renderer.setPixelRatio(devicePixelRatio * (sharp ? 1 : this.#scale));
+  }
+}
+
+/** Smooth edges cost what a machine without a graphics card has not got. */
+function drawsBySoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const about = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && about ? String(gl.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}

@@ -1,0 +1,121 @@
+#include "server/simulation/entity_shapes.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocols/convex_hull.hpp"
+#include "server/simulation/bodies.hpp"
+#include "server/simulation/doors.hpp"
+#include "server/simulation/robot_layout.hpp"
+#include "server/simulation/simulation.hpp"
+
+namespace parhelion {
+namespace {
+
+/// Commands that nobody answers are forgotten: an instructor asks for a few at a time.
+constexpr std::size_t most_asked = 1000;
+
+EntityShapes::Parts parts_of(const RobotModel& model) {
+  EntityShapes::Parts parts;
+  for (const RobotNode& node : make_layout(model).nodes) parts[model.links[node.link].name] = node.visible;
+  return parts;
+}
+
+EntityShapes::Parts parts_of(const AgentDefinition& agent) {
+  EntityShapes::Parts parts;
+  for (BodyDefinition& body : agent_bodies(agent, 1)) parts[body.part] = std::move(body.shapes);
+  return parts;
+}
+
+}  // namespace
+
+EntityShapes::EntityShapes(const Scenario& scenario, const RobotDescription& robot,
+                           const SemanticModel& model,
+                           std::vector<std::shared_ptr<const RobotModel>> robot_models)
+    : scenario_(scenario), robot_models_(std::move(robot_models)) {
+  if (scenario.trainee && scenario.level < 3) {
+    AgentDefinition trainee;
+    trainee.name = scenario.trainee->name;
+    trainee.kind = AgentKind::robot;
+    trainee.model = scenario.trainee->model;
+    stand(trainee);
+  } else {
+    shapes_[robot.name]["base"] = outline_shapes(convex_hull(robot.footprint), robot.height);
+  }
+  for (const AgentDefinition& agent : scenario.agents) stand(agent);
+  take(model);
+}
+
+const RobotModel* EntityShapes::model_of(const std::string& name) const {
+  const auto found = std::find_if(robot_models_.begin(), robot_models_.end(),
+                                  [&](const auto& model) { return model->name == name; });
+  return found == robot_models_.end() ? nullptr : found->get();
+}
+
+void EntityShapes::stand(const AgentDefinition& agent) {
+  definitions_[agent.name] = agent;
+  if (agent.model.empty()) {
+    shapes_[agent.name] = parts_of(agent);
+  } else if (const RobotModel* model = model_of(agent.model)) {
+    shapes_[agent.name] = parts_of(*model);
+  } else {
+    shapes_.erase(agent.name);
+  }
+}
+
+void EntityShapes::take(const AgentCommand& command) {
+  if (command.action != AgentCommand::Action::spawn) return;
+  asked_[command.request] = command.agent;
+  if (asked_.size() > most_asked) asked_.erase(asked_.begin());
+}
+
+void EntityShapes::take(const Event& event) {
+  if (event.kind == EventKind::command_refused) asked_.erase(event.request);
+  if (event.kind != EventKind::agent_spawned) return;
+  const auto asked = asked_.find(event.request);
+  if (asked != asked_.end() && asked->second.name == event.subject) {
+    stand(asked->second);
+    asked_.erase(asked);
+    return;
+  }
+  for (const Script& script : scenario_.scripts) {
+    for (const AgentCommand& action : script.actions) {
+      const bool spawns = action.action == AgentCommand::Action::spawn;
+      if (spawns && action.agent.name == event.subject && event.text == to_string(action.agent.kind))
+        return stand(action.agent);
+    }
+  }
+}
+
+void EntityShapes::take(const SemanticModel& model) {
+  doors_.clear();
+  for (const ModelEntity& entity : model.entities) {
+    if (entity.label != EntityLabel::door || entity.deleted) continue;
+    const Door door = make_door(entity, {}, {scenario_.level, scenario_.doors});
+    doors_[entity.name][to_string(entity.label)] = leaf_shapes(door);
+  }
+}
+
+const std::vector<Shape>* EntityShapes::find(std::string_view entity, std::string_view part) const {
+  for (const auto* all : {&shapes_, &doors_}) {
+    const auto parts = all->find(entity);
+    if (parts == all->end()) continue;
+    const auto found = parts->second.find(part);
+    if (found != parts->second.end()) return &found->second;
+  }
+  return nullptr;
+}
+
+const AgentDefinition* EntityShapes::definition(std::string_view entity) const {
+  const auto found = definitions_.find(entity);
+  return found == definitions_.end() ? nullptr : &found->second;
+}
+
+std::optional<Transform<Base, Laser>> EntityShapes::laser_mount(std::string_view entity) const {
+  const AgentDefinition* agent = definition(entity);
+  if (agent == nullptr || agent->laser.empty()) return std::nullopt;
+  const RobotModel* model = agent->model.empty() ? nullptr : model_of(agent->model);
+  return model && model->description.laser ? model->description.laser->T_base_laser : agent_laser_mount();
+}
+
+}  // namespace parhelion
