@@ -1,4 +1,4 @@
-import{K as gc,aa as xc,n as Kt,a8 as Oe,a1 as tn,m as Sn,a3 as vc,p as Mc,ad as Sc,a as Di,s as Qs,g as Ue,b as Ec,a7 as ts,ac as yc,u as ii,a9 as Tc,f as Pa,i as ao,d as js,c as Pn,t as oo,h as tr,e as er,D as bc,o as Li,q as Ii,x as Yn,k as nr,l as Ac,B as wc}from"./index.js";import{b as ir}from"./this.js";import{s as Rc,T as Cc,L as Pc,r as Dc}from"./pick.js";import{t as Si}from"./outline.js";import"./props.js";/**
+import{K as gc,aa as xc,n as Kt,a8 as Oe,R as tn,m as Sn,a4 as vc,p as Mc,ad as Sc,a as Di,s as Qs,g as Ue,b as Ec,a7 as ts,ac as yc,u as ii,a9 as Tc,f as Pa,i as ao,d as js,c as Pn,t as oo,h as tr,e as er,D as bc,o as Li,q as Ii,x as Yn,k as nr,l as Ac,B as wc}from"./index.js";import{b as ir}from"./this.js";import{s as Rc,T as Cc,L as Pc,r as Dc}from"./pick.js";import{t as Si}from"./outline.js";import"./props.js";/**
  * @license
  * Copyright 2010-2026 Three.js Authors
  * SPDX-License-Identifier: MIT

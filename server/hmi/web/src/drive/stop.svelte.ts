@@ -2,7 +2,7 @@
  * so that one that is lost does not matter. */
 import { plan } from "../plan/tool.svelte";
 import { session } from "../session/session.svelte";
-import { isTyping } from "./keys";
+import { isTyping, takesKeys } from "./keys";
 import { teleop } from "./teleop.svelte";
 
 class StopState {
@@ -26,7 +26,7 @@ class StopKeys {
   press(event: KeyboardEvent): boolean {
     if (event.ctrlKey || event.altKey || event.metaKey) return false;
     if (event.code === "Tab") this.tabbed = true;
-    else if (/^(Key[WASD]|Arrow)/.test(event.code) && !isTyping(event.target as HTMLElement | null)) this.tabbed = false;
+    else if (/^(Key[WASD]|Arrow)/.test(event.code) && !takesKeys(event.target as HTMLElement | null)) this.tabbed = false;
     if (event.code === "Escape") return plan.tool === null;
     return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
   }
