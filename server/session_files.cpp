@@ -1,6 +1,7 @@
 #include "server/session_files.hpp"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "protocols/yaml/document.hpp"
 #include "server/check_reach.hpp"
@@ -32,6 +33,11 @@ std::string place_of_item(const std::string& path, const Scenario& scenario, con
   const int agent = line("agents", "scenario agent", scenario.agents);
   const int script = line("scripts", "script", scenario.scripts);
   return path + ":" + std::to_string(std::max({1, agent, script})) + ": ";
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
 }
 
 /// `model`: a name, or the path of a file, which the model's name replaces.
@@ -86,6 +92,13 @@ Result<SessionFiles> load_session_files(const std::string& path, const std::stri
   if (const Status level = check_level(files.scenario); !level)
     return Error{place_of(path, "level") + level.error().message};
   if (!files.scenario.model.empty()) {
+    if (!std::filesystem::exists(files.scenario.model))
+      return Error{place_of(path, "model") + "model " + files.scenario.model +
+                   " is not there. One of a recorded site is made first: `parhelion demo --headless --fast "
+                   "--folder " +
+                   folder_of(files.scenario.model) +
+                   "` for the one that comes with this program, `parhelion map model` or `map extrude` from "
+                   "scans of your own"};
     auto model = load_model(files.scenario.model);
     if (!model) return model.error();
     files.model = std::move(*model);

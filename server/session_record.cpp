@@ -33,6 +33,12 @@ std::string identity_of(const Message& message) {
 
 }  // namespace
 
+Result<std::string> session_identity(const std::string& path) {
+  const auto message = session_message(path);
+  if (!message) return message.error();
+  return identity_of(*message);
+}
+
 Result<SessionRecord> session_record(const std::string& path,
                                      const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
   const auto message = session_message(path);

@@ -16,4 +16,7 @@ namespace parhelion {
 Result<SessionRecord> session_record(const std::string& path,
                                      const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
+/// SessionRecord::identity of a log, without grading it.
+Result<std::string> session_identity(const std::string& path);
+
 }  // namespace parhelion

@@ -1,8 +1,6 @@
 // parhelion records: who the trainees are and how they do.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -12,6 +10,7 @@
 #include "server/training/exchange.hpp"
 #include "tools/progress.hpp"
 #include "tools/records_commands.hpp"
+#include "tools/records_file.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion {
@@ -24,26 +23,6 @@ struct Arguments {
   bool json = false, names = false, again = false, force = false, yes = false;
 };
 
-/// $PARHELION_RECORDS, or where the system keeps a user's files.
-std::string default_database() {
-  const char* chosen = std::getenv("PARHELION_RECORDS");
-  if (chosen != nullptr && *chosen != '\0') return chosen;
-  const char* base = std::getenv("XDG_DATA_HOME");
-  if (base != nullptr && *base == '/') return std::string(base) + "/parhelion/records.db";
-  const char* home = std::getenv("HOME");
-  return home == nullptr ? "records.db" : std::string(home) + "/.local/share/parhelion/records.db";
-}
-
-Result<Records> open_records(const Arguments& arguments, bool create) {
-  if (!arguments.database.empty()) return Records::open(arguments.database, create);
-  const std::string path = default_database();
-  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-  std::error_code failed;
-  if (create && !folder.empty()) std::filesystem::create_directories(folder, failed);
-  if (failed) return Error{folder.string() + ": cannot be made: " + failed.message()};
-  return Records::open(path, create);
-}
-
 Result<std::string> text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{path + ": cannot be read; is the name right?"};
@@ -53,7 +32,7 @@ Result<std::string> text_of(const std::string& path) {
 }
 
 Status add(const Arguments& arguments) {
-  auto records = open_records(arguments, true);
+  auto records = open_records(arguments.database, true);
   if (!records) return records.error();
   const auto added = records->add({"", arguments.trainee, arguments.mbox_sha1sum});
   if (!added) return added.error();
@@ -62,7 +41,7 @@ Status add(const Arguments& arguments) {
 }
 
 Status grade(const Arguments& arguments) {
-  auto records = open_records(arguments, false);
+  auto records = open_records(arguments.database, false);
   if (!records) return records.error();
   const auto trainee = records->find(arguments.trainee);
   if (!trainee) return trainee.error();
@@ -129,7 +108,7 @@ void print_trainees(const std::vector<TraineeHistory>& histories) {
 }
 
 Status list(const Arguments& arguments) {
-  auto records = open_records(arguments, false);
+  auto records = open_records(arguments.database, false);
   if (!records) return records.error();
   const auto histories = histories_of(*records, arguments);
   if (!histories) return histories.error();
@@ -153,7 +132,7 @@ void leave_out_names(std::vector<TraineeHistory>& histories) {
 
 Status export_to(const Arguments& arguments) {
   if (const Status free = check_writable(arguments.output, arguments.force); !free) return free;
-  auto records = open_records(arguments, false);
+  auto records = open_records(arguments.database, false);
   if (!records) return records.error();
   auto histories = histories_of(*records, arguments);
   if (!histories) return histories.error();
@@ -169,7 +148,7 @@ Status import_from(const Arguments& arguments) {
   if (!text) return text.error();
   const auto histories = histories_from(*text, arguments.file);
   if (!histories) return histories.error();
-  auto records = open_records(arguments, true);
+  auto records = open_records(arguments.database, true);
   if (!records) return records.error();
   const auto taken = take(*records, *histories);
   if (!taken) return Error{arguments.file + ": " + taken.error().message + "; nothing of it was taken"};
@@ -183,7 +162,7 @@ Status import_from(const Arguments& arguments) {
 Status next(const Arguments& arguments) {
   const auto course = load_course(arguments.course);
   if (!course) return course.error();
-  auto records = open_records(arguments, false);
+  auto records = open_records(arguments.database, false);
   if (!records) return records.error();
   const auto trainee = records->find(arguments.trainee);
   if (!trainee) return trainee.error();
@@ -212,7 +191,7 @@ Status next(const Arguments& arguments) {
 }
 
 Status erase(const Arguments& arguments) {
-  auto records = open_records(arguments, false);
+  auto records = open_records(arguments.database, false);
   if (!records) return records.error();
   const auto trainee = records->find(arguments.trainee);
   if (!trainee) return trainee.error();
@@ -228,8 +207,7 @@ Status erase(const Arguments& arguments) {
 CLI::App* add_part(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments,
                    const char* name, const char* text, const char* example, Status (*run)(const Arguments&)) {
   CLI::App* part = command.add_subcommand(name, text);
-  part->add_option("--database", arguments->database,
-                   "Records; default: $PARHELION_RECORDS, or ~/.local/share/parhelion/records.db");
+  part->add_option("--database", arguments->database, kRecordsHelp);
   part->footer(std::string("Example: parhelion records ") + example);
   const std::string label = std::string("parhelion records ") + name;
   part->callback([arguments, run, label, &exit] {
@@ -304,6 +282,7 @@ void add_records(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   add_keeping(*command, exit, arguments);
   add_exchange(*command, exit, arguments);
+  add_ranking(*command, exit);
 }
 
 }  // namespace parhelion

@@ -5,15 +5,18 @@
 #include <filesystem>
 
 #include "server/review/page.hpp"
+#include "server/session_record.hpp"
+#include "server/training/ranking.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
+#include "tools/records_file.hpp"
 #include "tools/text_file.hpp"
 
 namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string log, against, output = "report.html";
+  std::string log, against, output = "report.html", trainee, database;
   std::vector<std::string> earlier, group;
   bool overwrite = false;
 };
@@ -47,6 +50,32 @@ Status add_scores(const std::vector<std::string>& paths, std::vector<SessionScor
   return {};
 }
 
+/// The trainee's earlier sessions of this scenario and others' best ones, from the records. Of others the
+/// page shows pseudonyms alone: not even a file's name, which may name a person.
+Status add_recorded(const Arguments& arguments, ReviewPage& page) {
+  auto records = open_records(arguments.database, false);
+  if (!records) return records.error();
+  const auto trainee = records->find(arguments.trainee);
+  if (!trainee) return trainee.error();
+  const auto identity = session_identity(arguments.log);
+  if (!identity) return identity.error();
+  const std::string& scenario = page.sessions.front().scenario.name;
+  auto own = records->sessions(trainee->pseudonym);
+  if (!own) return own.error();
+  for (SessionRecord& session : *own) {
+    if (session.identity == *identity) break;  // what was stored later is no earlier session
+    if (session.scenario == scenario)
+      page.earlier.push_back({session.log, scenario, std::move(session.grade)});
+  }
+  auto group = programme_ranking(*records, scenario);
+  if (!group) return group.error();
+  for (ProgrammePlace& place : *group) {
+    if (place.trainee.pseudonym == trainee->pseudonym) continue;
+    page.group.push_back({place.trainee.pseudonym, scenario, std::move(place.best.grade)});
+  }
+  return {};
+}
+
 Exit run(const Arguments& arguments) {
   if (const Status writable = check_writable(arguments.output, arguments.overwrite); !writable)
     return fail(writable.error().message);
@@ -58,6 +87,9 @@ Exit run(const Arguments& arguments) {
   for (const auto& [paths, scores] :
        {std::pair{&arguments.earlier, &page.earlier}, std::pair{&arguments.group, &page.group}}) {
     if (const Status added = add_scores(*paths, *scores); !added) return fail(added.error().message);
+  }
+  if (!arguments.trainee.empty()) {
+    if (const Status added = add_recorded(arguments, page); !added) return fail(added.error().message);
   }
   const std::string html = to_html(page);
   if (const Status written = write_text(arguments.output, html, arguments.overwrite); !written)
@@ -80,9 +112,13 @@ void add_report(CLI::App& app, Exit& exit) {
                       "A second session, shown beside the first: the same log with other agents, say");
   command->add_option("--earlier", arguments->earlier, "The trainee's earlier sessions");
   command->add_option("--group", arguments->group, "Sessions of others, to compare with");
+  auto* trainee = command->add_option("--trainee", arguments->trainee,
+                                      "Whose session it is, in the records: compare with theirs and others'");
+  command->add_option("--database", arguments->database, kRecordsHelp)->needs(trainee);
   command->add_flag("--force", arguments->overwrite, "Overwrite a file that exists");
   command->footer(
       "Example: parhelion report session.lcm -o report.html --earlier monday.lcm tuesday.lcm\n"
+      "         parhelion report session.lcm -o report.html --trainee \"Anna Schmidt\"\n"
       "What if: parhelion replay session.lcm --scenario other.yaml -o other.lcm\n"
       "         parhelion report session.lcm --against other.lcm -o both.html\n\n"
       "The page holds everything that it shows and asks the network for nothing; it prints to paper, too.\n"

@@ -6,6 +6,8 @@
 namespace parhelion {
 
 void add_records(CLI::App& app, Exit& exit);
+/// A part of `records`.
+void add_ranking(CLI::App& records, Exit& exit);
 void add_batch(CLI::App& app, Exit& exit);
 
 }  // namespace parhelion

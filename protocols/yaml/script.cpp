@@ -6,6 +6,7 @@
 #include "protocols/channel_map.hpp"
 #include "protocols/nearest_name.hpp"
 #include "protocols/yaml/agent.hpp"
+#include "protocols/yaml/choice.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
@@ -17,13 +18,6 @@ using Action = AgentCommand::Action;
 constexpr const char* everyone = "all";
 
 std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
-
-std::vector<std::string> event_names() {
-  std::vector<std::string> names;
-  for (int i = 0; i <= static_cast<int>(kLastEventKind); ++i)
-    names.emplace_back(to_string(static_cast<EventKind>(i)));
-  return names;
-}
 
 /// Reads one list of scripts.
 class Reader {
@@ -79,25 +73,9 @@ class Reader {
     return script;
   }
 
-  /// One of `keys` is there, and nothing that does not go with it.
-  const Node* only_one(const Node& node, const std::vector<std::string>& keys, const std::string& name) {
-    const Node* found = nullptr;
-    for (const std::string& key : keys) {
-      const Node* here = node.find(key);
-      if (here == nullptr) continue;
-      if (found != nullptr) problems_.add(here->line, "'" + name + "': two of them, expected one");
-      found = here;
-    }
-    if (found != nullptr) return found;
-    std::string text;
-    for (const std::string& key : keys) text += (text.empty() ? "" : ", ") + key;
-    problems_.add(node.line, "'" + name + "': expected one of " + text);
-    return nullptr;
-  }
-
   ScriptTrigger read_trigger(const Node& node) {
     ScriptTrigger trigger;
-    const Node* what = only_one(node, {"time", "event", "zone", "near"}, "when");
+    const Node* what = only_one(node, {"time", "event", "zone", "near"}, "'when'", problems_);
     yaml::read(node, "subject", trigger.subject);
     yaml::read(node, "object", trigger.object);
     if (what == nullptr) return trigger;
@@ -112,7 +90,7 @@ class Reader {
       yaml::read(node, "time", trigger.time);
     } else if (what == node.find("event")) {
       trigger.kind = ScriptTrigger::Kind::event;
-      read_event(*what, trigger);
+      if (const auto kind = read_event_kind(*what, problems_)) trigger.event = *kind;
     } else if (what == node.find("zone")) {
       trigger.kind = ScriptTrigger::Kind::event;
       trigger.event = EventKind::zone_entered;
@@ -121,16 +99,6 @@ class Reader {
       read_near(node, *what, trigger);
     }
     return trigger;
-  }
-
-  void read_event(const Node& name, ScriptTrigger& trigger) {
-    const std::vector<std::string> names = event_names();
-    const auto at = std::find(names.begin(), names.end(), name.text);
-    if (at == names.end()) {
-      problems_.add(name.line, "unknown event " + in_quotes(name.text) + suggestion(name.text, names));
-      return;
-    }
-    trigger.event = static_cast<EventKind>(at - names.begin());
   }
 
   void read_near(const Node& node, const Node& name, ScriptTrigger& trigger) {
@@ -150,7 +118,8 @@ class Reader {
   AgentCommand read_action(const Node& node) {
     AgentCommand command;
     const Node* what =
-        only_one(node, {"spawn", "behave", "move", "remove", "freeze", "unfreeze", "remove_all"}, "do");
+        only_one(node, {"spawn", "behave", "move", "remove", "freeze", "unfreeze", "remove_all"}, "'do'",
+                 problems_);
     if (what == nullptr) return command;
     for (const Action action : {Action::spawn, Action::behave, Action::move, Action::remove, Action::freeze,
                                 Action::unfreeze, Action::remove_all}) {

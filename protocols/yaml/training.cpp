@@ -4,7 +4,7 @@
 #include <array>
 #include <map>
 
-#include "protocols/nearest_name.hpp"
+#include "protocols/yaml/choice.hpp"
 #include "protocols/yaml/parts.hpp"
 #include "protocols/yaml/schema.hpp"
 #include "protocols/yaml/utf8.hpp"
@@ -109,7 +109,7 @@ class Reader {
     Condition condition;
     check(node, "condition", problems_);
     const Node* what = nullptr;
-    if (node.kind == Node::Kind::map) what = only_one(node, condition.kind);
+    if (node.kind == Node::Kind::map) what = what_kind(node, condition.kind);
     if (!what) return condition;
     for (std::size_t i = 0; i < node.keys.size(); ++i) {
       const std::string& key = node.keys[i];
@@ -128,21 +128,13 @@ class Reader {
     return kinds[static_cast<std::size_t>(condition.kind)];
   }
 
-  const Node* only_one(const Node& node, Kind& kind) {
-    const Node* found = nullptr;
-    for (std::size_t i = 0; i < kinds.size(); ++i) {
-      const Node* here = node.find(kinds[i]);
-      if (!here) continue;
-      if (found)
-        problems_.add(here->line, "a condition: two of them, expected one; join them with all, any or then");
-      found = here;
-      kind = static_cast<Kind>(i);
+  const Node* what_kind(const Node& node, Kind& kind) {
+    const Node* what = only_one(node, {kinds.begin(), kinds.end()}, "a condition", problems_,
+                                "; join them with all, any or then");
+    for (std::size_t i = 0; what && i < kinds.size(); ++i) {
+      if (what == node.find(kinds[i])) kind = static_cast<Kind>(i);
     }
-    if (found) return found;
-    std::string names;
-    for (const char* name : kinds) names += (names.empty() ? "" : ", ") + std::string(name);
-    problems_.add(node.line, "a condition: expected one of " + names);
-    return nullptr;
+    return what;
   }
 
   void read_details(Node& node, const Node& what, Condition& condition) {
@@ -176,15 +168,9 @@ class Reader {
   }
 
   void read_event(const Node& node, const Node& what, Condition& condition) {
-    std::vector<std::string> names;
-    for (int i = 0; i <= static_cast<int>(kLastEventKind); ++i)
-      names.emplace_back(to_string(static_cast<EventKind>(i)));
-    const auto at = std::find(names.begin(), names.end(), what.text);
-    if (at == names.end()) {
-      problems_.add(what.line, "unknown event '" + printable(what.text) + "'" + suggestion(what.text, names));
-      return;
-    }
-    condition.event = static_cast<EventKind>(at - names.begin());
+    const auto kind = read_event_kind(what, problems_);
+    if (!kind) return;
+    condition.event = *kind;
     if (is_grading(condition.event))
       problems_.add(what.line,
                     "'" + printable(what.text) + "' is said by the grading itself: it is not graded");

@@ -1,5 +1,5 @@
 // Records as text that other programs read and write: JSON (everything), CSV (a line for each session), xAPI
-// statements (a statement for each session).
+// statements (one for each session and each task of it).
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct TraineeHistory {
 /// What was read from a file, and what of it is not ours to take.
 struct Histories {
   std::vector<TraineeHistory> trainees;  ///< in the order in which they first come
-  std::size_t skipped = 0;               ///< xAPI statements without a score
+  std::size_t skipped = 0;               ///< xAPI statements without a score, and tasks without their session
 };
 
 /// Read back they are the same to the bit.
@@ -25,8 +25,9 @@ std::string to_json(const std::vector<TraineeHistory>& trainees);
 /// RFC 4180, a header line; without tasks and charges. A trainee without a session has a line of their own.
 std::string to_csv(const std::vector<TraineeHistory>& trainees);
 /// xAPI 1.0.3, an array: actor by mbox_sha1sum or else as the account `pseudonym` of `home_page`; passed,
-/// failed or attempted (incomplete) the activity `scenario`; `timestamp` is the session's end. Without names,
-/// tasks and charges; without a score where that is not between 0 and what could be earned.
+/// failed or attempted (incomplete) the activity `scenario`; `timestamp` is the session's end. After it those
+/// tasks that were begun: completed, failed or attempted. Without names, causes and charges; without a score
+/// where that is not between 0 and what could be earned.
 std::string to_xapi(const std::vector<TraineeHistory>& trainees, const std::string& home_page);
 
 /// `origin` begins the Errors, which say where in the text and what was expected.

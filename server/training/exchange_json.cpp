@@ -2,6 +2,7 @@
 #define JSON_DIAGNOSTICS 1  // errors say where in the document
 #include <nlohmann/json.hpp>
 
+#include "protocols/enumerators.hpp"
 #include "server/training/exchange.hpp"
 #include "server/training/grade_json.hpp"
 #include "server/training/json_reason.hpp"
@@ -45,8 +46,7 @@ std::optional<SimulationTime> instant(const Json& json, const char* key) {
 template <class Enum>
 Enum named(const Json& json, const char* key, Enum last) {
   const std::string name = json.at(key).get<std::string>();
-  for (int i = 0; i <= static_cast<int>(last); ++i)
-    if (name == to_string(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  if (const auto found = enumerator(name, last)) return *found;
   throw nlohmann::detail::type_error::create(302, "'" + name + "' is not known here", &json.at(key));
 }
 

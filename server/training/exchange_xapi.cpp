@@ -1,4 +1,5 @@
-// A statement of the Experience API (ADL, xAPI 1.0.3, part 2) for each session.
+// Statements of the Experience API (ADL, xAPI 1.0.3, part 2): one for each session, then one for each task
+// of it that was begun.
 #define JSON_DIAGNOSTICS 1  // errors say where in the document
 #include <algorithm>
 #include <cstdio>
@@ -6,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "protocols/enumerators.hpp"
 #include "protocols/sha256.hpp"
 #include "server/training/exchange.hpp"
 #include "server/training/iso8601.hpp"
@@ -54,6 +56,41 @@ Json actor_json(const TraineeRecord& trainee, const std::string& home_page) {
   return {{"objectType", "Agent"}, {"account", {{"homePage", home_page}, {"name", trainee.pseudonym}}}};
 }
 
+/// A task is part of its session's scenario; statements of a session have one registration.
+Json task_json(const TraineeRecord& trainee, const SessionRecord& session, std::size_t place,
+               const std::string& home_page) {
+  const TaskGrade& task = session.grade.tasks[place];
+  const bool done = task.outcome == TaskOutcome::done, over = done || task.outcome != TaskOutcome::open;
+  const std::string verb = done ? "completed" : over ? "failed" : "attempted";
+  const std::string scenario = kActivity + percent_encoded(session.scenario);
+  const SimulationTime end = task.ended.value_or(session.grade.end);
+  Json extensions{{kExtension + "identity", session.identity},
+                  {kExtension + "task", place},
+                  {kExtension + "outcome", to_string(task.outcome)},
+                  {kExtension + "required", task.required}};
+  if (place < session.skills.size()) extensions[kExtension + "skills"] = session.skills[place];
+  return {
+      {"id", uuid_of(session.identity + " task " + std::to_string(place))},
+      {"actor", actor_json(trainee, home_page)},
+      {"verb", {{"id", kVerb + verb}, {"display", {{"en", verb}}}}},
+      {"object",
+       {{"objectType", "Activity"},
+        {"id", scenario + "/task/" + percent_encoded(task.name)},
+        {"definition",
+         {{"name", {{"en", task.name}}}, {"type", "http://adlnet.gov/expapi/activities/objective"}}}}},
+      {"result",
+       {{"success", done},
+        {"completion", over},
+        {"score", {{"raw", task.points}}},
+        {"duration", duration_text(end - *task.began)}}},
+      {"context",
+       {{"registration", uuid_of(session.identity)},
+        {"platform", "Parhelion"},
+        {"contextActivities", {{"parent", Json::array({{{"objectType", "Activity"}, {"id", scenario}}})}}},
+        {"extensions", extensions}}},
+      {"timestamp", timestamp_text(end)}};
+}
+
 Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
                     const std::string& home_page) {
   const Grade& grade = session.grade;
@@ -77,7 +114,8 @@ Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
               {"type", "http://adlnet.gov/expapi/activities/simulation"}}}}},
           {"result", result},
           {"context",
-           {{"platform", "Parhelion"},
+           {{"registration", uuid_of(session.identity)},
+            {"platform", "Parhelion"},
             {"extensions",
              {{kExtension + "identity", session.identity},
               {kExtension + "programme", session.programme},
@@ -168,6 +206,39 @@ SessionRecord session_of(const Json& statement) {
   return session;
 }
 
+const Json* extension_of(const Json& statement, const std::string& name) {
+  if (!statement.contains("context") || !statement.at("context").contains("extensions")) return nullptr;
+  const Json& extensions = statement.at("context").at("extensions");
+  return extensions.contains(kExtension + name) ? &extensions.at(kExtension + name) : nullptr;
+}
+
+/// One of our own tasks goes to its session, whose statement came before. Why it ended is in no statement.
+bool add_task(const Json& statement, std::vector<SessionRecord>& sessions) {
+  const Json* identity = extension_of(statement, "identity");
+  const auto session = std::find_if(sessions.begin(), sessions.end(), [&](const SessionRecord& each) {
+    return identity && *identity == each.identity;
+  });
+  if (session == sessions.end()) return false;
+  const Json* outcome = extension_of(statement, "outcome");
+  const Json* required = extension_of(statement, "required");
+  const Json& result = statement.at("result");
+  Grade when;
+  read_when(statement, when);
+  TaskGrade task;
+  task.name = statement.at("object").at("definition").at("name").begin()->get<std::string>();
+  task.required = required && required->get<bool>();
+  const auto known = enumerator(outcome ? outcome->get<std::string>() : "", TaskOutcome::out_of_time);
+  if (!known) refuse(statement.at("context").at("extensions"), "expected the outcome of a task");
+  task.outcome = *known;
+  task.points = result.at("score").at("raw").get<double>();
+  task.began = when.begin;
+  if (task.outcome != TaskOutcome::open) task.ended = when.end;
+  session->grade.tasks.push_back(std::move(task));
+  if (const Json* skills = extension_of(statement, "skills"))
+    session->skills.push_back(skills->get<std::vector<std::string>>());
+  return true;
+}
+
 /// Whether it says how something went; "launched" and the like do not.
 bool is_graded(const Json& statement) {
   return statement.contains("result") &&
@@ -179,8 +250,12 @@ bool is_graded(const Json& statement) {
 std::string to_xapi(const std::vector<TraineeHistory>& trainees, const std::string& home_page) {
   Json statements = Json::array();
   for (const TraineeHistory& history : trainees)
-    for (const SessionRecord& session : history.sessions)
+    for (const SessionRecord& session : history.sessions) {
       statements.push_back(statement_json(history.trainee, session, home_page));
+      for (std::size_t i = 0; i < session.grade.tasks.size(); ++i)
+        if (session.grade.tasks[i].began)
+          statements.push_back(task_json(history.trainee, session, i, home_page));
+    }
   return statements.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -195,6 +270,12 @@ Result<Histories> histories_from_xapi(const std::string& text, const std::string
     TraineeRecord trainee = trainee_of(statement.at("actor"));
     const std::string who = trainee.pseudonym + '\n' + trainee.name + '\n' + trainee.mbox_sha1sum;
     const auto [place, is_new] = places.try_emplace(who, histories.trainees.size());
+    if (extension_of(statement, "task")) {
+      const bool taken = !is_new && add_task(statement, histories.trainees[place->second].sessions);
+      histories.skipped += taken ? 0 : 1;
+      if (is_new) places.erase(place);
+      return;
+    }
     if (is_new) histories.trainees.push_back({std::move(trainee), {}});
     histories.trainees[place->second].sessions.push_back(session_of(statement));
   };

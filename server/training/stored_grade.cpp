@@ -1,13 +1,14 @@
 #include "server/training/stored_grade.hpp"
 
+#include "protocols/enumerators.hpp"
+
 namespace parhelion {
 namespace {
 
-/// The enumerator of this name, by to_string of each up to `last`.
+/// Of those up to `last`.
 template <class Enum>
-Result<Enum> named(const std::string& name, Enum last) {
-  for (int i = 0; i <= static_cast<int>(last); ++i)
-    if (name == to_string(static_cast<Enum>(i))) return static_cast<Enum>(i);
+Result<Enum> known(const std::string& name, Enum last) {
+  if (const auto found = enumerator(name, last)) return *found;
   return Error{"has a '" + name + "' that this program does not know: use the newer parhelion that wrote it"};
 }
 
@@ -34,7 +35,7 @@ Result<SqlValue> insert_event(Database& database, std::int64_t session, const st
 }
 
 Result<Event> event_of(const SqlRow& row) {
-  const auto kind = named(row.text(1), kLastEventKind);
+  const auto kind = known(row.text(1), kLastEventKind);
   if (!kind) return kind.error();
   Event event;
   event.stamp = {row.integer(0)};
@@ -98,7 +99,7 @@ Status read_tasks(Database& database, std::int64_t session, std::vector<TaskGrad
       "SELECT name, required, outcome, points, began_ns, ended_ns, cause FROM tasks WHERE session = ? "
       "ORDER BY position",
       {session}, [&](const SqlRow& row) -> Status {
-        const auto outcome = named(row.text(2), TaskOutcome::out_of_time);
+        const auto outcome = known(row.text(2), TaskOutcome::out_of_time);
         if (!outcome) return Error{database.path() + ": " + outcome.error().message};
         TaskGrade& task = tasks.emplace_back();
         task.name = row.text(0);

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/training/iso8601.hpp"
 #include "tests/server/training/recorded_session.hpp"
@@ -133,22 +134,51 @@ TEST(Exchange, BadJsonSaysWhere) {
 
 TEST(Exchange, AStatementSaysWhatTheSpecificationAsks) {
   const json statements = json::parse(to_xapi(group(), "https://school.example"));
-  ASSERT_EQ(statements.size(), 3U);
+  ASSERT_EQ(statements.size(), 9U) << "three sessions, of each two tasks that were begun";
   const json& first = statements[0];
   EXPECT_THAT(first["id"].get<std::string>(),
               testing::MatchesRegex("[0-9a-f]{8}-[0-9a-f]{4}-5[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}"));
   EXPECT_EQ(first["actor"]["account"]["name"], "t-0123456789ab");
   EXPECT_EQ(first["actor"]["account"]["homePage"], "https://school.example");
-  EXPECT_EQ(statements[2]["actor"]["mbox_sha1sum"], kMbox);
-  EXPECT_FALSE(statements[2]["actor"].contains("account")) << "exactly one identifier";
+  EXPECT_EQ(statements[6]["actor"]["mbox_sha1sum"], kMbox);
+  EXPECT_FALSE(statements[6]["actor"].contains("account")) << "exactly one identifier";
   EXPECT_EQ(first["verb"]["id"], "http://adlnet.gov/expapi/verbs/failed");
-  EXPECT_EQ(statements[1]["verb"]["id"], "http://adlnet.gov/expapi/verbs/passed");
+  EXPECT_EQ(statements[3]["verb"]["id"], "http://adlnet.gov/expapi/verbs/passed");
   EXPECT_EQ(first["object"]["id"], "https://parhelion.invalid/scenario/first%20lesson");
   const json& score = first["result"]["score"];
   EXPECT_LE(score["min"], score["raw"]);
   EXPECT_LE(score["raw"], score["max"]);
   EXPECT_EQ(first["result"]["duration"], "PT600.100000000S");
   EXPECT_THAT(to_xapi(group(), "x"), Not(HasSubstr("Schmidt")));
+}
+
+TEST(Exchange, EachTaskThatWasBegunHasAStatementOfItsOwn) {
+  const json statements = json::parse(to_xapi(group(), "https://school.example"));
+  const json &session = statements[0], &done = statements[1], &failed = statements[2];
+  EXPECT_EQ(done["verb"]["id"], "http://adlnet.gov/expapi/verbs/completed");
+  EXPECT_EQ(failed["verb"]["id"], "http://adlnet.gov/expapi/verbs/failed");
+  EXPECT_EQ(done["object"]["id"], "https://parhelion.invalid/scenario/first%20lesson/task/task%201");
+  EXPECT_EQ(done["context"]["contextActivities"]["parent"][0]["id"], session["object"]["id"]);
+  EXPECT_EQ(done["result"]["score"]["raw"], 50.1);
+  EXPECT_EQ(done["result"]["duration"], "PT30.000000000S");
+  EXPECT_EQ(failed["result"]["success"], false);
+  std::set<std::string> ids;
+  for (const json& statement : statements) ids.insert(statement["id"].get<std::string>());
+  EXPECT_EQ(ids.size(), statements.size());
+  for (const json* each : {&done, &failed}) {
+    EXPECT_EQ((*each)["actor"], session["actor"]);
+    EXPECT_EQ((*each)["context"]["registration"], session["context"]["registration"]);
+  }
+}
+
+TEST(Exchange, ATaskWithoutItsSessionIsLeftOut) {
+  json statements = json::parse(to_xapi(group(), "https://school.example"));
+  statements.erase(0);
+  const auto read = histories_from_xapi(statements.dump(), "a.json");
+  ASSERT_TRUE(read.ok()) << read.error().message;
+  EXPECT_EQ(read->skipped, 2U);
+  ASSERT_EQ(read->trainees.size(), 2U);
+  EXPECT_EQ(read->trainees[0].sessions.size(), 1U);
 }
 
 TEST(Exchange, AScoreThatNoSpecificationAllowsIsLeftOut) {
@@ -158,7 +188,7 @@ TEST(Exchange, AScoreThatNoSpecificationAllowsIsLeftOut) {
     trainees[0].sessions[0].grade.share = share;
     const json statements = json::parse(to_xapi(trainees, "https://school.example"));
     EXPECT_FALSE(statements[0]["result"].contains("score")) << score << ' ' << share;
-    EXPECT_TRUE(statements[1]["result"].contains("score"));
+    EXPECT_TRUE(statements[3]["result"].contains("score"));
   }
 }
 
@@ -170,9 +200,10 @@ TEST(Exchange, OurStatementsReadBackAsTheSameSessions) {
   for (TraineeHistory& history : expected)
     for (SessionRecord& session : history.sessions) {
       session.damaged_bytes = 0;
-      session.grade.tasks.clear();
+      session.grade.tasks.pop_back();  // it was not begun
+      session.skills.pop_back();
+      for (TaskGrade& task : session.grade.tasks) task.cause.reset();
       session.grade.charges.clear();
-      session.skills.clear();
     }
   const auto read = histories_from(to_xapi(group(), "https://school.example"), "a.json");
   ASSERT_TRUE(read.ok()) << read.error().message;
@@ -229,9 +260,12 @@ TEST(Exchange, BadStatementsSayWhere) {
   EXPECT_THAT(error(bad), HasSubstr("expected -1 to 1"));
   for (const double raw : {9.0, 31.0}) {
     bad = good;
-    bad[2]["result"]["score"] = {{"raw", raw}, {"min", 10}, {"max", 30}};
-    EXPECT_THAT(error(bad), AllOf(HasSubstr("/2/result/score"), HasSubstr("expected raw from min to max")));
+    bad[3]["result"]["score"] = {{"raw", raw}, {"min", 10}, {"max", 30}};
+    EXPECT_THAT(error(bad), AllOf(HasSubstr("/3/result/score"), HasSubstr("expected raw from min to max")));
   }
+  bad = good;
+  bad[1]["context"]["extensions"]["https://parhelion.invalid/xapi/outcome"] = "won";
+  EXPECT_THAT(error(bad), AllOf(HasSubstr("/1/context/extensions"), HasSubstr("the outcome of a task")));
 }
 
 TEST(Exchange, InstantsAndDurationsReadBack) {
