@@ -10,8 +10,8 @@
 
 namespace parhelion::yaml {
 
-/// The one of `keys` that is there; none or several are a problem of `what` ("'when'"), `advice` being what to
-/// do about several. Of several the last is returned, of none nullptr.
+/// The one of `keys` that is there; none or several are a problem of `what` ("'when'"), `advice` being what
+/// to do about several. Of several the last is returned, of none nullptr.
 const Node* only_one(const Node& node, const std::vector<std::string>& keys, const std::string& what,
                      Problems& problems, const std::string& advice = "");
 

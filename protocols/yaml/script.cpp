@@ -117,9 +117,8 @@ class Reader {
 
   AgentCommand read_action(const Node& node) {
     AgentCommand command;
-    const Node* what =
-        only_one(node, {"spawn", "behave", "move", "remove", "freeze", "unfreeze", "remove_all"}, "'do'",
-                 problems_);
+    const Node* what = only_one(
+        node, {"spawn", "behave", "move", "remove", "freeze", "unfreeze", "remove_all"}, "'do'", problems_);
     if (what == nullptr) return command;
     for (const Action action : {Action::spawn, Action::behave, Action::move, Action::remove, Action::freeze,
                                 Action::unfreeze, Action::remove_all}) {

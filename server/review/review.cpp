@@ -268,6 +268,9 @@ Result<SessionReview> Gathering::result(std::uint64_t skipped_bytes) {
     if (!session) return session.error();
     review_.grade = std::move(session->grade);
   }
+  // What begins with the session is said with the first event that is graded, after others.
+  std::stable_sort(review_.events.begin(), review_.events.end(),
+                   [](const Event& a, const Event& b) { return a.stamp < b.stamp; });
   review_.cut_off = !ended_;
   review_.skipped_bytes = skipped_bytes;
   for (auto& [name, trail] : trails_) {

@@ -45,7 +45,7 @@ struct SessionReview {
   Plan plan;
   Trail path;
   std::vector<Trail> agents;                             ///< by name
-  std::vector<Event> events;                             ///< in the order of the log, thinned
+  std::vector<Event> events;                             ///< by their instants, thinned
   std::map<std::string, std::uint64_t> events_left_out;  ///< by kind; contacts that go on are never listed
   /// By name: speed, pitch, roll, nearest, nearest_injected, asked_forward, asked_turn, given_forward,
   /// given_turn, delay_scan, delay_camera, delay_teleop. Those of which the log says nothing are not there.

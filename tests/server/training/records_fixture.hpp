@@ -1,0 +1,49 @@
+// Records in a folder of the test's own.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "server/training/records.hpp"
+#include "tests/server/training/recorded_session.hpp"
+
+namespace parhelion::test {
+
+class RecordsTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "parhelion-records-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    path_ = (folder_ / "records.db").string();
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  Records open(bool create = true) {
+    auto records = Records::open(path_, create);
+    EXPECT_TRUE(records.ok()) << records.error().message;
+    return std::move(*records);
+  }
+  TraineeRecord add(Records& records, const std::string& name) {
+    auto trainee = records.add({"", name, ""});
+    EXPECT_TRUE(trainee.ok()) << trainee.error().message;
+    return *trainee;
+  }
+  /// All bytes of all files of the database.
+  std::string bytes() const {
+    std::string bytes;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      std::ifstream file(entry.path(), std::ios::binary);
+      bytes.append(std::istreambuf_iterator<char>(file), {});
+    }
+    return bytes;
+  }
+
+  std::filesystem::path folder_;
+  std::string path_;
+};
+
+}  // namespace parhelion::test
