@@ -16,6 +16,18 @@ const TURN = Math.PI * 2;
 /** More names, or smaller ones beside each other, than this many or at fewer pixels a metre are a blur. */
 const NAMED = 40, NAMED_SCALE = 11;
 
+/** Below this many pixels a metre a body is its widest shape. */
+const DETAIL_SCALE = 24;
+const widestOf = new WeakMap<Shape[], Shape>();
+function widest(shapes: Shape[]): Shape {
+  const known = widestOf.get(shapes);
+  if (known) return known;
+  const area = ({ shape, size }: Shape) => (shape === "box" ? size[0] * size[1] : 4 * size[0] * size[0]);
+  const found = shapes.reduce((a, b) => (area(b) > area(a) ? b : a));
+  widestOf.set(shapes, found);
+  return found;
+}
+
 export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent" ? ink.virtual : entity.owner === "robot" ? ink.robot : ink.door);
 
 export interface Crowd { entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; selected: string; follows: string }
@@ -33,7 +45,8 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       if (row < 0) continue;
       const k = row * 7;
       const place = { at: world.poses.subarray(k, k + 3), turn: world.poses.subarray(k + 3, k + 7) };
-      for (const shape of crowd.shapesOf(part)) trace(bodies[entity.owner], c, shapeOutline(shape, place));
+      const shapes = crowd.shapesOf(part);
+      for (const shape of c.scale < DETAIL_SCALE ? [widest(shapes)] : shapes) trace(bodies[entity.owner], c, shapeOutline(shape, place));
       if (!first) continue;
       first = false;
       const pose = flatPose(world, row);

@@ -78,12 +78,13 @@ export function trace(path: Path2D, c: Camera, outline: ReturnType<typeof shapeO
     return;
   }
   const p = outline.polygon;
-  for (let i = 0; i < p.length; i += 2) {
-    const [x, y] = toScreen(c, p[i] as number, p[i + 1] as number);
+  // Back to the first corner rather than closePath(), which takes the longer the longer a path is (Chromium).
+  for (let i = 0; i <= p.length; i += 2) {
+    const k = i % p.length;
+    const [x, y] = toScreen(c, p[k] as number, p[k + 1] as number);
     if (i) path.lineTo(x, y);
     else path.moveTo(x, y);
   }
-  path.closePath();
 }
 
 function drawMesh(g: Context, c: Camera, vertices: number[], triangles: number[]) {

@@ -1,5 +1,6 @@
 /** One picture of the plan, from below to above. */
 import { view } from "../layout/view.svelte";
+import { drawsBySoftware } from "../parts/graphics";
 import { selection } from "../session/selection.svelte";
 import { session } from "../session/session.svelte";
 import { site } from "../session/site.svelte";
@@ -19,7 +20,7 @@ function inksNow() {
 }
 
 export function paint(canvas: HTMLCanvasElement, camera: Camera, trails: Trails, robot: string, cross: MapPoint | null) {
-  const g = canvas.getContext("2d", { alpha: false });
+  const g = canvas.getContext("2d", { alpha: false, willReadFrequently: drawsBySoftware() });
   if (!g || !camera.width) return;
   const { site: ink, live } = inksNow();
   const layers = view.layers, { world, entities, scans } = session;

@@ -76,7 +76,7 @@ export function parseMessage(text: string): ServerMessage | null {
   const message: unknown = JSON.parse(text);
   if (typeof message !== "object" || message === null) throw new Error("a message is an object with a type");
   const fields = message as Record<string, unknown>;
-  const needed = typeof fields.type === "string" ? lists[fields.type] : undefined;
+  const needed = typeof fields.type === "string" && Object.hasOwn(lists, fields.type) ? lists[fields.type] : undefined;
   if (!needed) return null;
   for (const name of needed)
     if (!Array.isArray(fields[name])) throw new Error(`${String(fields.type)} has no list "${name}"`);

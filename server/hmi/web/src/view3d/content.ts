@@ -14,7 +14,7 @@ import { Lines } from "./lines";
 import { modelMeshes, type ModelMeshes } from "./model_mesh";
 import { Returns } from "./returns";
 
-const inkNames = ["canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
+const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
 type Inks = Record<(typeof inkNames)[number], Color>;
 
 /** Heights over the floor, m, so that flat things do not flicker. */

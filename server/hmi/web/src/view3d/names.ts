@@ -4,16 +4,18 @@ import { Vector3, type PerspectiveCamera } from "three";
 export interface Name { x: number; y: number; z: number; text: string; ink: string }
 const MOST = 70;
 
-export function drawNames(canvas: HTMLCanvasElement, camera: PerspectiveCamera, names: Name[], halo: string) {
-  const g = canvas.getContext("2d");
+/** `picture`: what is drawn below the names; null where it lies on a canvas of its own. */
+export function drawNames(canvas: HTMLCanvasElement, picture: HTMLCanvasElement | null, camera: PerspectiveCamera, names: Name[], halo: string) {
+  const g = canvas.getContext("2d", { alpha: !picture, willReadFrequently: picture !== null });
   if (!g) return;
-  const width = canvas.clientWidth, height = canvas.clientHeight;
-  if (canvas.width !== width * devicePixelRatio || canvas.height !== height * devicePixelRatio) {
-    canvas.width = width * devicePixelRatio;
-    canvas.height = height * devicePixelRatio;
+  const width = canvas.clientWidth, height = canvas.clientHeight, ratio = picture ? 1 : devicePixelRatio;
+  if (canvas.width !== width * ratio || canvas.height !== height * ratio) {
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
   }
-  g.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
-  g.clearRect(0, 0, width, height);
+  g.setTransform(ratio, 0, 0, ratio, 0, 0);
+  if (picture) g.drawImage(picture, 0, 0, width, height);
+  else g.clearRect(0, 0, width, height);
   g.font = "11px system-ui, sans-serif";
   g.textAlign = "center";
   g.lineJoin = "round";

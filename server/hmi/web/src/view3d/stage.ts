@@ -1,5 +1,6 @@
 /** The canvas in three dimensions: camera, drawing when asked only, and coarser where the machine cannot keep up. */
 import { Color, Group, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3, WebGLRenderer } from "three";
+import { drawsBySoftware } from "../parts/graphics";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 /** Frames that take longer are drawn with fewer pixels, shorter ones with more, ms. */
@@ -25,12 +26,13 @@ export class Stage {
   #rest: ReturnType<typeof setTimeout> | undefined;
   #ray = new Raycaster();
 
-  constructor(canvas: HTMLCanvasElement, private readonly before: () => void, private readonly after: () => void) {
+  /** Draws on `canvas` and is steered by `ground`, which is as large. */
+  constructor(canvas: HTMLCanvasElement, private readonly ground: HTMLElement, private readonly before: () => void, private readonly after: () => void) {
     this.renderer = new WebGLRenderer({ canvas, antialias: !drawsBySoftware(), powerPreference: "high-performance" });
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(6, -8, 9);
     this.scene.add(this.map);
-    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls = new OrbitControls(this.camera, ground);
     this.controls.maxPolarAngle = Math.PI * 0.495;
     this.controls.minDistance = 0.5;
     this.controls.maxDistance = 250;
@@ -40,7 +42,7 @@ export class Stage {
   }
 
   get pixels(): number {
-    return this.renderer.domElement.clientHeight / (2 * Math.tan((this.camera.fov * Math.PI) / 360));
+    return this.ground.clientHeight / (2 * Math.tan((this.camera.fov * Math.PI) / 360));
   }
 
   setGround(css: string) {
@@ -54,7 +56,7 @@ export class Stage {
   }
 
   resize() {
-    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    const { clientWidth: width, clientHeight: height } = this.ground;
     if (!width || !height) return;
     this.renderer.setPixelRatio(devicePixelRatio * this.#scale);
     this.renderer.setSize(width, height, false);
@@ -65,7 +67,7 @@ export class Stage {
 
   /** Where a point of the canvas (pixels of the page) meets the floor; null: the sky. */
   onFloor(px: number, py: number, z = 0): { x: number; y: number } | null {
-    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    const { clientWidth: width, clientHeight: height } = this.ground;
     this.#ray.setFromCamera(new Vector2((px / width) * 2 - 1, 1 - (py / height) * 2), this.camera);
     const hit = this.#ray.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), -z), new Vector3());
     return hit && { x: hit.x, y: hit.y };
@@ -75,7 +77,7 @@ export class Stage {
     const x = (box.x0 + box.x1) / 2, y = (box.y0 + box.y1) / 2;
     const reach = Math.max(box.x1 - box.x0, (box.y1 - box.y0) * this.camera.aspect) / Math.min(this.camera.aspect, 1.4);
     this.controls.target.set(x, y, 0);
-    this.camera.position.set(x, y - reach * 0.58, reach * 0.72);
+    this.camera.position.set(x, y - reach * 0.64, reach * 0.8);
     this.controls.update();
     this.ask();
   }
@@ -133,13 +135,4 @@ export class Stage {
     this.#sharp = sharp;
     this.renderer.setPixelRatio(devicePixelRatio * (sharp ? 1 : this.#scale));
   }
-}
-
-/** Smooth edges cost what a machine without a graphics card has not got. */
-function drawsBySoftware(): boolean {
-  const gl = document.createElement("canvas").getContext("webgl2");
-  const about = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = gl && about ? String(gl.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "";
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
