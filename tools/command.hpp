@@ -24,6 +24,7 @@ void add_inject(CLI::App& app, Exit& exit);
 void add_drive(CLI::App& app, Exit& exit);
 void add_joystick(CLI::App& app, Exit& exit);
 void add_topic(CLI::App& app, Exit& exit);
+void add_export(CLI::App& app, Exit& exit);
 void add_validate(CLI::App& app, Exit& exit);
 void add_doctor(CLI::App& app, Exit& exit);
 

@@ -5,6 +5,7 @@
 
 #include "tools/command.hpp"
 #include "tools/command_line.hpp"
+#include "tools/play_commands.hpp"
 #include "tools/records_commands.hpp"
 
 int main(int argc, char** argv) try {

@@ -1,0 +1,144 @@
+// The keys of `play`, and what of a recording goes out on a network where robots listen.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tests/server/play/random_session.hpp"
+#include "tools/play/play_keys.hpp"
+#include "tools/play/played_bus.hpp"
+
+namespace parhelion {
+namespace {
+
+class PlayKeysTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string log = folder_ / "session.lcm";
+    test::write_random_session(log, 1, 5000);
+    auto recording = Recording::open(log);
+    ASSERT_TRUE(recording.ok());
+    player_ =
+        std::make_unique<Player>(std::move(*recording), PlayOptions{}, [this](const Message&) { ++sent_; });
+    keys_ = std::make_unique<PlayKeys>(*player_);
+    turn();
+  }
+  void turn() { ASSERT_TRUE(player_->turn(now_).ok()); }
+  void press(std::string_view bytes) {
+    keys_->feed(bytes);
+    turn();
+  }
+  double position() const { return player_->state().position; }
+
+  const test::PlayFolder folder_;
+  const WallTime now_{1};
+  std::size_t sent_ = 0;
+  std::unique_ptr<Player> player_;
+  std::unique_ptr<PlayKeys> keys_;
+};
+
+TEST_F(PlayKeysTest, SpacePausesAndTheRightArrowThenGoesOneMessageOn) {
+  press(" ");
+  EXPECT_TRUE(player_->state().paused);
+  const std::size_t before = sent_;
+  press("\x1b[C");
+  EXPECT_EQ(sent_, before + 1);
+  press("\x1b[C\x1b[C");
+  EXPECT_EQ(sent_, before + 3);
+  press(" ");
+  EXPECT_FALSE(player_->state().paused);
+}
+
+TEST_F(PlayKeysTest, ArrowsGoFasterAndSlowerOnAndBack) {
+  press("\x1b[A");
+  EXPECT_NEAR(player_->state().rate, 1.1, 1e-12);
+  press("\x1b[B\x1b[B");
+  EXPECT_NEAR(player_->state().rate, 1 / 1.1, 1e-12);
+  press("\x1b[C");
+  EXPECT_EQ(position(), 10);
+  press("\x1b[D");
+  EXPECT_EQ(position(), 0);
+  for (int i = 0; i < 200; ++i) press("\x1b[B");
+  EXPECT_EQ(player_->state().rate, Player::slowest);
+}
+
+TEST_F(PlayKeysTest, BracketsGoFromMarkToMark) {
+  const auto& marks = player_->recording().marks();
+  ASSERT_GT(marks.size(), 2U);
+  double expected = 0;
+  for (int i = 0; i < 3; ++i) {
+    const auto next = std::find_if(marks.begin(), marks.end(),
+                                   [&](const RecordedMark& mark) { return mark.t > expected + 1e-6; });
+    ASSERT_NE(next, marks.end());
+    expected = next->t;
+    press("]");
+    EXPECT_EQ(position(), expected);
+  }
+  press("[");
+  EXPECT_LT(position(), expected);
+  press("r");
+  EXPECT_EQ(position(), 0);
+}
+
+TEST_F(PlayKeysTest, OtherKeysDoNothingAndXEndsIt) {
+  press("\x1b[5~pPk\x1b[1;5Q");
+  EXPECT_EQ(position(), 0);
+  EXPECT_FALSE(keys_->quit());
+  press("?");
+  EXPECT_TRUE(keys_->take_help());
+  EXPECT_FALSE(keys_->take_help());
+  press("x");
+  EXPECT_TRUE(keys_->quit());
+}
+
+TEST(PlayLineTest, SaysWhereItIs) {
+  EXPECT_EQ(play_line({true, false, 2, 65.25, 200}), "  1:05.2 of 3:20.0  x2  paused");
+}
+
+class PlayedBusTest : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(robot_->subscribe(".*", 100).ok()); }
+  PlayedBus played(const std::string& prefix) {
+    Scenario scenario;
+    scenario.channels[channel::mr_cmd] = "DRIVE";
+    auto opened = PlayedBus::open(*bus_, scenario, prefix);
+    EXPECT_TRUE(opened.ok());
+    return *opened;
+  }
+  std::set<std::string> heard() {
+    std::set<std::string> names;
+    Message message;
+    for (auto came = robot_->receive(message, Duration{}); came.ok() && *came;
+         came = robot_->receive(message, Duration{}))
+      names.insert(message.channel);
+    return names;
+  }
+  static void publish_all(PlayedBus& bus) {
+    for (const char* name : {"DRIVE", "TELEOP", "MR_JOINT_CMD", "JOINT_CMD", "MR_AGENT_CMD", "OPERATOR",
+                             "MR_AGENT_robot_1_TELEOP", "MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"})
+      ASSERT_TRUE(bus.publish({name, {}, {1, 2, 3}}).ok());
+  }
+
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> bus_ = hub_.connect(), robot_ = hub_.connect();
+};
+
+TEST_F(PlayedBusTest, NoOldCommandReachesARobot) {
+  PlayedBus bare = played("");
+  publish_all(bare);
+  EXPECT_EQ(heard(), (std::set<std::string>{"MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"}));
+  EXPECT_EQ(bare.held_back(), 7U);
+}
+
+TEST_F(PlayedBusTest, WithAPrefixEverythingGoesOutUnderNamesThatNobodyObeys) {
+  PlayedBus prefixed = played("PLAY_");
+  publish_all(prefixed);
+  const auto names = heard();
+  EXPECT_EQ(names.size(), 10U);
+  for (const std::string& name : names) EXPECT_TRUE(name.starts_with("PLAY_")) << name;
+  for (const char* bad : {"a b", "ä", "this_is_far_too_long_for_a_prefix"})
+    EXPECT_FALSE(PlayedBus::open(*bus_, {}, bad).ok()) << bad;
+}
+
+}  // namespace
+}  // namespace parhelion

@@ -1,0 +1,135 @@
+// parhelion play: shows what was recorded.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <optional>
+#include <thread>
+
+#include "server/hmi/terminal.hpp"
+#include "tools/play/play_keys.hpp"
+#include "tools/play/play_thread.hpp"
+#include "tools/play/played_bus.hpp"
+#include "tools/play_commands.hpp"
+#include "tools/progress.hpp"
+#include "tools/stop_signal.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr Duration look = milliseconds(100);  // at the keys and at the end
+
+struct Arguments {
+  std::string log, url, prefix = "PLAY_";
+  PlayOptions options;
+  bool publish = false;
+};
+
+Exit fail(const std::string& what) {
+  std::fprintf(stderr, "parhelion play: %s\n", what.c_str());
+  return Exit::failed;
+}
+
+Result<Recording> open_recording(const std::string& path) {
+  Progress progress("open", "MB");
+  auto recording = Recording::open(path, [&](std::uint64_t done, std::uint64_t total) {
+    progress.update(static_cast<double>(done) / 1e6, static_cast<double>(total) / 1e6);
+    return !stop_asked();
+  });
+  progress.finish();
+  return recording;
+}
+
+/// Until the keys, ^C or the end of the recording end it.
+std::string watch(Player& player, PlayThread& thread, RawTerminal* terminal) {
+  PlayKeys keys(player);
+  while (!stop_asked() && !keys.quit()) {
+    if (const std::string fault = thread.fault(); !fault.empty()) return fault;
+    if (player.state().ended) break;
+    if (terminal == nullptr) {
+      std::this_thread::sleep_for(std::chrono::nanoseconds(look.ns));
+      continue;
+    }
+    const auto typed = terminal->read(look);
+    if (!typed) return typed.error().message;
+    keys.feed(*typed);
+    if (!typed->empty()) thread.wake();
+    if (keys.take_help()) std::printf("\r\033[K%s", play_help());
+    std::printf("\r\033[K%s", play_line(player.state()).c_str());
+    std::fflush(stdout);
+  }
+  if (terminal != nullptr) std::printf("\n");
+  return {};
+}
+
+Exit run(Arguments& arguments) {
+  catch_stop_signals();
+  auto recording = open_recording(arguments.log);
+  if (!recording) return fail(recording.error().message);
+  if (recording->skipped_bytes() > 0)
+    std::fprintf(stderr, "parhelion play: %llu bytes of %s are damaged and are left out\n",
+                 static_cast<unsigned long long>(recording->skipped_bytes()), arguments.log.c_str());
+  if (arguments.options.start > recording->duration())
+    return fail("--start-offset " + std::to_string(arguments.options.start) + " s; the recording is " +
+                std::to_string(recording->duration()) + " s long");
+  const auto scenario =
+      parse_scenario(recording->session().scenario_yaml, arguments.log + " (MR_SESSION scenario)");
+  if (!scenario) return fail(scenario.error().message);
+  std::unique_ptr<Bus> network;
+  std::optional<PlayedBus> played;
+  if (arguments.publish) {
+    auto opened = open_network_bus(arguments.url);
+    if (!opened) return fail(opened.error().message);
+    network = std::move(*opened);
+    auto guarded = PlayedBus::open(*network, *scenario, arguments.prefix);
+    if (!guarded) return fail(guarded.error().message);
+    played = std::move(*guarded);
+  }
+  Player player(std::move(*recording), arguments.options, [&](const Message& message) {
+    if (played) (void)played->publish(message);
+  });
+  std::unique_ptr<RawTerminal> terminal;
+  if (isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1) {
+    auto opened = RawTerminal::open(STDIN_FILENO);
+    if (!opened) return fail(opened.error().message);
+    terminal = std::move(*opened);
+    std::printf("%s", play_help());
+  }
+  PlayThread thread(player);
+  const std::string fault = watch(player, thread, terminal.get());
+  if (!fault.empty()) return fail(fault);
+  if (played && played->held_back() > 0)
+    std::fprintf(stderr, "parhelion play: %llu commands were not published (no prefix)\n",
+                 static_cast<unsigned long long>(played->held_back()));
+  return Exit::done;
+}
+
+}  // namespace
+
+void add_play(CLI::App& app, Exit& exit) {
+  CLI::App* command = app.add_subcommand("play", "Show what was recorded; pause, seek, loop");
+  auto arguments = std::make_shared<Arguments>();
+  PlayOptions& options = arguments->options;
+  command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
+  command->add_option("--rate", options.rate, "Times real time")
+      ->check(CLI::Range(Player::slowest, Player::fastest))
+      ->capture_default_str();
+  command->add_option("--start-offset", options.start, "s of the session to begin at")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--loop", options.loop, "Begin again at the end");
+  command->add_flag("--paused", options.paused, "Wait at the start");
+  auto* publish = command->add_flag("--publish", arguments->publish,
+                                    "Publish on LCM too: each channel with the prefix before its name");
+  command
+      ->add_option("--prefix", arguments->prefix,
+                   "Of the channels; empty: their own names, and no command goes out")
+      ->needs(publish)
+      ->capture_default_str();
+  command->add_option("--url", arguments->url, "LCM URL to publish on")->needs(publish);
+  command->footer(
+      "Example:\n  parhelion play session.lcm\n  parhelion play session.lcm --publish --rate 2 --loop\n\n" +
+      std::string(play_help()));
+  command->callback([arguments, &exit] { exit = run(*arguments); });
+}
+
+}  // namespace parhelion

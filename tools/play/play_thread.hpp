@@ -1,0 +1,36 @@
+// A thread that turns a player by the wall clock.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "server/play/player.hpp"
+
+namespace parhelion {
+
+class PlayThread {
+ public:
+  /// Starts at once. The player outlives it.
+  explicit PlayThread(Player& player);
+  ~PlayThread();
+  PlayThread(const PlayThread&) = delete;
+  PlayThread& operator=(const PlayThread&) = delete;
+
+  /// Turns it now: something was asked for.
+  void wake();
+  std::string fault() const;  ///< why it has ended, or empty
+
+ private:
+  void run(const std::stop_token& stop);
+
+  Player& player_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any woken_;
+  bool awake_ = false;
+  std::string fault_;
+  std::jthread thread_;
+};
+
+}  // namespace parhelion

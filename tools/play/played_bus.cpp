@@ -1,0 +1,34 @@
+#include "tools/play/played_bus.hpp"
+
+#include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
+
+namespace parhelion {
+
+Result<PlayedBus> PlayedBus::open(Bus& bus, const Scenario& scenario, const std::string& prefix) {
+  constexpr std::size_t longest = 20;
+  if (!prefix.empty()) {
+    const std::string fault = channel_name_fault(prefix);
+    if (!fault.empty() || prefix.size() > longest)
+      return Error{"prefix '" + prefix + "': expected at most 20 letters, digits, '_', '-', '.', '/'"};
+  }
+  PlayedBus played(bus, prefix);
+  for (const char* command : {channel::teleop, channel::joint_cmd, channel::mr_cmd, channel::mr_joint_cmd,
+                              channel::mr_agent_cmd, channel::operators})
+    played.commands_.insert(bus_name(scenario.channels, command));
+  return played;
+}
+
+bool PlayedBus::is_command(const std::string& channel) const {
+  return commands_.count(channel) > 0 || (channel.starts_with("MR_AGENT_") && channel.ends_with("_TELEOP"));
+}
+
+Status PlayedBus::publish(const Message& message) {
+  if (prefix_.empty() && is_command(message.channel)) {
+    ++held_back_;
+    return {};
+  }
+  return bus_->publish(prefix_ + message.channel, message.payload);
+}
+
+}  // namespace parhelion

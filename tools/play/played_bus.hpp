@@ -1,0 +1,32 @@
+// A recording on the network again, so that no robot takes an old command for one of now.
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "protocols/bus/bus.hpp"
+#include "protocols/scenario.hpp"
+
+namespace parhelion {
+
+/// With a prefix ("PLAY_") everything goes out, under names that nobody obeys. Without one, commands (to
+/// robots, to agents, of operators) do not go out at all.
+class PlayedBus {
+ public:
+  /// Error: a prefix that makes no channel name.
+  static Result<PlayedBus> open(Bus& bus, const Scenario& scenario, const std::string& prefix);
+
+  Status publish(const Message& message);
+  std::uint64_t held_back() const { return held_back_; }  ///< commands
+
+ private:
+  PlayedBus(Bus& bus, std::string prefix) : bus_(&bus), prefix_(std::move(prefix)) {}
+  bool is_command(const std::string& channel) const;
+
+  Bus* bus_;
+  std::string prefix_;
+  std::set<std::string> commands_;  ///< names on the bus
+  std::uint64_t held_back_ = 0;
+};
+
+}  // namespace parhelion
