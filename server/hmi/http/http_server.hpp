@@ -32,16 +32,16 @@ struct HttpOptions {
   std::string address = "127.0.0.1";  ///< of an interface; "::" and "0.0.0.0": all
   std::uint16_t port = 0;             ///< 0: any that is free
   /// PEM files. Both empty: plain HTTP, refused for an address that others can reach.
-  std::string certificate, key;
+  std::string certificate = {}, key = {};
   bool open_to_all = false;  ///< plain HTTP on any address: for servers that ask nobody who they are
   /// Host names, besides addresses, localhost and this machine's own, under which the server may be asked for
   /// (a name that an attacker lets point here is not one of them).
-  std::vector<std::string> names;
+  std::vector<std::string> names = {};
 
   /// Who has this session token; nullopt: nobody (any more). Called on the server's thread for each request,
   /// and once a second for each open client, which counts as use.
-  std::function<std::optional<Identity>(const std::string& session)> identify;
-  std::function<void(const Refusal&)> refused;  ///< on the server's thread; may be empty
+  std::function<std::optional<Identity>(const std::string& session)> identify = {};
+  std::function<void(const Refusal&)> refused = {};  ///< on the server's thread; may be empty
 
   std::size_t header_bytes = 16 * 1024;
   std::size_t body_bytes = 64 * 1024;           ///< of a request

@@ -51,9 +51,9 @@ class WebClient {
 /// Called on the server's thread, which must not be held up: opened, then received for each whole message,
 /// then closed, exactly once and last. Text has been checked to be UTF-8.
 struct SocketHandler {
-  std::function<void(std::shared_ptr<WebClient>)> opened;
-  std::function<void(WebClient&, std::string_view bytes, bool binary)> received;
-  std::function<void(WebClient&)> closed;
+  std::function<void(std::shared_ptr<WebClient>)> opened = {};
+  std::function<void(WebClient&, std::string_view bytes, bool binary)> received = {};
+  std::function<void(WebClient&)> closed = {};
 };
 
 }  // namespace parhelion

@@ -16,9 +16,10 @@
 namespace parhelion {
 
 struct WebSiteOptions {
-  HttpOptions http;  ///< without certificate and key one is made; identify and refused are the site's own
+  HttpOptions http =
+      {};  ///< without certificate and key one is made; identify and refused are the site's own
   /// Accounts, certificate, audit log; made for its owner alone where it is not there.
-  std::filesystem::path folder;
+  std::filesystem::path folder = {};
   bool plain = false;  ///< no encryption: for this machine's own browser
   /// Answers "/" and what nothing else has; empty: 404.
   HttpServer::Handler page = {};
