@@ -6,7 +6,7 @@ namespace parhelion {
 namespace {
 
 constexpr Duration forgotten = seconds(3600.0);
-constexpr std::size_t most_records = 4096;
+constexpr std::size_t most_records = 1024;
 
 }  // namespace
 
