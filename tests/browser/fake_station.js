@@ -51,6 +51,8 @@
     return still ? [x, y, i] : [x + Math.min(0.8, gap / 3) * Math.cos(turn), y + Math.min(0.8, gap / 3) * Math.sin(turn), turn + Math.PI / 2];
   };
 
+  globalThis.fakePlace = (i) => place(i, options.still ? 0 : NaN);
+
   function world(t) {
     const view = new DataView(new ArrayBuffer(16 + 32 * entities.length));
     view.setUint8(0, 1);
@@ -58,7 +60,7 @@
     view.setUint32(4, entities.length, true);
     view.setFloat64(8, t, true);
     entities.forEach((_, i) => {
-      const [x, y, yaw] = place(i, t), at = 16 + 32 * i;
+      const [x, y, yaw] = place(i, options.still ? 0 : t), at = 16 + 32 * i;
       view.setUint16(at, i, true);
       [x, y, 0, 0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)].forEach((value, k) => view.setFloat32(at + 4 + 4 * k, value, true));
     });

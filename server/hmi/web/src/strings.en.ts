@@ -79,6 +79,12 @@ export const strings = {
     cut: "Low walls",
     noGraphics: "This browser does not draw in three dimensions (WebGL is off). The plan shows the same.",
   },
+  headset: {
+    enter: "Headset",
+    leave: "Leave the headset",
+    refused: (why: string) => `The headset did not open: ${why}`,
+    how: ["Hold the controller over the robot,", "point it the way the robot looks,", "and pull the trigger. Squeeze to do it again."],
+  },
   layers: {
     title: "Layers",
     names: {

@@ -102,6 +102,7 @@ export class Stage {
 
   #draw(now: number) {
     this.#wanted = 0;
+    if (this.renderer.xr.isPresenting) return;
     if (this.#sharp) this.#resolve(false);
     this.#render();
     this.#adapt(now);
@@ -128,7 +129,13 @@ export class Stage {
       }
     }
     clearTimeout(this.#rest);
-    if (this.#scale < 1) this.#rest = setTimeout(() => { this.#resolve(true); this.#render(); }, REST_MS);
+    if (this.#scale < 1) this.#rest = setTimeout(() => this.#finish(), REST_MS);
+  }
+
+  #finish() {
+    if (this.renderer.xr.isPresenting) return;
+    this.#resolve(true);
+    this.#render();
   }
 
   #resolve(sharp: boolean) {

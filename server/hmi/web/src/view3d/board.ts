@@ -1,0 +1,87 @@
+/** A flat picture that hangs in the room: the robot's video with its age, or words. Always turned to the wearer. */
+import { CanvasTexture, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, type Vector3 } from "three";
+import { ageText } from "../parts/age";
+import { strings } from "../strings.en";
+import { Video } from "../video/video.svelte";
+
+export class Board {
+  readonly mesh: Mesh;
+  readonly canvas = document.createElement("canvas");
+  #texture: CanvasTexture;
+
+  constructor(width: number, height: number, pixels: [number, number]) {
+    [this.canvas.width, this.canvas.height] = pixels;
+    this.#texture = new CanvasTexture(this.canvas);
+    this.#texture.colorSpace = SRGBColorSpace;
+    this.mesh = new Mesh(new PlaneGeometry(width, height), new MeshBasicMaterial({ map: this.#texture, transparent: true }));
+  }
+
+  draw(paint: (g: CanvasRenderingContext2D, width: number, height: number) => void) {
+    const g = this.canvas.getContext("2d");
+    if (!g) return;
+    paint(g, this.canvas.width, this.canvas.height);
+    this.#texture.needsUpdate = true;
+  }
+
+  face(eye: Vector3) {
+    this.mesh.rotation.set(0, Math.atan2(eye.x - this.mesh.position.x, eye.z - this.mesh.position.z), 0);
+  }
+
+  dispose() {
+    this.#texture.dispose();
+    this.mesh.geometry.dispose();
+  }
+}
+
+export function wordsBoard(lines: string[]): Board {
+  const board = new Board(1.1, 0.1 + 0.09 * lines.length, [1100, 100 + 90 * lines.length]);
+  board.draw((g, width, height) => {
+    g.fillStyle = "#10161ee6";
+    g.fillRect(0, 0, width, height);
+    g.fillStyle = "#fff";
+    g.font = "46px system-ui, sans-serif";
+    g.textAlign = "center";
+    lines.forEach((line, i) => g.fillText(line, width / 2, 100 + 90 * i, width - 60));
+  });
+  return board;
+}
+
+/** The video of one robot; what is old says so, here as on the flat page. */
+export class VideoBoard extends Board {
+  #picture = document.createElement("canvas");
+  #video: Video;
+
+  constructor(robot: string) {
+    super(0.96, 0.72, [640, 480]);
+    this.#video = new Video(robot, this.#picture);
+  }
+
+  refresh() {
+    const { freshness, age, why } = this.#video;
+    this.mesh.visible = true;
+    this.draw((g, width, height) => {
+      g.fillStyle = "#000";
+      g.fillRect(0, 0, width, height);
+      if (freshness !== "none") {
+        const scale = Math.min(width / this.#picture.width, height / this.#picture.height), w = this.#picture.width * scale, h = this.#picture.height * scale;
+        g.drawImage(this.#picture, (width - w) / 2, (height - h) / 2, w, h);
+      }
+      g.textAlign = "center";
+      g.font = "30px system-ui, sans-serif";
+      g.fillStyle = freshness === "fresh" ? "#fff" : "#ff9a90";
+      if (freshness === "none") g.fillText(why || strings.video.none, width / 2, height / 2, width - 40);
+      else g.fillText(age ? ageText(age.ms / 1000) : strings.video.unknownAge, width / 2, height - 16);
+      if (freshness !== "stale") return;
+      g.fillStyle = "#000b";
+      g.fillRect(0, 0, width, height);
+      g.fillStyle = "#ff7a70";
+      g.font = "bold 96px system-ui, sans-serif";
+      g.fillText(strings.video.stale, width / 2, height / 2);
+    });
+  }
+
+  override dispose() {
+    this.#video.close();
+    super.dispose();
+  }
+}

@@ -1,0 +1,70 @@
+// The 3D view in an emulated headset (iwer): node headset.mjs FOLDER. Virtual things must stand where the calibration says.
+import assert from "node:assert/strict";
+import { fileURLToPath } from "node:url";
+import { join } from "node:path";
+import { launch, openPage } from "./built_page.mjs";
+
+const folder = process.argv[2] ?? ".";
+const emulator = fileURLToPath(new URL("node_modules/iwer/build/iwer.min.js", import.meta.url));
+const install = fileURLToPath(new URL("install_headset.js", import.meta.url));
+const browser = await launch(), wrong = [];
+const step = async (name, run) => { await run(); console.log(`ok  ${name}`); };
+
+try {
+  const page = await openPage(browser, { station: { agents: 6, still: true }, hash: "#instructor/scene", scripts: [emulator, install], wrong });
+  const button = page.getByRole("button", { name: "Headset", exact: true });
+  const state = () => page.evaluate(() => {
+    const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), headset = ground.headset();
+    const { map, renderer } = ground.stage, at = (x, y, z) => map.localToWorld(new map.position.constructor(x, y, z)).toArray();
+    return { presenting: renderer.xr.isPresenting, calibrated: headset?.calibrated, robot: at(...globalThis.fakePlace(0).slice(0, 2), 0), agent: at(...globalThis.fakePlace(1).slice(0, 2), 0), place: [globalThis.fakePlace(0), globalThis.fakePlace(1)], model: map.children[0].children.map((each) => each.visible), drawn: renderer.info.render.frame };
+  });
+  const until = async (what, found) => {
+    for (let i = 0; i < 200; ++i) {
+      const now = await state();
+      if (found(now)) return now;
+      await page.waitForTimeout(50);
+    }
+    assert.fail(`never: ${what}`);
+  };
+
+  await step("a press opens the headset, the robot two metres ahead", async () => {
+    await button.click();
+    const now = await until("presenting", (s) => s.presenting && s.calibrated === false);
+    const { robot } = await until("placed", (s) => Math.abs(s.robot[2] + 2) < 1e-3);
+    assert.ok(Math.abs(robot[0]) < 1e-3 && Math.abs(robot[1]) < 1e-3, `robot at ${robot}`);
+    assert.equal(now.presenting, true);
+  });
+
+  await step("the trigger, held over the robot, says where everything stands", async () => {
+    await page.evaluate(() => {
+      const controller = globalThis.headset.controllers.right;
+      controller.position.set(0.5, 0.9, -1.2);
+      controller.quaternion.set(0, 0, 0, 1);  // points away from the wearer
+    });
+    await page.waitForTimeout(200);
+    await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 1));
+    await page.waitForTimeout(200);
+    await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 0));
+    const now = await until("calibrated", (s) => s.calibrated && Math.abs(s.robot[2] + 1.2) < 0.02);
+    const [[rx, ry, yaw], [ax, ay]] = now.place;
+    // In the robot's own frame: ahead is -z of the headset, left is -x.
+    const dx = Math.cos(yaw) * (ax - rx) + Math.sin(yaw) * (ay - ry), dy = -Math.sin(yaw) * (ax - rx) + Math.cos(yaw) * (ay - ry);
+    assert.ok(Math.abs(now.robot[0] - 0.5) < 0.02, `robot at ${now.robot}`);
+    assert.ok(Math.hypot(now.agent[0] - (0.5 - dy), now.agent[2] - (-1.2 - dx)) < 0.02, `agent at ${now.agent}, not at ${[0.5 - dy, -1.2 - dx]}`);
+    assert.ok(Math.abs(now.agent[1]) < 1e-3);
+    await page.waitForTimeout(500);
+    await page.screenshot({ path: join(folder, "headset.png") });
+  });
+
+  await step("pictures go on while it is worn, and it can be taken off", async () => {
+    const { drawn } = await state();
+    await until("ten more pictures", (s) => s.drawn > drawn + 10);
+    await page.getByRole("button", { name: "Leave the headset" }).press("Enter");
+    await until("left", (s) => !s.presenting && s.calibrated === undefined);
+    await button.waitFor();
+  });
+
+  assert.deepEqual(wrong, []);
+} finally {
+  await browser.close();
+}
