@@ -17,9 +17,9 @@ TEST(BrowserTest, VirtualThingsStandInAHeadsetWhereTheControllerSaid) {
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
     GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
   }
-  const test::Folder folder;
+  const std::string pictures = testing::TempDir();
   const auto ran =
-      test::run({browser_folder + "/headset.mjs", folder / ""}, folder / "node.txt", "/usr/bin/node");
+      test::run({browser_folder + "/headset.mjs", pictures}, pictures + "headset.txt", "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;
   EXPECT_NE(ran.output.find("ok  pictures go on while it is worn"), std::string::npos) << ran.output;
 }
