@@ -9,6 +9,7 @@
 #include <ctime>
 
 #include "server/hmi/http/http_message.hpp"
+#include "server/hmi/http/request_checks.hpp"
 
 namespace parhelion {
 namespace {
@@ -74,10 +75,10 @@ void Audit::say(AuditEntry entry) {
   const WallTime now = clock_();
   const std::lock_guard lock(mutex_);
   close_spells(now, false);
-  if (entry.outcome == "refused") {
-    // Addresses beyond those that are remembered share a spell.
-    const std::string key =
-        spells_.size() < most_spells || spells_.contains(entry.from) ? entry.from : "others";
+  if (entry.outcome != "done") {
+    // Networks beyond those that are remembered share a spell.
+    std::string key = network_of(entry.from);
+    if (spells_.size() >= most_spells && !spells_.contains(key)) key = "others";
     Spell& running = spells_.try_emplace(key, Spell{now, 0}).first->second;
     if (++running.refusals > refusals_in_full) return;
   }

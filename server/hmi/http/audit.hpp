@@ -21,12 +21,12 @@ struct AuditEntry {
   std::string who;      ///< account; empty: nobody is logged in
   std::string from;     ///< address
   std::string what;     ///< "log in", "spawn box_1"
-  std::string outcome;  ///< "done", "refused"
+  std::string outcome;  ///< "done"; else "refused", or what stood against it
   std::string detail = {};
 };
 
 /// Thread-safe; never waits for the disk: a thread of its own writes. Of refusals, at most thirty a minute
-/// and address are written in full, the others as a number.
+/// and network are written in full, the others as a number.
 class Audit {
  public:
   /// `clock`: since the epoch. Error: the file cannot be opened for writing.
@@ -59,7 +59,7 @@ class Audit {
   std::condition_variable changed_;
   std::deque<std::string> newest_;       ///< oldest first
   std::vector<std::string> waiting_;     ///< to be written
-  std::map<std::string, Spell> spells_;  ///< by address
+  std::map<std::string, Spell> spells_;  ///< by network
   std::uint64_t lost_ = 0;
   bool busy_ = false, ending_ = false;
   int descriptor_ = -1;        ///< of the writing thread

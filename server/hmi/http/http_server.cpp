@@ -59,7 +59,8 @@ struct HttpServer::Implementation {
 
   Status listen() {
     error_code error;
-    const auto address = net::asio::ip::make_address(core.options.address, error);
+    const std::string& wanted = core.options.address;
+    const auto address = net::asio::ip::make_address(wanted == "localhost" ? "127.0.0.1" : wanted, error);
     if (error)
       return Error{"'" + core.options.address +
                    "' is no address of an interface; expected one like 127.0.0.1"};
@@ -128,6 +129,17 @@ struct HttpServer::Implementation {
     });
   }
 
+  /// What a handler throws costs the connection that asked, not the server.
+  void serve() {
+    while (!core.io.stopped()) {
+      try {
+        core.io.run();
+      } catch (const std::exception& fault) {
+        core.refuse({"", "", "a handler", std::string("failed: ") + fault.what(), 500});
+      }
+    }
+  }
+
   void end() {
     core.mailbox->shut();
     acceptor.close();
@@ -189,7 +201,7 @@ void HttpServer::run() {
   implementation_->thread = std::thread([server = implementation_.get()] {
     server->accept();
     server->check_clients();
-    server->core.io.run();
+    server->serve();
   });
 }
 

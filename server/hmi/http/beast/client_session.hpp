@@ -138,13 +138,20 @@ class SocketSession : public ClientSession {
       return finish();
     }
     core_.received += bytes;
-    if (!closing_ && core_.open.contains(shared_from_this())) {
-      const auto content = incoming_.cdata();
-      handler_.received(*queue_, {static_cast<const char*>(content.data()), content.size()},
-                        socket_.got_binary());
-    }
+    if (!closing_ && core_.open.contains(shared_from_this())) hand_on();
     incoming_.consume(incoming_.size());
     if (core_.open.contains(shared_from_this())) read();
+  }
+
+  void hand_on() {
+    const auto content = incoming_.cdata();
+    try {
+      handler_.received(*queue_, {static_cast<const char*>(content.data()), content.size()},
+                        socket_.got_binary());
+    } catch (const std::exception& fault) {
+      refuse(std::string("its handler failed: ") + fault.what());
+      queue_->close(1011, "a fault of the server");
+    }
   }
 
   void write(const std::string& bytes, bool binary) override {

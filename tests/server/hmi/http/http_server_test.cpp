@@ -212,13 +212,35 @@ TEST(ServerOptions, ThatDoNotWorkAreSaid) {
     return server ? std::string("opened") : server.error().message;
   };
   EXPECT_NE(said({.address = "0.0.0.0"}).find("give a certificate"), std::string::npos);
-  EXPECT_NE(said({.address = "localhost"}).find("no address"), std::string::npos);
+  EXPECT_NE(said({.address = "base"}).find("no address"), std::string::npos);
   EXPECT_NE(said({.certificate = "/nowhere/c.pem", .key = "/nowhere/k.pem"}).find("/nowhere/c.pem"),
             std::string::npos);
   EXPECT_NE(said({.certificate = "c.pem"}).find("belong together"), std::string::npos);
   const auto first = HttpServer::open({});
   ASSERT_TRUE(first);
   EXPECT_NE(said({.port = (*first)->port()}).find("cannot listen"), std::string::npos);
+}
+
+TEST_F(Server, OutlivesAHandlerThatThrows) {
+  auto server = HttpServer::open({.address = "localhost"});
+  ASSERT_TRUE(server);
+  const auto fail = [] { throw std::runtime_error("a fault"); };
+  (*server)->on("GET", "/fails", Access::everyone(), [&](const HttpRequest&) {
+    fail();
+    return HttpResponse{};
+  });
+  (*server)->on("GET", "/works", Access::everyone(), [](const HttpRequest&) { return HttpResponse{}; });
+  (*server)->on_socket("/ws", Access::everyone(),
+                       {.received = [&](WebClient&, std::string_view, bool) { fail(); }});
+  (*server)->run();
+  const std::uint16_t at = (*server)->port();
+  EXPECT_EQ(RawClient(at).get("/fails").status, 0);
+  RawClient socket(at);
+  ASSERT_EQ(socket.open_socket("/ws").status, 101);
+  socket.send_text("x");
+  EXPECT_EQ(socket.frame()->code(), 1011);
+  EXPECT_EQ(RawClient(at).get("/works").status, 200);
+  EXPECT_EQ((*server)->counts().refused, 2U);
 }
 
 TEST_F(Server, HasFiguresForThisMachineAndWhoIsLoggedIn) {
