@@ -62,7 +62,7 @@ class MappingFront {
   std::size_t oldest_in_map_ = 0;
   Pose2 pose_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
-  double driven_ = 0, turned_ = 0, unmatched_ = 0;
+  double driven_ = 0, turned_ = 0;
   double driven_at_keyframe_ = 0, turned_at_keyframe_ = 0;
   std::size_t scans_ = 0;
 };

@@ -6,12 +6,7 @@
 namespace parhelion {
 namespace {
 
-/// Two seconds at 1 kHz: faster odometry shortens the history.
-constexpr std::size_t odometry_slots = 2048;
 constexpr std::size_t estimate_slots = 256;
-/// A twist is taken over at least this span, so that the quantisation of fast odometry does not become
-/// velocity.
-constexpr Duration twist_span = milliseconds(40);
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;

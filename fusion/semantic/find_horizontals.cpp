@@ -129,17 +129,17 @@ void drop_doubles(std::vector<Plate>& plates, double apart) {
 }
 
 std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stages) {
-  const auto [along_x, along_y] = level_lines(site, tile, stages);
+  const LevelLines lines = level_lines(site, tile, stages);
   std::vector<Plate> plates;
   const int bx = tile.x * tile_blocks, by = tile.y * tile_blocks;
-  site.blocks.for_each_in(bx, by, bx + tile_blocks - 1, by + tile_blocks - 1,
-                          [&](const PlanBlocks::Block& block, std::size_t) {
-                            std::vector<double> heights = along_x[static_cast<std::size_t>(block.x - bx + 1)];
-                            const auto& more = along_y[static_cast<std::size_t>(block.y - by + 1)];
-                            heights.insert(heights.end(), more.begin(), more.end());
-                            for (const double height : merged(std::move(heights), site.options.pixel))
-                              add_plates(site, block, height, plates);
-                          });
+  site.blocks.for_each_in(
+      bx, by, bx + tile_blocks - 1, by + tile_blocks - 1, [&](const PlanBlocks::Block& block, std::size_t) {
+        std::vector<double> heights = lines.along_x[static_cast<std::size_t>(block.x - bx + 1)];
+        const auto& more = lines.along_y[static_cast<std::size_t>(block.y - by + 1)];
+        heights.insert(heights.end(), more.begin(), more.end());
+        for (const double height : merged(std::move(heights), site.options.pixel))
+          add_plates(site, block, height, plates);
+      });
   drop_doubles(plates, site.options.near);
   return plates;
 }

@@ -73,7 +73,8 @@ Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOpt
   if (const std::string wrong = check_options(options); !wrong.empty())
     return Error{"segmentation: " + wrong};
   if (cloud.empty()) return Error{"segmentation: the cloud is empty; expected the points of a scan"};
-  const auto [z_low, z_high] = robust_heights(cloud.points);
+  const auto heights = robust_heights(cloud.points);
+  const double z_low = heights.first, z_high = heights.second;  // clang 14 captures no structured bindings
   if (z_high - z_low > tallest) {
     std::ostringstream message;
     message << "segmentation: the site is " << std::lround(z_high - z_low)

@@ -9,7 +9,7 @@
 #include <mutex>
 #include <set>
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef PARHELION_ADDRESS_SANITIZER
 #include <sanitizer/lsan_interface.h>
 #endif
 
@@ -19,7 +19,7 @@ namespace {
 /// Links of liburdfdom hold each other by shared pointers: those of a joint loop, which it refuses, are never
 /// freed, and nobody outside can. A leak checker is told to pass over what is allocated while this lives.
 struct LeaksOfUrdfdom {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef PARHELION_ADDRESS_SANITIZER
   LeaksOfUrdfdom() { __lsan_disable(); }
   ~LeaksOfUrdfdom() { __lsan_enable(); }
 #else

@@ -18,8 +18,8 @@ constexpr double kReached = 0.3;  // m
 constexpr double kPatience = 40;  // s
 const Eigen::Vector2d kGoal(3.2, 0);
 // Sanitizers make each meeting ten times as long.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr unsigned kMeetings = 16;
+#if defined(PARHELION_ADDRESS_SANITIZER) || defined(PARHELION_THREAD_SANITIZER)
+constexpr unsigned kMeetings = 8;
 #else
 constexpr unsigned kMeetings = 100;
 #endif

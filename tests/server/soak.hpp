@@ -111,7 +111,7 @@ inline void soak(const Configuration& configuration, Laps laps, Duration log_tim
   EXPECT_EQ(state.tally.scans_out, state.tally.scans_in);
   EXPECT_EQ(state.tally.refused_inputs, 0U) << state.tally.last_refusal;
   EXPECT_GT(state.tally.beams_replaced, 0U);
-#ifndef __SANITIZE_ADDRESS__  // its quarantine keeps what was freed
+#ifndef PARHELION_ADDRESS_SANITIZER  // its quarantine keeps what was freed
   EXPECT_LT(resident(), after_warm_up + 4) << "MB";
 #endif
 }

@@ -47,17 +47,19 @@ target_link_libraries(parhelion_flags INTERFACE Eigen3::Eigen Threads::Threads)
 if(PARHELION_SANITIZE)
   target_compile_options(parhelion_flags INTERFACE -fsanitize=${PARHELION_SANITIZE} -fno-omit-frame-pointer
     -fno-sanitize-recover=all)
-  # A third of what tests take to compile; the rooms themselves are checked for these, too.
+  # A good part of what tests take to compile; the rooms themselves are checked for undefined behaviour.
   target_compile_options(parhelion_flags INTERFACE
-    $<$<BOOL:$<TARGET_PROPERTY:PARHELION_TEST>>:-fno-sanitize=null,alignment>)
+    $<$<BOOL:$<TARGET_PROPERTY:PARHELION_TEST>>:-fno-sanitize=undefined>)
   target_link_options(parhelion_flags INTERFACE -fsanitize=${PARHELION_SANITIZE})
+  foreach(sanitizer address thread)
+    if(PARHELION_SANITIZE MATCHES ${sanitizer})
+      string(TOUPPER ${sanitizer} name)
+      target_compile_definitions(parhelion_flags INTERFACE PARHELION_${name}_SANITIZER)
+    endif()
+  endforeach()
   # With sanitizers GCC 12 takes std::regex for uninitialized; the sanitizers themselves look at run time.
   target_compile_options(parhelion_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
-if(PARHELION_FUZZ)
-  target_compile_options(parhelion_flags INTERFACE -fsanitize=fuzzer-no-link)
-endif()
-
 # parhelion_precompile(name header [LINK libraries]): a header that targets compiled with the same flags take over by
 # parhelion_use_precompiled(target name).
 function(parhelion_precompile name header)
