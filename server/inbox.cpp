@@ -24,10 +24,15 @@ bool is_scan(InputKind kind) { return kind == InputKind::scan; }
 
 }  // namespace
 
-Inbox::Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits, const SentMessages* sent)
-    : bus_(bus), channels_(channels), guard_(guard), limits_(limits), sent_(sent), thread_([this] {
-        run();
-      }) {}
+Inbox::Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits, const SentMessages* sent,
+             std::shared_ptr<const SessionClock> clock)
+    : bus_(bus),
+      channels_(channels),
+      guard_(guard),
+      limits_(limits),
+      sent_(sent),
+      clock_(clock ? std::move(clock) : std::make_shared<const SessionClock>()),
+      thread_([this] { run(); }) {}
 
 Inbox::~Inbox() { close(); }
 
@@ -142,8 +147,6 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
   arrived.message.arrival = stamp();
   return arrived;
 }
-
-ArrivalTime Inbox::now() const { return ArrivalTime{wall_start_.ns} + (steady_now() - steady_start_); }
 
 ArrivalTime Inbox::stamp() {
   // Microseconds, as a log keeps them.

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <deque>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -15,6 +16,7 @@
 #include "server/configuration.hpp"
 #include "server/guard.hpp"
 #include "server/sent_messages.hpp"
+#include "server/session_clock.hpp"
 #include "server/wall_clock.hpp"
 
 namespace parhelion {
@@ -38,8 +40,9 @@ struct InboxLimits {
 class Inbox {
  public:
   /// `sent`: what is on its channels and not ours is counted, by take_foreign().
+  /// `clock`: of the session; none: one of its own.
   Inbox(Bus& bus, const ChannelMap& channels, Guard& guard, InboxLimits limits = {},
-        const SentMessages* sent = nullptr);
+        const SentMessages* sent = nullptr, std::shared_ptr<const SessionClock> clock = nullptr);
   ~Inbox();
 
   /// Takes what the bus holds, then receives no more; what waits can still be taken.
@@ -47,8 +50,8 @@ class Inbox {
 
   /// The next input, stamped; nullopt: none came until `deadline` (steady clock).
   std::optional<Arrived> take(WallTime deadline);
-  /// Wall time at the start plus what a clock that never jumps has counted since.
-  ArrivalTime now() const;
+  /// As the session's clock has it.
+  ArrivalTime now() const { return clock_->now(); }
   /// A stamp for a decision of the loop, or for a timer tick: later than all before it.
   ArrivalTime stamp();
   std::uint64_t dropped() const;
@@ -81,7 +84,7 @@ class Inbox {
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // when each was taken last
   std::string fault_;
-  const WallTime wall_start_ = wall_now(), steady_start_ = steady_now();
+  const std::shared_ptr<const SessionClock> clock_;
   ArrivalTime last_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

@@ -47,7 +47,7 @@ class Session {
         mr_scan_(configuration.channels.bus(channel::mr_scan)),
         guard_(options.guard,
                [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
-        inbox_(bus, configuration.channels, guard_, options.inbox, &sent_),
+        inbox_(bus, configuration.channels, guard_, options.inbox, &sent_, options.clock),
         renderer_(configuration.model, simulates_trainee(configuration.scenario), render_nice) {
     if (configuration.scenario.mapping && options.update_site)
       views_.emplace(options.update_site, configuration, mapping_nice);
@@ -62,6 +62,7 @@ class Session {
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
   bool refuse_unwritable(const Message& message);
+  Duration until_step() const;
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
   void note_given_up();
@@ -123,8 +124,7 @@ Result<Report> Session::operator()() {
 /// Why receiving has ended; empty: told to stop.
 std::string Session::run_until_stopped() {
   while (!options_.stop || !options_.stop()) {
-    const Duration until_step{state_->simulation.next_step().ns - inbox_.now().ns};
-    if (auto arrived = inbox_.take(steady_now() + std::min(until_step, idle))) {
+    if (auto arrived = inbox_.take(steady_now() + until_step())) {
       handle(std::move(*arrived));
     } else if (std::string fault = inbox_.fault(); !fault.empty()) {
       return fault;
@@ -216,6 +216,13 @@ void Session::handle_scan(const Arrived& arrived) {
                fired ? &*fired : nullptr);
   send_frames();
   if (views_) views_->offer(InputKind::scan, *state_);
+}
+
+/// Real time until the next step is due, if that is soon.
+Duration Session::until_step() const {
+  const Duration left{state_->simulation.next_step().ns - inbox_.now().ns};
+  const double rate = options_.clock ? options_.clock->rate() : 1;
+  return rate > 0 ? std::min(seconds(left.seconds() / rate), idle) : idle;
 }
 
 void Session::step_on_time() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -19,8 +20,9 @@ struct ServeOptions {
   bool overwrite = false;
   Duration guard = milliseconds(20);
   InboxLimits inbox;
-  UpdateSite update_site;      ///< where the scenario says mapping: true; empty: none is done
-  std::function<bool()> stop;  ///< asked at least ten times a second
+  std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only where the robot is simulated
+  UpdateSite update_site;                     ///< where the scenario says mapping: true; empty: none is done
+  std::function<bool()> stop;                 ///< asked at least ten times a second
   std::function<void(const std::string&)> say;  ///< news for a person: started, waiting, degraded
 };
 

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
+#include <thread>
 
 #include "server/crowd_time.hpp"
 #include "server/grade_session.hpp"
@@ -17,6 +18,7 @@
 #include "server/session_files.hpp"
 #include "server/training/briefing.hpp"
 #include "tools/command.hpp"
+#include "tools/live_station.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
 
@@ -24,7 +26,7 @@ namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string scenario, robot, session, report, url;
+  std::string scenario, robot, session, report, url, http, state;
   bool overwrite = false;
   bool once = false;
 };
@@ -60,6 +62,13 @@ Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, co
   return configure(files->scenario, **robot, files->model, files->robot_models);
 }
 
+/// An instructor has ended the session: the report is there for who looks, until the server is stopped.
+void show_until_stopped(LiveStation& station, const Report& report, const ServeOptions& options) {
+  station.show_report(report);
+  options.say("ended by the instructor; the base station shows the report; stop with ^C");
+  while (!stop_asked()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+}
+
 Exit run_once(const Arguments& arguments) {
   ServeOptions options;
   options.session = arguments.session;
@@ -82,6 +91,16 @@ Exit run_once(const Arguments& arguments) {
     const auto site = std::make_shared<LiveSite>(configuration->model);
     options.update_site = [site](const SiteView& view) { return site->add(view); };
   }
+  std::unique_ptr<LiveStation> station;
+  if (!arguments.http.empty()) {
+    auto opened = LiveStation::open({arguments.http, arguments.state, arguments.url, arguments.session},
+                                    *configuration);
+    if (!opened) return fail(opened.error().message);
+    station = std::move(*opened);
+    options.say(station->invitation());
+    options.clock = station->clock();
+    options.stop = [it = station.get()] { return stop_asked() || it->ended(); };
+  }
   const auto report = serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
   std::fputs(summary(*report).c_str(), stderr);
@@ -91,6 +110,7 @@ Exit run_once(const Arguments& arguments) {
       return fail(written.error().message);
     }
   }
+  if (station && station->ended()) show_until_stopped(*station, *report, options);
   return report->complete ? Exit::done : Exit::failed;
 }
 
@@ -169,9 +189,16 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_option("--report", arguments->report,
                       "JSON report to write at the end; - for standard output");
   command->add_option("--url", arguments->url, "LCM URL; by default LCM_DEFAULT_URL, else this machine only");
+  command->add_option("--http", arguments->http,
+                      "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080 or [::]:8443");
+  command->add_option("--state-folder", arguments->state,
+                      "Accounts, certificate and saved scenarios of the base station; by default "
+                      "$XDG_STATE_HOME/parhelion");
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
   command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
-  command->footer("Example: parhelion serve lab.yaml -o session.lcm");
+  command->footer(
+      "Example: parhelion serve lab.yaml -o session.lcm\n"
+      "         parhelion serve lab.yaml --http 127.0.0.1:8080    (open the link that it prints)");
   command->callback([arguments, &exit] {
     if (arguments->session.empty()) arguments->session = session_name("session");
     if (!arguments->once) {

@@ -10,6 +10,7 @@
 
 #include "server/replay.hpp"
 #include "server/wall_clock.hpp"
+#include "tests/server/level_1.hpp"
 #include "tests/server/same_bytes.hpp"
 #include "tests/server/synthetic.hpp"
 #include "tests/slow_disk.hpp"
@@ -392,6 +393,38 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
   EXPECT_EQ(live.tally.foreign_scans, 20U);
   EXPECT_EQ(live.tally.scans_degraded[static_cast<std::size_t>(Degraded::unreadable)], 10U);
   expect_same_bytes_again(live);
+}
+
+TEST_F(LoopTest, APausedSessionStandsStillAnswersAndReplaysToTheSameBytes) {
+  const auto clock = std::make_shared<SessionClock>();
+  options_.clock = clock;
+  serve_in_background(test::level_1());
+  ASSERT_EQ(await(channel::mr_world, 3).size(), 3U);
+  clock->set_rate(0);
+  const auto answered = [&](std::uint64_t request) {
+    AgentCommand command;
+    command.action = AgentCommand::Action::freeze;
+    command.request = request;
+    command.stamp = {wall_now().ns};
+    std::vector<std::uint8_t> payload;
+    encode(command, payload);
+    EXPECT_TRUE(robot_->publish(channel::mr_agent_cmd, payload).ok());
+    Event event;
+    while (event.request != request) {
+      const auto heard = await(channel::mr_events, 1);
+      if (heard.empty() || !decode(heard[0].channel, heard[0].payload, event).ok()) break;
+    }
+    EXPECT_EQ(event.request, request);
+    return event.stamp;
+  };
+  const SimulationTime before = answered(1);
+  ASSERT_EQ(await(channel::mr_status, 2).size(), 2U);  // more than a second of real time
+  EXPECT_LT(answered(2) - before, milliseconds(1));
+  clock->set_rate(1);
+  ASSERT_EQ(await(channel::mr_world, 3).size(), 3U);
+  stop();
+  ASSERT_TRUE(report_ && report_->ok());
+  expect_same_bytes_again(**report_);
 }
 
 }  // namespace

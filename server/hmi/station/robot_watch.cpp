@@ -1,0 +1,128 @@
+#include "server/hmi/station/robot_watch.hpp"
+
+#include <algorithm>
+
+#include "protocols/channels.hpp"
+#include "server/wall_clock.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr Duration poll = milliseconds(20);  // the desk wants its turn every 50 ms
+constexpr Duration world_period = milliseconds(250);
+
+const RobotModel* model_of(const DrivenRobot& robot, const Configuration& configuration) {
+  const Scenario& scenario = configuration.scenario;
+  std::string name;
+  if (scenario.trainee && scenario.trainee->name == robot.name) name = scenario.trainee->model;
+  for (const AgentDefinition& agent : scenario.agents) {
+    if (agent.name == robot.name) name = agent.model;
+  }
+  const auto& models = configuration.robot_models;
+  const auto found =
+      std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
+  return found == models.end() ? nullptr : found->get();
+}
+
+const char* word(JointKind kind) {
+  return kind == JointKind::prismatic    ? "prismatic"
+         : kind == JointKind::continuous ? "continuous"
+                                         : "revolute";
+}
+
+}  // namespace
+
+TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuration) {
+  TeleopRobot made;
+  made.driven = robot;
+  if (robot.teleop == channel::teleop) made.driven.teleop = configuration.channels.bus(channel::teleop);
+  if (robot.joints == channel::joint_cmd) made.driven.joints = configuration.channels.bus(channel::joint_cmd);
+  const RobotModel* model = model_of(robot, configuration);
+  const bool trainees = robot.name == configuration.robot.name;
+  if (trainees || model != nullptr) {
+    const RobotLimits& limits = trainees ? configuration.robot.limits : model->description.limits;
+    made.vx = limits.speed;
+    made.wz = limits.yaw_rate;
+  }
+  made.video = trainees && (configuration.robot.camera || !simulates_trainee(configuration.scenario));
+  if (model == nullptr || made.driven.joints.empty()) return made;
+  for (const RobotJoint& joint : model->joints) {
+    const bool wheel =
+        std::any_of(model->drive.runners.begin(), model->drive.runners.end(), [&](const auto& runner) {
+          return (runner.kind == RobotRunner::Kind::wheel && runner.link == joint.child) ||
+                 (runner.steering && model->joints[*runner.steering].name == joint.name);
+        });
+    if (joint.kind == JointKind::fixed || joint.geared || wheel) continue;
+    made.joints.push_back({joint.name, word(joint.kind), joint.lower, joint.upper, joint.velocity});
+  }
+  return made;
+}
+
+RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const Configuration> configuration,
+                       VideoFeed& video, TeleopDesk* teleop)
+    : bus_(std::move(bus)), configuration_(std::move(configuration)), video_(video), teleop_(teleop) {}
+
+Status RobotWatch::start() {
+  const ChannelMap& channels = configuration_->channels;
+  const std::pair<std::string, int> wanted[] = {{channels.bus(channel::mr_world), 1},
+                                                {channels.bus(channel::operators), 64},
+                                                {channels.bus(channel::mr_events), 256}};
+  for (const auto& [name, capacity] : wanted) {
+    if (Status subscribed = bus_->subscribe(name, capacity); !subscribed) return subscribed;
+  }
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  return {};
+}
+
+void RobotWatch::run(const std::stop_token& stop) {
+  Message message;
+  WallTime turned;
+  while (!stop.stop_requested()) {
+    const auto received = bus_->receive(message, poll);
+    if (!received) return;  // the station says so
+    if (*received) take(message);
+    if (steady_now() - turned < poll) continue;
+    turned = steady_now();
+    if (teleop_ != nullptr) teleop_->turn();
+  }
+}
+
+void RobotWatch::take(const Message& message) {
+  const ChannelMap& channels = configuration_->channels;
+  OperatorWord word_;
+  Event event;
+  if (message.channel == channels.bus(channel::mr_world)) return take_world(message);
+  if (message.channel == channels.bus(channel::operators) && teleop_ != nullptr &&
+      decode(message.channel, message.payload, word_).ok())
+    teleop_->hear(word_);
+  if (message.channel == channels.bus(channel::mr_events) &&
+      decode(message.channel, message.payload, event).ok())
+    take_lesson(event);
+}
+
+void RobotWatch::take_world(const Message& message) {
+  const WallTime now = steady_now();
+  WorldMessage world;
+  if (now < world_due_ || !decode(message.channel, message.payload, world)) return;
+  world_due_ = now + world_period;
+  const std::vector<DrivenRobot> robots = robots_in(world);
+  std::vector<std::string> names;
+  for (const DrivenRobot& robot : robots) names.push_back(robot.name);
+  if (names == names_) return;
+  names_ = names;
+  video_.set_robots(std::move(names));
+  if (teleop_ == nullptr) return;
+  std::vector<TeleopRobot> drivables;
+  for (const DrivenRobot& robot : robots) drivables.push_back(drivable(robot, *configuration_));
+  teleop_->set_robots(std::move(drivables));
+}
+
+void RobotWatch::take_lesson(const Event& event) {
+  if (event.kind != EventKind::lesson_started && event.kind != EventKind::lesson_ended) return;
+  const double amount = event.kind == EventKind::lesson_started ? event.value : 0;
+  if (event.object == to_string(Lesson::Kind::camera_delay)) delay_ = amount;
+  if (event.object == to_string(Lesson::Kind::camera_loss)) loss_ = amount;
+  video_.impair(delay_, loss_);
+}
+
+}  // namespace parhelion

@@ -1,0 +1,42 @@
+// Keeps those who drive and those who watch video informed of which robots there are, in a thread of its own
+// that nothing else can hold up.
+#pragma once
+
+#include <memory>
+#include <thread>
+
+#include "server/configuration.hpp"
+#include "server/hmi/station/teleop_desk.hpp"
+#include "server/hmi/station/video_feed.hpp"
+
+namespace parhelion {
+
+class RobotWatch {
+ public:
+  /// `teleop`: nullptr where nothing can be driven. Both outlive this.
+  RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const Configuration> configuration, VideoFeed& video,
+             TeleopDesk* teleop);
+
+  /// Error: a channel cannot be subscribed to.
+  Status start();
+
+ private:
+  void run(const std::stop_token& stop);
+  void take(const Message& message);
+  void take_world(const Message& message);
+  void take_lesson(const Event& event);
+
+  std::unique_ptr<Bus> bus_;
+  std::shared_ptr<const Configuration> configuration_;
+  VideoFeed& video_;
+  TeleopDesk* teleop_;
+  WallTime world_due_;              ///< robots come and go seldom: not every world is read
+  std::vector<std::string> names_;  ///< that were told last
+  double delay_ = 0, loss_ = 0;     ///< lessons of the camera
+  std::jthread thread_;
+};
+
+/// A robot as pages may drive it: with the limits and joints of its model where that is known.
+TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuration);
+
+}  // namespace parhelion

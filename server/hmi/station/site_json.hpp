@@ -1,0 +1,28 @@
+// What does not change, or seldom, as JSON: the session, the building, the robots.
+#pragma once
+
+#include <string>
+
+#include "server/configuration.hpp"
+#include "server/hmi/http/identity.hpp"
+#include "server/hmi/station/session_controls.hpp"
+
+namespace parhelion {
+
+struct HelloWords {
+  SimulationTime start;  ///< of the session
+  WallTime now;          ///< the server's clock, for the page's
+  bool recorded = false;
+  bool mapped = false;  ///< there is a picture of the map
+  std::string marks;    ///< JSON list for the seek bar; empty: none
+  bool can_pause = false, can_rate = false, can_seek = false, can_end = false, can_save = false;
+};
+/// hello: what a page is told first.
+std::string hello_json(const Configuration& configuration, const Identity& who, const HelloWords& words);
+
+/// GET /api/v1/model: {version, map_id, elements: [{name, label, at, turn, size, ...}], meshes}.
+std::string site_json(const SemanticModel& model, std::uint64_t version);
+/// GET /api/v1/robots: the trainee's robot and the robot models that agents may have.
+std::string robots_json(const Configuration& configuration);
+
+}  // namespace parhelion

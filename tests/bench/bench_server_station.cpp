@@ -1,0 +1,286 @@
+// What pages cost the scan path: a live server with and without its base station and 22 pages, interleaved:
+// 20 observers and a trainee that look, an instructor that places and removes a person every two seconds. A
+// robot that stands in a room of wandering robots sends 361 beams at 50 Hz over LCM. No video: that has its
+// own bench.
+//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS]]]     10 minutes: bench_server_station PARHELION
+//   1 600
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <vector>
+
+#include "fusion/scan/augment.hpp"
+#include "protocols/bus/bus.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "server/wall_clock.hpp"
+#include "tests/bench/plain_web_socket.hpp"
+#include "tests/server/synthetic.hpp"
+
+namespace {
+
+using namespace parhelion;
+namespace fs = std::filesystem;
+
+constexpr std::uint16_t port = 8402;
+constexpr const char* url = "udpm://239.255.76.67:7702?ttl=0&recv_buf_size=4194304";
+constexpr double scan_rate = 50;  // Hz
+constexpr double settled = 3;     // s until memory is looked at first
+
+void pass(double s) { std::this_thread::sleep_for(std::chrono::duration<double>(s)); }
+
+SemanticModel hall() {
+  SemanticModel model;
+  model.map_id = "synthetic";
+  model.entities = {test::wall("wall 1", 0, -12, 0, 40), test::wall("wall 2", 0, 12, 0, 40),
+                    test::wall("wall 3", -20, 0, std::numbers::pi / 2, 24),
+                    test::wall("wall 4", 20, 0, std::numbers::pi / 2, 24)};
+  return model;
+}
+
+RobotDescription description() {
+  RobotDescription robot = test::robot();
+  robot.laser->beams = 361;
+  robot.laser->angle_step = std::numbers::pi / 360;
+  return robot;
+}
+
+void write_files(const fs::path& folder, int agents) {
+  Scenario scenario;
+  scenario.name = "bench";
+  scenario.model = "model.yaml";
+  scenario.robot = "robot.yaml";
+  for (int i = 0; i < agents; ++i) {
+    AgentDefinition agent = test::agent("robot_" + std::to_string(i), AgentKind::robot, -18 + 1.5 * (i % 24),
+                                        -10 + 2.0 * (i / 24), BehaviourKind::wander);
+    if (std::hypot(agent.T_map_base.translation().x(), agent.T_map_base.translation().y()) > 2.5)
+      scenario.agents.push_back(agent);
+  }
+  std::ofstream(folder / "model.yaml") << to_yaml(hall());
+  std::ofstream(folder / "robot.yaml") << to_yaml(description());
+  std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
+}
+
+pid_t start_server(const std::string& program, const fs::path& folder, bool with_pages) {
+  std::vector<std::string> arguments{program,
+                                     "serve",
+                                     folder / "scenario.yaml",
+                                     "-o",
+                                     folder / "session.lcm",
+                                     "--report",
+                                     folder / "report.json",
+                                     "--force",
+                                     "--no-restart",
+                                     "--url",
+                                     url};
+  if (with_pages) {
+    fs::remove_all(folder / "state");
+    arguments.insert(arguments.end(),
+                     {"--http", "127.0.0.1:" + std::to_string(port), "--state-folder", folder / "state"});
+  }
+  const pid_t pid = fork();
+  if (pid != 0) return pid;
+  const int news = open((folder / "news").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  dup2(news, 2);
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+/// What the server has said so far, once it holds `word`.
+std::string await_news(const fs::path& folder, const std::string& word) {
+  for (int i = 0; i < 200; ++i) {
+    std::ifstream file(folder / "news");
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    if (text.find(word) != std::string::npos) return text;
+    pass(0.05);
+  }
+  throw std::runtime_error("the server has not said '" + word + "'");
+}
+
+/// The robot: it stands, and says so, for `duration`.
+void send_scans(Bus& bus, double duration) {
+  const RobotDescription robot = description();
+  const LaserDescription& laser = *robot.laser;
+  Scan scan;
+  scan.angle_first = static_cast<float>(laser.angle_first);
+  scan.angle_step = static_cast<float>(laser.angle_step);
+  std::vector<float> time;
+  beam_times(laser, 361, time);
+  std::vector<RangeHit> hits(time.size());
+  cast_building_exact({Transform<Map, Laser>(laser.T_base_laser.isometry()),
+                       Transform<Map, Laser>(laser.T_base_laser.isometry())},
+                      {scan.angle_first, scan.angle_step, time}, hall(), 30, hits);
+  for (const RangeHit& hit : hits) scan.ranges.push_back(hit.range);
+  PoseEstimate estimate;
+  estimate.covariance = PoseCovariance::Identity() * 1e-4;
+  estimate.map_id = "synthetic";
+  estimate.state = SlamState::tracking;
+  std::vector<std::uint8_t> payload;
+  const auto send = [&](const char* name, const auto& item) {
+    encode(item, payload);
+    (void)bus.publish(name, payload);
+  };
+  const WallTime begun = steady_now();
+  for (int i = 0; i < duration * scan_rate; ++i) {
+    const Duration left = begun + seconds(i / scan_rate) - steady_now();
+    if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
+    const SensorTime now = SensorTime::from_utime(wall_now().utime());
+    send(channel::odometry, Odometry{now, {}});
+    scan.stamp = estimate.stamp = now;
+    send(channel::scan, scan);
+    if (i % 5 == 0) send(channel::pose_cov, estimate);
+  }
+}
+
+/// The pages, in a process of their own: all that comes is read, as fast as it comes. Its bytes go to `out`.
+[[noreturn]] void run_pages(const std::string& setup_link, double duration, int out) {
+  const std::string token = setup_link.substr(setup_link.find("token=") + 6);
+  const std::string admin = bench::post(
+      port, "/api/v1/setup", "", R"({"token":")" + token + R"(","name":"ada","password":"a long password"})");
+  std::vector<std::string> cookies{admin};
+  for (const char* role : {"trainee", "observer"}) {
+    bench::post(
+        port, "/api/v1/accounts", admin,
+        std::string(R"({"name":")") + role + R"(","role":")" + role + R"(","password":"a long password"})");
+    cookies.push_back(bench::post(port, "/api/v1/login", "",
+                                  std::string(R"({"name":")") + role + R"(","password":"a long password"})"));
+  }
+  std::vector<pollfd> pages;
+  for (int i = 0; i < 22; ++i)
+    pages.push_back(
+        {bench::open_web_socket(port, "/ws/state", cookies[static_cast<std::size_t>(std::min(i, 2))]), POLLIN,
+         0});
+  std::vector<char> buffer(1 << 20);
+  std::uint64_t bytes = 0;
+  const WallTime begun = steady_now();
+  int placed = 0;
+  while ((steady_now() - begun).seconds() < duration) {
+    if ((steady_now() - begun).seconds() > placed + 1) {
+      bench::say(pages[0].fd,
+                 placed++ % 2 == 0
+                     ? R"({"type":"agent","action":"spawn","name":"p","kind":"person","x":5,"y":3})"
+                     : R"({"type":"agent","action":"remove","name":"p"})");
+    }
+    poll(pages.data(), pages.size(), 100);
+    for (const pollfd& page : pages) {
+      if ((page.revents & (POLLIN | POLLHUP)) == 0) continue;
+      const ssize_t n = recv(page.fd, buffer.data(), buffer.size(), 0);
+      if (n <= 0) throw std::runtime_error("a page was closed");
+      bytes += static_cast<std::uint64_t>(n);
+    }
+  }
+  (void)!write(out, &bytes, sizeof bytes);
+  _exit(0);
+}
+
+/// Resident memory of a process, kB.
+long resident(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/status");
+  std::string word;
+  long kilobytes = 0;
+  while (file >> word) {
+    if (word == "VmRSS:") file >> kilobytes;
+  }
+  return kilobytes;
+}
+
+struct Run {
+  double p50 = 0, p99 = 0;   // us, from arrival on the bus to sent
+  double megabytes = 0;      // a second, to all pages
+  long first = 0, last = 0;  // kB
+};
+
+Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages) {
+  const pid_t server = start_server(program, folder, with_pages);
+  await_news(folder, "serving");
+  int ends[2];
+  pid_t pages = 0;
+  if (with_pages) {
+    const std::string news = await_news(folder, "token=");
+    const std::size_t at = news.rfind("http", news.find("token="));
+    if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+    pages = fork();
+    if (pages == 0) {
+      try {
+        run_pages(news.substr(at, news.find('\n', at) - at), duration, ends[1]);
+      } catch (const std::exception& fault) {
+        std::fprintf(stderr, "pages: %s\n", fault.what());
+        _exit(1);
+      }
+    }
+    pass(1.5);  // log-ins take memory and processor time by intent; then all is steady
+  }
+  auto robot = open_network_bus(url);
+  if (!robot) throw std::runtime_error(robot.error().message);
+  Run result;
+  std::thread memory([&] {
+    pass(settled);
+    result.first = resident(server);
+  });
+  send_scans(**robot, duration - 2);
+  memory.join();
+  result.last = resident(server);
+  kill(server, SIGINT);
+  int status = 0;
+  waitpid(server, &status, 0);
+  if (with_pages) {
+    waitpid(pages, &status, 0);
+    std::uint64_t bytes = 0;
+    if (WEXITSTATUS(status) == 0 && read(ends[0], &bytes, sizeof bytes) == sizeof bytes)
+      result.megabytes = static_cast<double>(bytes) / 1e6 / duration;
+  }
+  std::ifstream file(folder / "report.json");
+  const auto report = nlohmann::json::parse(file);
+  const auto& scan = report["latency_us"]["scan_in_to_out"];
+  result.p50 = scan["p50"];
+  result.p99 = scan["p99"];
+  std::printf("%s  %lld scans  p50 %7.1f us  p99 %8.1f us  resident %ld -> %ld kB",
+              with_pages ? "22 pages" : "nobody  ", report["scans"]["in"].get<long long>(), result.p50,
+              result.p99, result.first, result.last);
+  if (with_pages) std::printf("  %.1f MB/s to the pages", result.megabytes);
+  std::printf("\n");
+  std::fflush(stdout);
+  return result;
+}
+
+double middle(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) return std::fprintf(stderr, "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS]]]\n", argv[0]), 2;
+  const int rounds = argc > 2 ? std::stoi(argv[2]) : 3;
+  const double duration = argc > 3 ? std::stod(argv[3]) : 12;
+  const int agents = argc > 4 ? std::stoi(argv[4]) : 50;
+  const test::Folder folder;
+  const fs::path path = folder / "";
+  write_files(path, agents);
+  std::vector<double> p50[2], p99[2];
+  for (int i = 0; i < rounds; ++i) {
+    for (const bool with_pages : {i % 2 == 1, i % 2 == 0}) {
+      const Run result = run(argv[1], path, duration, with_pages);
+      p50[with_pages].push_back(result.p50);
+      p99[with_pages].push_back(result.p99);
+    }
+  }
+  const double without = middle(p50[0]), with = middle(p50[1]);
+  std::printf(
+      "middle of %d: p50 %.1f us without, %.1f us with (%+.1f %%); p99 %.1f us without, %.1f us with\n",
+      rounds, without, with, 100 * (with / without - 1), middle(p99[0]), middle(p99[1]));
+  return 0;
+}

@@ -1,0 +1,72 @@
+#include "tools/live_station.hpp"
+
+#include <filesystem>
+
+#include "server/hmi/http/web_site.hpp"
+#include "server/review/page.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double least_rate = 0.1, most_rate = 4;  // times real time
+
+/// Pause and rate of a session that is all simulated. A pause keeps the rate.
+void put_pace(const std::shared_ptr<SessionClock>& clock, SessionControls& controls) {
+  const auto rate = std::make_shared<double>(1);
+  controls.pause = [clock, rate](bool paused) {
+    clock->set_rate(paused ? 0 : *rate);
+    return Status();
+  };
+  controls.rate = [clock, rate](double wanted) -> Status {
+    if (!(wanted >= least_rate && wanted <= most_rate))
+      return Error{"a live session runs at 0.1 to 4 times real time"};
+    *rate = wanted;
+    if (clock->rate() > 0) clock->set_rate(wanted);
+    return {};
+  };
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions& options,
+                                                       const Configuration& configuration) {
+  auto live = std::make_unique<LiveStation>();
+  live->log_ = options.session;
+  BaseStationOptions base;
+  base.address = options.address;
+  base.folder = options.folder.empty() ? default_site_folder() : std::filesystem::path(options.folder);
+  base.new_bus = [url = options.url] { return open_network_bus(url); };
+  StationOptions& station = base.station;
+  station.configuration = std::make_shared<const Configuration>(configuration);
+  station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
+  station.scenarios = (base.folder / "scenarios").string();
+  station.controls.end = [it = live.get()] {
+    it->ended_ = true;
+    return Status();
+  };
+  if (simulates_trainee(configuration.scenario)) {
+    live->clock_ = std::make_shared<SessionClock>();
+    put_pace(live->clock_, station.controls);
+    station.clock = [clock = live->clock_] { return clock->now(); };
+  }
+  station.controls.state = [it = live.get()] {
+    ControlState state;
+    state.ended = it->ended_;
+    if (!it->clock_) return state;
+    state.rate = it->clock_->rate();
+    state.paused = state.rate == 0;
+    return state;
+  };
+  auto opened = BaseStation::open(std::move(base));
+  if (!opened) return opened.error();
+  live->station_ = std::move(*opened);
+  return live;
+}
+
+void LiveStation::show_report(const Report& report) {
+  ReviewPage page;
+  if (auto review = review_session(log_)) page.sessions.push_back(std::move(*review));
+  station_->set_report(to_json(report), page.sessions.empty() ? std::string() : to_html(page));
+}
+
+}  // namespace parhelion

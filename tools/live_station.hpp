@@ -1,0 +1,42 @@
+// The base station beside a live server: what `serve --http` opens.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "server/hmi/station/base_station.hpp"
+#include "server/report.hpp"
+#include "server/session_clock.hpp"
+
+namespace parhelion {
+
+struct LiveStationOptions {
+  std::string address;  ///< ADDR:PORT
+  std::string folder;   ///< accounts, certificate, saved scenarios; empty: the user's own
+  std::string url;      ///< of the LCM network
+  std::string session;  ///< path of the session log: notes are kept beside it
+};
+
+class LiveStation {
+ public:
+  static Result<std::unique_ptr<LiveStation>> open(const LiveStationOptions& options,
+                                                   const Configuration& configuration);
+
+  /// For people: link, fingerprint, first account.
+  std::string invitation() const { return station_->invitation(); }
+  /// For serve(): an instructor may stop it. None: the robot is real.
+  std::shared_ptr<const SessionClock> clock() const { return clock_; }
+  /// An instructor has ended the session.
+  bool ended() const { return ended_; }
+  /// The session is over: whoever looks may read its report, and its review, for which the log is read again.
+  void show_report(const Report& report);
+
+ private:
+  std::string log_;
+  std::atomic<bool> ended_ = false;
+  std::shared_ptr<SessionClock> clock_;
+  std::unique_ptr<BaseStation> station_;
+};
+
+}  // namespace parhelion
