@@ -31,7 +31,7 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
     {"Eigen/", {""}},
     {"lcm/", {"protocols/bus/"}},
     {"yaml-cpp/", {"protocols/yaml/", "fusion/pose/map_file.cpp"}},
-    {"valijson/", {"protocols/yaml/"}},
+    {"valijson/", {"protocols/yaml/", "server/hmi/station/page_messages.cpp"}},
     {"nlohmann/", {"protocols/yaml/", "server/", "tools/"}},
     {"assimp/", {"protocols/"}},
     {"openssl/", {"protocols/sha256.cpp", "server/hmi/"}},
