@@ -35,7 +35,7 @@ export const strings = {
     themes: { auto: "As the system", light: "Light", dark: "Dark", contrast: "High contrast" },
     logOut: "Log out",
     menu: "Menu",
-    keys: "Keys",
+    keys: "Keys and help (?)",
     loading: "Loading …",
     failedToLoad: (title: string) => `${title} could not be loaded. Reload the page.`,
     columnBorder: "Border between columns",
@@ -55,6 +55,9 @@ export const strings = {
     theme: "Next theme",
     fit: "Show the whole site",
     follow: "Follow the robot",
+    space: "Space",
+    noPicture: (why: string) => `The picture could not be made: ${why}`,
+    fixed: [["W A S D", "Drive: letting go stops"], ["Esc, Space", "Emergency stop"], ["← ↑ → ↓", "In the plan: move the view, or what is being placed"], ["+ −", "In the plan and the 3D view: zoom"]] as [string, string][],
   },
   layouts: {
     drive: "Drive", plan: "Plan", scene: "3D", direct: "Direct", watch: "Watch", check: "Check",

@@ -100,6 +100,10 @@ export class Stage {
     this.renderer.dispose();
   }
 
+  drawNow() {
+    if (!this.renderer.xr.isPresenting) this.#render();
+  }
+
   #draw(now: number) {
     this.#wanted = 0;
     if (this.renderer.xr.isPresenting) return;
