@@ -15,7 +15,7 @@
 namespace parhelion {
 
 /// What was turned away before any handler saw it.
-struct Refusal {
+struct WebRefusal {
   std::string remote, who;  ///< who: empty where nobody is logged in
   std::string what;         ///< method and path, or what was tried; text of the other end: escape it
   std::string why;
@@ -41,7 +41,7 @@ struct HttpOptions {
   /// Who has this session token; nullopt: nobody (any more). Called on the server's thread for each request,
   /// and once a second for each open client, which counts as use.
   std::function<std::optional<Identity>(const std::string& session)> identify = {};
-  std::function<void(const Refusal&)> refused = {};  ///< on the server's thread; may be empty
+  std::function<void(const WebRefusal&)> refused = {};  ///< on the server's thread; may be empty
 
   std::size_t header_bytes = 16 * 1024;
   std::size_t body_bytes = 64 * 1024;           ///< of a request

@@ -106,7 +106,7 @@ Result<std::unique_ptr<WebSite>> WebSite::open(WebSiteOptions given) {
   options.http.identify = [desk = parts->desk.get()](const std::string& session) {
     return desk->identify(session);
   };
-  options.http.refused = [audit = parts->audit.get()](const Refusal& refusal) {
+  options.http.refused = [audit = parts->audit.get()](const WebRefusal& refusal) {
     audit->say({refusal.who, refusal.remote, refusal.what, "refused",
                 (refusal.status > 0 ? std::to_string(refusal.status) + " " : "") + refusal.why});
   };

@@ -59,7 +59,7 @@ struct ServerCore {
   std::set<std::shared_ptr<OpenClient>> open;
   std::set<std::shared_ptr<void>> waiting;  ///< connections whose answer comes later
 
-  void refuse(Refusal refusal) {
+  void refuse(WebRefusal refusal) {
     ++refused;
     if (options.refused) options.refused(refusal);
   }
