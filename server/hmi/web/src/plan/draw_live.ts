@@ -175,14 +175,16 @@ function line(g: Context, c: Camera, points: number[]) {
 }
 
 const RECENT_S = 60;
+/** What a debriefing comes back to: that an agent was put somewhere is seen by itself. */
+const grave = /collision_(started|predicted)|fell|tipp|hazard|limit|dropped|unhinged|penalty/;
 /** Those with a place, of the last minute. */
 export function drawEvents(g: Context, c: Camera, events: SessionEvent[], now: number, ink: LiveInk) {
   for (let i = events.length - 1; i >= 0 && now - (events[i] as SessionEvent).t < RECENT_S; --i) {
     const event = events[i] as SessionEvent;
-    if (event.t > now || !event.position?.some((each) => each !== 0)) continue;
+    if (event.t > now || !grave.test(event.kind) || !event.position?.some((each) => each !== 0)) continue;
     const [px, py] = toScreen(c, event.position[0] ?? 0, event.position[1] ?? 0);
     g.globalAlpha = 1 - 0.8 * ((now - event.t) / RECENT_S);
-    g.strokeStyle = /collision|fell|tipped|hazard|limit/.test(event.kind) ? ink.bad : ink.soft;
+    g.strokeStyle = ink.bad;
     g.lineWidth = 2;
     g.beginPath();
     for (const [dx, dy] of [[-4, -4], [-4, 4]] as const) {
