@@ -1,6 +1,10 @@
 #include "server/hmi/station/base_station.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <charconv>
+#include <thread>
 
 #include "protocols/channels.hpp"
 #include "server/hmi/http/web_site.hpp"
@@ -10,6 +14,8 @@
 
 namespace parhelion {
 namespace {
+
+constexpr int server_nice = 5;
 
 bool is_own_machine(const std::string& host) {
   return host == "localhost" || host == "::1" || host.starts_with("127.");
@@ -124,7 +130,11 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   station = std::move(*made);
   site->metrics([this](MetricsText& text) { station->add_metrics(text); });
   video->start();
-  site->run();
+  // A thread has the priority of who starts it: pages never take a core from the tick.
+  std::thread([this] {
+    (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), server_nice);
+    site->run();
+  }).join();
   return {};
 }
 
