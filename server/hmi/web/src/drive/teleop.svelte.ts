@@ -114,7 +114,9 @@ class Teleop {
       this.#rearm();
     } else if (robot === this.driven) {
       this.driven = "";
+      // Let go for silence, it is taken again: nothing moves before the dead-man is. Another's it stays.
       if (by) this.#wanted = "";
+      else if (this.#wanted === robot) this.drive(robot);
     }
   }
   #robots({ list }: Said) {
