@@ -73,6 +73,13 @@ bool world_due(const Configuration& configuration, const State& state) {
   return due(configuration, state, world_rate) || state.simulation.scene()->version != state.scene_published;
 }
 
+/// A real robot's laser that is silent shows nothing virtual.
+void watch_scans(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
+  if (simulates_trainee(configuration.scenario) || now - state.scan.last_scan < scan_silence) return;
+  note_injection(configuration, now, state.tally.scans_in == 0 ? "no scan yet" : "no scan for 0.5 s", state,
+                 outputs);
+}
+
 void publish_world(const Configuration& configuration, State& state, Outputs& outputs) {
   WorldSnapshot& world = state.agent_laser.world_end;
   if (!state.simulation.at(state.simulation.now(), world)) return;
@@ -119,6 +126,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   answer_lasers(configuration, state, outputs);
   publish_sensors(configuration, next, state, outputs);
   watch_silence(configuration, next, state, outputs);
+  watch_scans(configuration, next, state, outputs);
   watch_operators(configuration, next, state, outputs);
   watch_waiting_image(configuration, next, state, outputs);
   if (world_due(configuration, state)) publish_world(configuration, state, outputs);

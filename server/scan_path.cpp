@@ -281,7 +281,9 @@ void answer_scan(const Configuration& configuration, const Message& input, State
 void note_injection(const Configuration& configuration, SimulationTime now, const std::string& reason,
                     State& state, Outputs& outputs) {
   const bool live = reason.empty();
-  if (live == state.scan.live) return;
+  const auto said = [&](EventKind kind) { return state.tally.events[static_cast<std::size_t>(kind)] > 0; };
+  const bool first = !said(EventKind::injection_degraded) && !said(EventKind::injection_restored);
+  if (!first && live == state.scan.live) return;
   state.scan.live = live;
   Event event;
   event.stamp = now;
