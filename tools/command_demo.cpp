@@ -15,6 +15,7 @@ namespace {
 struct Arguments {
   DemoOptions options;
   std::string report, url;
+  std::string http = "127.0.0.1:0";
   bool headless = false, silent = false;
 };
 
@@ -26,6 +27,8 @@ Exit fail(const std::string& what) {
 Exit run(Arguments& arguments) {
   catch_stop_signals();
   DemoOptions& options = arguments.options;
+  // Whoever looks at a page looks at real time.
+  if (!arguments.headless && !options.fast) options.http = arguments.http;
   for (const std::string& path : {options.session, arguments.report}) {
     if (const Status writable = check_writable(path, options.overwrite); !writable)
       return fail(writable.error().message);
@@ -80,9 +83,12 @@ void add_demo(CLI::App& app, Exit& exit) {
       "demo", "Map a recorded building, put three virtual robots into it, and drive the real robot through");
   auto arguments = std::make_shared<Arguments>();
   DemoOptions& options = arguments->options;
-  command->add_flag("--headless", arguments->headless,
-                    "No window; there is none yet, so this is the default");
-  command->add_flag("--fast", options.fast, "As fast as it can instead of at real speed");
+  command->add_flag("--headless", arguments->headless, "Without the page: ends with the recording");
+  command->add_flag("--fast", options.fast, "Headless, as fast as it can instead of at real speed");
+  command->add_option("--http", arguments->http, "ADDR:PORT of the page; port 0: any that is free")
+      ->capture_default_str();
+  command->add_option("--foxglove", options.foxglove,
+                      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
   command->add_option("-o,--output", options.session, "Session log; by default session.lcm in the folder");
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
   command->add_option("--folder", options.folder, "Where logs, map, model, scenario and pictures go");
@@ -91,7 +97,9 @@ void add_demo(CLI::App& app, Exit& exit) {
   command->add_option("--url", arguments->url, "LCM URL to publish on");
   command->add_flag("--silent", arguments->silent, "Do not publish on LCM");
   command->add_flag("--force", options.overwrite, "Overwrite what an earlier demo left");
-  command->footer("Example: parhelion demo --headless --fast -o session.lcm --report report.json");
+  command->footer(
+      "Example:\n  parhelion demo\n  parhelion demo --headless --fast -o session.lcm --report report.json\n\n"
+      "Prints a link: whoever opens it on this machine is the instructor. It ends there, or with ^C.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

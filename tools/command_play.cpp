@@ -6,8 +6,10 @@
 #include <optional>
 #include <thread>
 
+#include "server/hmi/foxglove/foxglove_server.hpp"
 #include "server/hmi/terminal.hpp"
 #include "tools/play/play_keys.hpp"
+#include "tools/play/play_station.hpp"
 #include "tools/play/play_thread.hpp"
 #include "tools/play/played_bus.hpp"
 #include "tools/play_commands.hpp"
@@ -20,7 +22,7 @@ namespace {
 constexpr Duration look = milliseconds(100);  // at the keys and at the end
 
 struct Arguments {
-  std::string log, url, prefix = "PLAY_";
+  std::string log, url, http, foxglove, prefix = "PLAY_";
   PlayOptions options;
   bool publish = false;
 };
@@ -40,12 +42,24 @@ Result<Recording> open_recording(const std::string& path) {
   return recording;
 }
 
-/// Until the keys, ^C or the end of the recording end it.
-std::string watch(Player& player, PlayThread& thread, RawTerminal* terminal) {
+Result<std::unique_ptr<FoxgloveServer>> open_foxglove(const std::string& address, const Player& player,
+                                                      MemoryBusHub& hub) {
+  const auto where = parse_host_port(address);
+  if (!where) return where.error();
+  const auto configuration = configuration_from(player.recording().session(), "the recording");
+  if (!configuration) return configuration.error();
+  FoxgloveOptions options;
+  options.host = where->host;
+  options.port = where->port;
+  return FoxgloveServer::open(hub.connect(), *configuration, options);
+}
+
+/// Until the keys or ^C end it; the end of the recording does, unless `stays`: others may still look.
+std::string watch(Player& player, PlayThread& thread, RawTerminal* terminal, bool stays) {
   PlayKeys keys(player);
   while (!stop_asked() && !keys.quit()) {
     if (const std::string fault = thread.fault(); !fault.empty()) return fault;
-    if (player.state().ended) break;
+    if (player.state().ended && !stays) break;
     if (terminal == nullptr) {
       std::this_thread::sleep_for(std::chrono::nanoseconds(look.ns));
       continue;
@@ -85,9 +99,27 @@ Exit run(Arguments& arguments) {
     if (!guarded) return fail(guarded.error().message);
     played = std::move(*guarded);
   }
+  MemoryBusHub hub;
+  const auto shown = hub.connect();
   Player player(std::move(*recording), arguments.options, [&](const Message& message) {
+    (void)shown->publish(message.channel, message.payload);
     if (played) (void)played->publish(message);
   });
+  PlayThread thread(player);
+  std::unique_ptr<BaseStation> station;
+  if (!arguments.http.empty()) {
+    auto opened = open_play_station(arguments.http, hub, player, thread);
+    if (!opened) return fail(opened.error().message);
+    station = std::move(*opened);
+    std::printf("%s\n", station->link(Role::instructor, "guest").c_str());
+  }
+  std::unique_ptr<FoxgloveServer> foxglove;
+  if (!arguments.foxglove.empty()) {
+    auto opened = open_foxglove(arguments.foxglove, player, hub);
+    if (!opened) return fail(opened.error().message);
+    foxglove = std::move(*opened);
+    std::printf("%s\n", foxglove->address().c_str());
+  }
   std::unique_ptr<RawTerminal> terminal;
   if (isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1) {
     auto opened = RawTerminal::open(STDIN_FILENO);
@@ -95,8 +127,9 @@ Exit run(Arguments& arguments) {
     terminal = std::move(*opened);
     std::printf("%s", play_help());
   }
-  PlayThread thread(player);
-  const std::string fault = watch(player, thread, terminal.get());
+  std::fflush(stdout);
+  thread.start();
+  const std::string fault = watch(player, thread, terminal.get(), station || foxglove);
   if (!fault.empty()) return fail(fault);
   if (played && played->held_back() > 0)
     std::fprintf(stderr, "parhelion play: %llu commands were not published (no prefix)\n",
@@ -118,6 +151,10 @@ void add_play(CLI::App& app, Exit& exit) {
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--loop", options.loop, "Begin again at the end");
   command->add_flag("--paused", options.paused, "Wait at the start");
+  command->add_option("--http", arguments->http,
+                      "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080: a page with a seek bar");
+  command->add_option("--foxglove", arguments->foxglove,
+                      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
   auto* publish = command->add_flag("--publish", arguments->publish,
                                     "Publish on LCM too: each channel with the prefix before its name");
   command
@@ -127,7 +164,8 @@ void add_play(CLI::App& app, Exit& exit) {
       ->capture_default_str();
   command->add_option("--url", arguments->url, "LCM URL to publish on")->needs(publish);
   command->footer(
-      "Example:\n  parhelion play session.lcm\n  parhelion play session.lcm --publish --rate 2 --loop\n\n" +
+      "Example:\n  parhelion play session.lcm\n  parhelion play session.lcm --http 127.0.0.1:8080\n  "
+      "parhelion play session.lcm --publish --rate 2 --loop\n\n" +
       std::string(play_help()));
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }

@@ -6,7 +6,9 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "server/preview.hpp"
 #include "server/replay.hpp"
+#include "tools/demo/live_demo.hpp"
 #include "tools/demo/pictures.hpp"
 #include "tools/demo/place_agents.hpp"
 #include "tools/demo/stand_in_camera.hpp"
@@ -63,7 +65,9 @@ class Demo {
   Status localize();
   Status make_scenario();
   Status add_camera();
+  Status serve_live();
   Status replay_with_agents();
+  Status look_on(ReplayOptions& options);
   Status draw();
   void say(const std::string& line) const {
     if (options_.say) options_.say(line);
@@ -168,7 +172,37 @@ Status Demo::add_camera() {
   return {};
 }
 
+/// The live server with a base station, until somebody ends it; then what was recorded is looked through.
+Status Demo::serve_live() {
+  const auto preview = look_ahead(replayed_);
+  if (!preview) return preview.error();
+  ReplayOptions files;
+  files.log = replayed_;
+  files.scenario = files_.scenario;
+  const auto configuration = choose_configuration(files, *preview);
+  if (!configuration) return configuration.error();
+  LiveDemoOptions live;
+  live.log = replayed_;
+  live.session = result_.session;
+  live.overwrite = options_.overwrite;
+  live.http = options_.http;
+  live.foxglove = options_.foxglove;
+  live.folder = options_.folder;
+  live.bus = options_.bus;
+  live.say = options_.say;
+  live.stop = options_.stop;
+  auto report = serve_demo(*configuration, live);
+  if (!report) return report.error();
+  ReplayOptions recorded;
+  recorded.log = result_.session;
+  if (const Status looked = look_on(recorded); !looked) return looked;
+  result_.report = std::move(*report);
+  result_.report.notes["camera"] = result_.camera = camera_note_;
+  return {};
+}
+
 Status Demo::replay_with_agents() {
+  if (!options_.http.empty()) return serve_live();
   ReplayOptions options;
   options.log = replayed_;
   options.scenario = files_.scenario;
@@ -178,6 +212,10 @@ Status Demo::replay_with_agents() {
   options.bus = options_.bus;
   options.stop = options_.stop;
   options.notes = {{"camera", camera_note_}};
+  return look_on(options);
+}
+
+Status Demo::look_on(ReplayOptions& options) {
   const auto show = progress("replay");
   options.progress = [&](const ReplayProgress& at) {
     show(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
@@ -213,7 +251,9 @@ Result<DemoResult> Demo::run() {
   for (const Step step : {&Demo::import, &Demo::build_map, &Demo::localize, &Demo::make_scenario,
                           &Demo::add_camera, &Demo::replay_with_agents, &Demo::draw}) {
     if (const Status done = (this->*step)(); !done) return done.error();
-    if (options_.stop && options_.stop()) return Error{"stopped"};
+    // A live one is ended so.
+    const bool live = step == &Demo::replay_with_agents && !options_.http.empty();
+    if (!live && options_.stop && options_.stop()) return Error{"stopped"};
   }
   return std::move(result_);
 }

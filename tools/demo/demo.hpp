@@ -15,8 +15,10 @@ struct DemoOptions {
   std::string folder = "parhelion-demo";  ///< where logs, map, model, scenario and pictures go
   std::string session;                    ///< session log; empty: session.lcm in the folder
   bool overwrite = false;
-  bool fast = false;                            ///< as fast as it can instead of at real speed
-  Bus* bus = nullptr;                           ///< outputs go out on it
+  bool fast = false;     ///< as fast as it can instead of at real speed; not with `http`
+  std::string http;      ///< ADDR:PORT of a base station, and the robot drives live; empty: a replay, no page
+  std::string foxglove;  ///< ADDR:PORT of a Foxglove server beside it; empty: none
+  Bus* bus = nullptr;    ///< outputs go out on it
   std::function<void(const std::string&)> say;  ///< a line a step
   std::function<void(const std::string& task, double done, double total)> progress;
   std::function<bool()> stop;

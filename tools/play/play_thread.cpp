@@ -7,8 +7,9 @@
 
 namespace parhelion {
 
-PlayThread::PlayThread(Player& player)
-    : player_(player), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+void PlayThread::start() {
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
 
 PlayThread::~PlayThread() {
   thread_.request_stop();

@@ -12,12 +12,14 @@ namespace parhelion {
 
 class PlayThread {
  public:
-  /// Starts at once. The player outlives it.
-  explicit PlayThread(Player& player);
+  /// The player outlives it.
+  explicit PlayThread(Player& player) : player_(player) {}
   ~PlayThread();
   PlayThread(const PlayThread&) = delete;
   PlayThread& operator=(const PlayThread&) = delete;
 
+  /// Once: whoever listens is there by then.
+  void start();
   /// Turns it now: something was asked for.
   void wake();
   std::string fault() const;  ///< why it has ended, or empty

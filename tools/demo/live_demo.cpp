@@ -1,0 +1,161 @@
+#include "tools/demo/live_demo.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include "protocols/channels.hpp"
+#include "server/hmi/foxglove/foxglove_server.hpp"
+#include "server/hmi/station/base_station.hpp"
+#include "server/loop.hpp"
+#include "server/wall_clock.hpp"
+#include "tools/demo/recorded_robot.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr Duration lead = seconds(1.0);  // before the robot begins to speak: the server listens by then
+
+/// What a robot itself says: not what people and the server say.
+bool is_robots(InputKind kind) {
+  switch (kind) {
+    case InputKind::scan:
+    case InputKind::odometry:
+    case InputKind::pose_cov:
+    case InputKind::pose:
+    case InputKind::imu:
+    case InputKind::camera:
+    case InputKind::depth:
+    case InputKind::lines:
+    case InputKind::joint_state:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Says on a bus what the robot says, when it says it.
+class Speaker {
+ public:
+  Speaker(RecordedRobot robot, std::unique_ptr<Bus> bus)
+      : robot_(std::move(robot)),
+        bus_(std::move(bus)),
+        thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+ private:
+  void run(const std::stop_token& stop) {
+    std::mutex mutex;
+    std::condition_variable_any never;
+    std::unique_lock lock(mutex);
+    while (!stop.stop_requested()) {
+      const auto message = robot_.next();
+      if (!message) return;  // the server says that the robot is silent
+      const Duration left{message->arrival.ns - wall_now().ns};
+      never.wait_for(lock, stop, std::chrono::nanoseconds(left.ns),
+                     [&stop] { return stop.stop_requested(); });
+      if (!stop.stop_requested()) (void)bus_->publish(message->channel, message->payload);
+    }
+  }
+
+  RecordedRobot robot_;
+  std::unique_ptr<Bus> bus_;
+  std::jthread thread_;
+};
+
+/// Passes on what the server says to the network, never what goes to a robot: there is none.
+class Relay {
+ public:
+  Relay(std::unique_ptr<Bus> from, Bus& to)
+      : from_(std::move(from)), to_(to), thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+ private:
+  void run(const std::stop_token& stop) {
+    Message message;
+    while (!stop.stop_requested()) {
+      const auto came = from_->receive(message, milliseconds(100));
+      if (!came) return;
+      const bool command = message.channel == channel::mr_cmd || message.channel == channel::mr_joint_cmd;
+      if (*came && !command) (void)to_.publish(message.channel, message.payload);
+    }
+  }
+
+  std::unique_ptr<Bus> from_;
+  Bus& to_;
+  std::jthread thread_;
+};
+
+Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configuration,
+                                                  const LiveDemoOptions& options, MemoryBusHub& hub,
+                                                  std::atomic<bool>& ended) {
+  BaseStationOptions base;
+  base.address = options.http;
+  base.folder = std::filesystem::path(options.folder) / "station";
+  base.new_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
+  StationOptions& station = base.station;
+  station.configuration = std::make_shared<const Configuration>(configuration);
+  station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
+  station.scenarios = (base.folder / "scenarios").string();
+  station.controls.end = [&ended] {
+    ended = true;
+    return Status();
+  };
+  station.controls.state = [&ended] {
+    ControlState state;
+    state.ended = ended;
+    return state;
+  };
+  return BaseStation::open(std::move(base));
+}
+
+Result<std::unique_ptr<FoxgloveServer>> open_foxglove(const Configuration& configuration,
+                                                      const std::string& address, MemoryBusHub& hub) {
+  const auto where = parse_host_port(address);
+  if (!where) return where.error();
+  FoxgloveOptions options;
+  options.host = where->host;
+  options.port = where->port;
+  return FoxgloveServer::open(hub.connect(), configuration, options);
+}
+
+}  // namespace
+
+Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOptions& options) {
+  const ChannelMap& channels = configuration.channels;
+  auto robot = RecordedRobot::open(
+      options.log, [&channels](const std::string& channel) { return is_robots(channels.kind(channel)); },
+      channels.bus(channel::scan), ArrivalTime{wall_now().ns} + lead);
+  if (!robot) return robot.error();
+  MemoryBusHub hub;
+  std::atomic<bool> ended = false;
+  const auto server_bus = hub.connect();
+  const auto station = open_station(configuration, options, hub, ended);
+  if (!station) return station.error();
+  std::unique_ptr<FoxgloveServer> foxglove;
+  if (!options.foxglove.empty()) {
+    auto opened = open_foxglove(configuration, options.foxglove, hub);
+    if (!opened) return opened.error();
+    foxglove = std::move(*opened);
+    options.say("foxglove   " + foxglove->address());
+  }
+  std::optional<Relay> relay;
+  if (options.bus != nullptr) {
+    auto outputs = hub.connect();
+    if (const Status heard = outputs->subscribe("MR_.*", 256); !heard) return heard.error();
+    relay.emplace(std::move(outputs), *options.bus);
+  }
+  options.say("open this  " + (*station)->link(Role::instructor, "guest"));
+  const Speaker speaker(std::move(*robot), hub.connect());
+  ServeOptions serving;
+  serving.session = options.session;
+  serving.overwrite = options.overwrite;
+  serving.stop = [&] { return ended || (options.stop && options.stop()); };
+  auto report = serve(*server_bus, configuration, serving);
+  if (!report) return report.error();
+  (*station)->set_report(to_json(*report), "");
+  return report;
+}
+
+}  // namespace parhelion

@@ -1,0 +1,28 @@
+// The recorded robot through the live server, with a base station: whoever opens the link injects agents,
+// drives virtual robots and looks at the video.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "server/configuration.hpp"
+#include "server/report.hpp"
+
+namespace parhelion {
+
+struct LiveDemoOptions {
+  std::string log;      ///< what the robot said: a recording with poses
+  std::string session;  ///< session log to write
+  bool overwrite = false;
+  std::string http = "127.0.0.1:0";  ///< ADDR:PORT of the base station
+  std::string foxglove;              ///< ADDR:PORT of the Foxglove server; empty: none
+  std::string folder;                ///< accounts of the base station, made anew; notes, saved scenarios
+  Bus* bus = nullptr;                ///< outputs go out on it, too; may be absent
+  std::function<void(const std::string&)> say;
+  std::function<bool()> stop;
+};
+
+/// Serves until it is told to stop, or an instructor ends it. The robot drives as it did, then stands.
+Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOptions& options);
+
+}  // namespace parhelion

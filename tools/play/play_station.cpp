@@ -1,0 +1,64 @@
+#include "tools/play/play_station.hpp"
+
+#include <utility>
+
+#include "server/hmi/foxglove/json_text.hpp"
+
+namespace parhelion {
+namespace {
+
+SessionControls controls_of(Player& player, PlayThread& thread) {
+  const auto woken = [&thread](Status status) {
+    thread.wake();
+    return status;
+  };
+  SessionControls controls;
+  controls.pause = [&player, woken](bool paused) {
+    player.pause(paused);
+    return woken({});
+  };
+  controls.rate = [&player, woken](double rate) { return woken(player.set_rate(rate)); };
+  controls.seek = [&player, woken](double position) { return woken(player.seek(position)); };
+  controls.step = [&player, woken] { return woken(player.step()); };
+  controls.state = [&player] {
+    const PlayState now = player.state();
+    ControlState state;
+    state.recorded = true;
+    state.paused = now.paused;
+    state.rate = now.rate;
+    state.position = now.position;
+    state.duration = now.duration;
+    state.ended = now.ended;
+    return state;
+  };
+  controls.marks = [&player] { return marks_json(player.recording().marks()); };
+  return controls;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BaseStation>> open_play_station(const std::string& address, MemoryBusHub& hub,
+                                                       Player& player, PlayThread& thread) {
+  auto configuration = configuration_from(player.recording().session(), "the recording");
+  if (!configuration) return configuration.error();
+  BaseStationOptions options;
+  options.address = address;
+  options.station.configuration = std::make_shared<const Configuration>(std::move(*configuration));
+  options.station.recorded = true;
+  options.station.controls = controls_of(player, thread);
+  options.station.clock = [&player] { return player.clock(); };
+  options.new_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
+  return BaseStation::open(std::move(options));
+}
+
+std::string marks_json(const std::vector<RecordedMark>& marks) {
+  foxglove::JsonText json;
+  json.open('[');
+  for (const RecordedMark& mark : marks) {
+    json.open('{').key("t").number(mark.t).key("kind").plain(mark.kind).key("text").string(mark.text);
+    json.key("bad").boolean(mark.bad).close('}');
+  }
+  return std::string(json.close(']').text());
+}
+
+}  // namespace parhelion
