@@ -8,9 +8,7 @@
 namespace parhelion {
 namespace {
 
-constexpr Duration stop_period = milliseconds(100);  // how often an emergency stop is said again
-constexpr Duration console_silence = seconds(1.0);   // of another console, as the tick has it
-constexpr int times_said = 3;                        // a single message may be lost on its way
+constexpr Duration console_silence = seconds(1.0);  // of another console, as the tick has it
 constexpr const char* browser = "browser";
 
 bool outranks(Role one, Role other) {
@@ -42,7 +40,7 @@ void TeleopDesk::opened(std::shared_ptr<WebClient> client) {
   for (const auto& [other, driver] : pages_) {
     if (!driver->robot().empty()) page.tell(driven_text(driver->robot(), driver->who(), false));
   }
-  for (const auto& [robot, stop] : held_) page.tell(estop_text(robot, stop.by, true));
+  for (const auto& [robot, by] : held_) page.tell(estop_text(robot, by, true));
 }
 
 void TeleopDesk::closed(WebClient& client) {
@@ -103,7 +101,7 @@ void TeleopDesk::answer_ping(TeleopPage& page, const TeleopRequest& request) {
 Status TeleopDesk::move(TeleopPage& page, const TeleopRequest& request) {
   if (const auto stop = held_.find(page.robot()); stop != held_.end()) {
     if (Status halted = page.halt(now()); !halted) return halted;
-    return Error{"emergency stop by " + stop->second.by + ": the instructor resets it"};
+    return Error{"emergency stop by " + stop->second + ": the instructor resets it"};
   }
   const auto moved = request.kind == TeleopRequest::Kind::joints
                          ? page.move_joints(request, now())
@@ -201,79 +199,7 @@ void TeleopDesk::turn() {
     audit(page->who(), "drives " + robot + " no more: nothing was heard from the page");
     tell_driven(robot);
   }
-  for (auto& [name, stop] : held_) {
-    const TeleopRobot* robot = find(name);
-    if (robot == nullptr || steady - stop.said < stop_period) continue;
-    stop.said = steady;
-    static_cast<void>(say_held(*robot));  // said again soon
-  }
-}
-
-Status TeleopDesk::say_held(const TeleopRobot& robot) {
-  encode(TwistCommand{options_.stamp(), {}}, payload_);
-  if (Status sent = bus_.publish(robot.driven.teleop, payload_); !sent) return sent;
-  if (robot.driven.joints.empty() || robot.joints.empty()) return {};
-  Joints joints{options_.stamp(), {}, {}, std::vector<double>(robot.joints.size(), 0), {}};
-  for (const TeleopJoint& joint : robot.joints) joints.names.push_back(joint.name);
-  encode(joints, payload_);
-  return bus_.publish(robot.driven.joints, payload_);
-}
-
-Status TeleopDesk::hold(const std::string& robot, const std::string& by) {
-  if (!robot.empty() && find(robot) == nullptr) return Error{"emergency stop: no robot '" + robot + "'"};
-  Status all;
-  bool news = false;
-  for (const TeleopRobot& each : robots_) {
-    if (!robot.empty() && each.driven.name != robot) continue;
-    const auto [stop, first] = held_.insert({each.driven.name, {by, options_.now()}});
-    news = news || first;
-    for (auto& [id, page] : pages_) {
-      if (page->robot() != each.driven.name) continue;
-      if (Status halted = page->halt(now()); !halted) all = halted;
-    }
-    for (int i = 0; i < times_said; ++i) {
-      if (Status said = say_held(each); !said) all = said;
-    }
-    if (first) tell_all(estop_text(each.driven.name, by, true));
-  }
-  if (news) audit(by, "emergency stop" + (robot.empty() ? " of all" : " of " + robot));
-  if (news && options_.stops_changed) options_.stops_changed(held());
-  if (robots_.empty()) return Error{"emergency stop: no robot is known yet"};
-  return all;
-}
-
-Status TeleopDesk::stop(const std::string& robot, const std::string& by) {
-  const std::lock_guard lock(mutex_);
-  return hold(robot, by);
-}
-
-Status TeleopDesk::reset(const std::string& robot, const std::string& by) {
-  const std::lock_guard lock(mutex_);
-  if (!robot.empty() && held_.count(robot) == 0)
-    return Error{"no emergency stop of '" + robot + "' is there to reset"};
-  for (auto stop = held_.begin(); stop != held_.end();) {
-    if (!robot.empty() && stop->first != robot) {
-      ++stop;
-      continue;
-    }
-    const std::string name = stop->first;
-    stop = held_.erase(stop);
-    tell_all(estop_text(name, by, false));
-    audit(by, "resets the emergency stop of " + name);
-  }
-  if (options_.stops_changed) options_.stops_changed(held());
-  return {};
-}
-
-std::vector<EmergencyStop> TeleopDesk::held() const {
-  std::vector<EmergencyStop> all;
-  for (const auto& [robot, stop] : held_) all.push_back({robot, stop.by});
-  return all;
-}
-
-std::vector<EmergencyStop> TeleopDesk::stops() const {
-  const std::lock_guard lock(mutex_);
-  return held();
+  repeat_orders(steady);
 }
 
 std::vector<Driving> TeleopDesk::driving() const {

@@ -12,6 +12,7 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/command.hpp"
+#include "protocols/event.hpp"
 #include "server/hmi/http/web_client.hpp"
 #include "server/hmi/station/teleop_page.hpp"
 #include "server/hmi/station/teleop_words.hpp"
@@ -19,11 +20,12 @@
 namespace parhelion {
 
 struct TeleopOptions {
-  std::function<WallTime()> now;      ///< steady
-  std::function<SensorTime()> stamp;  ///< what messages on the bus say: the wall clock
+  std::function<WallTime()> now;                ///< steady
+  std::function<SensorTime()> stamp;            ///< what messages on the bus say: the wall clock
   /// Who did what. These two may be empty, and are called with the desk locked: they must not call it.
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
+  std::string agent_commands = "MR_AGENT_CMD";  ///< channel on the bus
 };
 
 /// Thread-safe: the web server's thread brings what pages say, the station's the rest. If one of them hangs,
@@ -44,11 +46,14 @@ class TeleopDesk {
   void set_robots(std::vector<TeleopRobot> robots);
   /// What a console says on the bus: other consoles drive, too.
   void hear(const OperatorWord& word);
+  /// What the server answers: an emergency stop is asked for until it is.
+  void hear(const Event& event);
   /// At least every 50 ms: releases what fell silent, repeats stops, says who drives.
   void turn();
 
-  /// Holds until reset(): nothing that a page asks of the robot goes out, and stops are said again and again.
-  /// `robot` empty: all. Twice does no harm. Error: no such robot, or the bus.
+  /// Holds until reset(): the server is asked to freeze the robot, whoever drives it, nothing that a page
+  /// asks of it goes out, and stops are said until the server has answered. `robot` empty: all. Twice does no
+  /// harm. Error: no such robot, or the bus.
   Status stop(const std::string& robot, const std::string& by);
   /// `robot` empty: all. Whether `by` may is for the caller to see to. Nothing moves before the dead-man was
   /// let go.
@@ -57,9 +62,13 @@ class TeleopDesk {
   std::vector<Driving> driving() const;
 
  private:
-  struct Held {
-    std::string by;
+  /// An emergency stop, or its reset, that the server is told of until it answers.
+  struct Order {
+    bool stop = true;
+    std::uint64_t request = 0;
     WallTime said;
+    int times = 0;
+    bool answered = false;
   };
   struct Foreign {
     std::string robot;
@@ -75,7 +84,10 @@ class TeleopDesk {
   Status move(TeleopPage& page, const TeleopRequest& request);
   void answer_ping(TeleopPage& page, const TeleopRequest& request);
   Status hold(const std::string& robot, const std::string& by);
-  Status say_held(const TeleopRobot& robot);
+  Status say_stop(const TeleopRobot& robot);
+  Status say_order(const std::string& robot, Order& order);
+  void repeat_orders(WallTime now);
+  std::uint64_t next_request();
   void refuse(TeleopPage& page, const Status& why);
   void let_go(TeleopPage& page, bool lost, const std::string& why);
   /// The page that has to let go so that `page` may drive, or nullptr. Error: it may not.
@@ -83,7 +95,6 @@ class TeleopDesk {
   const TeleopRobot* find(const std::string& robot) const;
   void tell_all(const std::string& text);
   void tell_driven(const std::string& robot);
-  void tell_stops();
   void audit(const std::string& who, const std::string& what) const;
   TeleopInstant now() const { return {options_.now(), options_.stamp()}; }
   std::vector<EmergencyStop> held() const;
@@ -93,8 +104,10 @@ class TeleopDesk {
   mutable std::mutex mutex_;
   std::vector<TeleopRobot> robots_;
   std::map<std::uint64_t, std::unique_ptr<TeleopPage>> pages_;  // by client
-  std::map<std::string, Held> held_;                            // by robot: emergency stops
-  std::map<std::string, Foreign> foreign_;                      // by operator: other consoles that drive
+  std::map<std::string, std::string> held_;                     // by robot: who has stopped it
+  std::map<std::string, Order> orders_;                         // by robot: the last
+  std::uint64_t requests_ = 0;
+  std::map<std::string, Foreign> foreign_;  // by operator: other consoles that drive
   std::vector<std::uint8_t> payload_;
 };
 

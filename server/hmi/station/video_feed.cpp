@@ -20,6 +20,17 @@ constexpr std::size_t most_waiting = 64;            // pictures that a lesson de
 constexpr int most_faults = 20;                     // of one page before it is closed
 constexpr int newest_wins = 0;                      // slot of pictures of which any may be left out
 constexpr int nice = 10;
+constexpr const char* boundary = "\r\n--frame\r\n";
+
+/// Ends with the boundary: a browser shows a part when it sees the next one's, which would be a picture
+/// later.
+std::shared_ptr<const std::string> stream_part(const std::vector<std::uint8_t>& jpeg) {
+  auto part = std::make_shared<std::string>(
+      "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(jpeg.size()) + "\r\n\r\n");
+  part->append(jpeg.begin(), jpeg.end());
+  part->append(boundary);
+  return part;
+}
 
 }  // namespace
 
@@ -66,6 +77,7 @@ void VideoFeed::opened(std::shared_ptr<WebClient> client, bool stream) {
   viewer->stream = stream;
   viewer->link = VideoLink(options_.limits);
   viewer->client = std::move(client);
+  if (stream) viewer->client->send(std::make_shared<const std::string>(boundary), true);
   const std::lock_guard lock(mutex_);
   viewers_[viewer->client->id()] = std::move(viewer);
 }
@@ -262,7 +274,7 @@ void VideoFeed::show(VideoSource& source, const VideoSource::Waiting& picture, c
 
 void VideoFeed::send(const VideoSource& source, VideoFrame frame, const CodedPicture& coded) {
   const WallTime now = options_.now();
-  std::shared_ptr<const std::string> as_h264, as_jpeg, bare;
+  std::shared_ptr<const std::string> as_h264, as_jpeg, part;
   if (!coded.h264.empty()) {
     frame.codec = VideoCodec::h264;
     frame.key = coded.key;
@@ -282,8 +294,8 @@ void VideoFeed::send(const VideoSource& source, VideoFrame frame, const CodedPic
       continue;
     }
     if (viewer->stream) {
-      if (!bare) bare = std::make_shared<const std::string>(coded.jpeg.begin(), coded.jpeg.end());
-      viewer->client->send(bare, true, newest_wins);
+      if (!part) part = stream_part(coded.jpeg);
+      viewer->client->send(part, true, newest_wins);
     } else {
       viewer->client->send(h264 ? as_h264 : as_jpeg, true, h264 ? WebClient::in_order : newest_wins);
     }

@@ -52,7 +52,8 @@ class VideoFeed {
 
   /// Query: `robot` (absent: the trainee's), `codec` "h264" or "jpeg". The feed outlives its server.
   SocketHandler socket();
-  /// Each message is one JPEG.
+  /// JPEG after JPEG, to be answered with `stream_type`.
+  static constexpr const char* stream_type = "multipart/x-mixed-replace; boundary=frame";
   SocketHandler stream();
   /// Receives, codes and sends in a thread of its own, at nice 10. Once.
   void start();

@@ -288,12 +288,15 @@ TEST_F(VideoFeedTest, DelaysAndLosesPicturesForALesson) {
   EXPECT_NEAR(static_cast<double>(frames(*page).size() - 1), 210, 25);
 }
 
-TEST_F(VideoFeedTest, StreamsBareJpeg) {
+TEST_F(VideoFeedTest, StreamsJpegInPartsThatEndWithTheBoundary) {
   auto stream = look("robot=trainee", true);
   const Image image = show();
-  ASSERT_EQ(stream->sent.size(), 1U);
-  EXPECT_EQ(*stream->sent[0].bytes, std::string(image.bytes.begin(), image.bytes.end()));
-  EXPECT_GE(stream->sent[0].slot, 0);
+  ASSERT_EQ(stream->sent.size(), 2U);
+  const std::string boundary = "\r\n--frame\r\n", jpeg(image.bytes.begin(), image.bytes.end());
+  EXPECT_EQ(*stream->sent[0].bytes, boundary);
+  EXPECT_EQ(*stream->sent[1].bytes, "Content-Type: image/jpeg\r\nContent-Length: " +
+                                        std::to_string(jpeg.size()) + "\r\n\r\n" + jpeg + boundary);
+  EXPECT_GE(stream->sent[1].slot, 0);
 }
 
 TEST_F(VideoFeedTest, AnswersClocksAndClosesWhoTalksNonsense) {
