@@ -77,6 +77,7 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   TeleopOptions teleop_options;
   teleop_options.now = [] { return steady_now(); };
   teleop_options.stamp = [] { return SensorTime{wall_now().ns}; };
+  teleop_options.agent_commands = options.station.configuration->channels.bus(channel::mr_agent_cmd);
   teleop_options.audit = [this](const std::string& who, const std::string& what) {
     if (site) site->audit().say({who, {}, what, "done"});
   };
@@ -92,7 +93,7 @@ Status BaseStation::Parts::open_video(const BaseStationOptions& options) {
   if (!robots) return robots.error();
   video = std::make_unique<VideoFeed>(std::move(*pictures), video_options(options.station));
   site->server().on_socket("/ws/video", Access::logged_in(), video->socket());
-  site->server().on_stream("/video.mjpg", Access::logged_in(), "image/jpeg", video->stream());
+  site->server().on_stream("/video.mjpg", Access::logged_in(), VideoFeed::stream_type, video->stream());
   watch =
       std::make_unique<RobotWatch>(std::move(*robots), options.station.configuration, *video, teleop.get());
   return watch->start();

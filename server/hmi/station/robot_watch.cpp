@@ -96,8 +96,10 @@ void RobotWatch::take(const Message& message) {
       decode(message.channel, message.payload, word_).ok())
     teleop_->hear(word_);
   if (message.channel == channels.bus(channel::mr_events) &&
-      decode(message.channel, message.payload, event).ok())
+      decode(message.channel, message.payload, event).ok()) {
     take_lesson(event);
+    if (teleop_ != nullptr) teleop_->hear(event);
+  }
 }
 
 void RobotWatch::take_world(const Message& message) {

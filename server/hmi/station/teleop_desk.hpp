@@ -20,8 +20,8 @@
 namespace parhelion {
 
 struct TeleopOptions {
-  std::function<WallTime()> now;                ///< steady
-  std::function<SensorTime()> stamp;            ///< what messages on the bus say: the wall clock
+  std::function<WallTime()> now;      ///< steady
+  std::function<SensorTime()> stamp;  ///< what messages on the bus say: the wall clock
   /// Who did what. These two may be empty, and are called with the desk locked: they must not call it.
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
