@@ -280,6 +280,7 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
     Event event;
     ASSERT_TRUE(decode(events[0].channel, events[0].payload, event).ok());
     accepted = event.request == 99 && event.kind == EventKind::command_accepted;
+    if (!accepted) continue;
     // The server still runs: what is in the file now is what a kill would leave.
     auto reader = LogReader::open(folder_ / "session.lcm");
     ASSERT_TRUE(reader.ok());

@@ -98,7 +98,9 @@ inline ModelEntity random_wall(Draw& draw, const Eigen::Vector3d& middle, int in
   wall.name = "wall " + std::to_string(index);
   wall.label = EntityLabel::wall;
   wall.size = {draw.real(0.1, 8), draw.real(0.02, 0.4), draw.real(0.5, 3)};
-  const Eigen::Vector3d offset(draw.real(-25, 25), draw.real(-25, 25), draw.real(-2, 2));
+  // Drawn one by one: compilers differ in the order of arguments.
+  const double z = draw.real(-2, 2), y = draw.real(-25, 25), x = draw.real(-25, 25);
+  const Eigen::Vector3d offset(x, y, z);
   const Eigen::Quaterniond yaw(Eigen::AngleAxisd(draw.real(-4, 4), Eigen::Vector3d::UnitZ()));
   wall.T_map_body = {draw.chance(0.2) ? yaw * draw.rotation(1) : yaw, middle + offset};
   wall.is_virtual = draw.chance(0.1);
@@ -123,7 +125,8 @@ inline RandomScene random_scene(std::uint64_t seed, int beams, int bodies, int w
     for (int s = draw.integer(1, 4); s > 0; --s) body.shapes.push_back(random_shape(draw));
     // Most near the laser's plane; some on top of the laser.
     const double far = draw.chance(0.1) ? 0.5 : draw.chance(0.5) ? 6 : 30;
-    const Eigen::Vector3d offset(draw.real(-far, far), draw.real(-far, far), draw.real(-0.8, 0.8));
+    const double z = draw.real(-0.8, 0.8), y = draw.real(-far, far), x = draw.real(-far, far);
+    const Eigen::Vector3d offset(x, y, z);
     BodyMotion motion{&body, {draw.rotation(3), middle + q * offset}, {}};
     motion.T_map_body_end = moved(draw, motion.T_map_body_start);
     scene.bodies.push_back(motion);

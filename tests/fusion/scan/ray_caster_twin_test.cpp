@@ -223,8 +223,9 @@ RandomScene lattice_scene(std::uint64_t seed) {
     shape.kind = static_cast<ShapeKind>(draw.integer(0, 3));
     shape.size = {0.5 * draw.integer(1, 4), 0.5 * draw.integer(1, 4), 0.5 * draw.integer(1, 4)};
     body.shapes.push_back(shape);
-    const Transform<Map, Body> T_map_body(quarter_turns(),
-                                          {half_metres(10), half_metres(10), half_metres(2)});
+    // Before the turn: compilers differ in the order of arguments.
+    const Eigen::Vector3d place{half_metres(10), half_metres(10), half_metres(2)};
+    const Transform<Map, Body> T_map_body(quarter_turns(), place);
     scene.bodies.push_back({&body, T_map_body, T_map_body});
   }
   return scene;
