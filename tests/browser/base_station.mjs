@@ -1,0 +1,106 @@
+// A base station as a process of its own, and the people who open its page in Chromium.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { createWriteStream, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import axe from "axe-core";
+import { chromium } from "playwright-core";
+
+/** A group of its own, so that runs beside each other do not hear each other. */
+export const url = `udpm://239.255.76.67:${20_000 + (process.pid % 20_000)}?ttl=0`;
+
+/** Runs the program until stop(). `said(pattern)` resolves to the match once its output has it, and rejects once it has ended. */
+export function run(program, options, log) {
+  const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
+  const file = createWriteStream(log);
+  let output = "", ended = null, waiting = [];
+  const look = () => {
+    for (const each of waiting) {
+      const match = each.pattern.exec(output);
+      if (match) each.resolve(match);
+      else if (ended !== null) each.reject(new Error(`it ended (${ended}) and never said ${each.pattern}:\n${output.slice(-2000)}`));
+      else continue;
+      waiting = waiting.filter((other) => other !== each);
+    }
+  };
+  for (const stream of [child.stdout, child.stderr]) stream.on("data", (bytes) => { file.write(bytes); output += bytes; look(); });
+  const exit = new Promise((resolve) => child.on("exit", (code, signal) => { ended = code ?? signal; look(); resolve(ended); }));
+  return {
+    said: (pattern) => new Promise((resolve, reject) => { waiting.push({ pattern, resolve, reject }); look(); }),
+    async stop() {
+      if (ended === null) child.kill("SIGINT");
+      return exit;
+    },
+  };
+}
+
+/** A lesson of one short drive; the folder's scenario.yaml. */
+export function writeLesson(folder, sources) {
+  const path = join(folder, "scenario.yaml");
+  writeFileSync(path, `name: first steps
+level: 1
+seed: 1
+model: ${sources}/server/scenarios/workshop_model.yaml
+trainee: {model: rover, pose: {x: 4 m, y: 2.5 m, yaw: 0 deg}}
+agents:
+  - {name: crate_1, kind: box, size: [0.3 m, 0.3 m, 0.3 m], pose: {x: 9 m, y: 1 m}}
+zones:
+  - {name: gate, box: {center: [5 m, 2.5 m], size: [0.6 m, 3 m]}, top: 2 m}
+scripts:
+  - name: visitor
+    when: {time: 1000 s}
+    do: [{spawn: {name: visitor_1, kind: person, pose: {x: 2 m, y: 4 m}}}]
+training:
+  text: Drive a metre ahead, into the gate.
+  limit: 10 min
+  pass_mark: 0.5
+  tasks: [{name: to the gate, points: 10, required: true, done: {reach: gate}}]
+  penalties: [{name: collision, points: 1, when: {event: collision_started}}]
+`);
+  return path;
+}
+
+export async function openBrowser() {
+  return chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
+}
+
+/** One person: a browser of their own, and what went wrong in it. */
+export async function person(browser, address, viewport = { width: 1366, height: 768 }) {
+  const context = await browser.newContext({ viewport, ignoreHTTPSErrors: true });
+  const page = await context.newPage();
+  page.setDefaultTimeout(20_000);
+  const wrong = [];
+  page.on("pageerror", (error) => wrong.push(error.message));
+  page.on("console", (message) => { if (message.type() === "error" && !message.text().startsWith("Failed to load resource")) wrong.push(message.text()); });
+  const asked = [];
+  page.on("request", (request) => asked.push(request.url()));
+  return { context, page, wrong, asked, address };
+}
+
+/** By keys alone, as the page has the focus in the name. */
+export async function logIn({ page, address }, name, password, hash = "") {
+  await page.goto(`${address}/${hash}`);
+  await page.getByRole("heading", { name: "Log in" }).waitFor();
+  await page.keyboard.type(name);
+  await page.keyboard.press("Tab");
+  await page.keyboard.type(password);
+  await page.keyboard.press("Enter");
+  await page.locator("main#panels").waitFor();
+}
+
+export async function noViolation(page, what) {
+  await page.evaluate(axe.source);
+  const found = await page.evaluate(() => globalThis.axe.run(document));
+  assert.deepEqual(found.violations.map((each) => `${what}: ${each.id}: ${each.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join(" | ")}`), []);
+}
+
+/** Until `look` resolves to something true; `what` is for the one who reads why it never did. */
+export async function until(what, look, patience = 20_000) {
+  const last = performance.now() + patience;
+  for (;;) {
+    const seen = await look();
+    if (seen) return seen;
+    assert.ok(performance.now() < last, `never: ${what}`);
+    await new Promise((again) => setTimeout(again, 50));
+  }
+}

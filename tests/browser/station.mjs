@@ -1,0 +1,247 @@
+// What each role does on a live base station, from log-in to the graded session: node station.mjs PROGRAM SOURCES FOLDER
+// PROGRAM: the built parhelion. Pictures are left in FOLDER.
+import assert from "node:assert/strict";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { listen, readTwist } from "./lcm.mjs";
+import { logIn, noViolation, openBrowser, person, run, until, url, writeLesson } from "./base_station.mjs";
+
+const [program, sources, folder] = process.argv.slice(2);
+const scratch = mkdtempSync(join(tmpdir(), "parhelion-"));
+const password = "a long enough word";
+const pages = {};
+const step = async (name, act) => {
+  const began = performance.now();
+  await act().catch(async (error) => {
+    for (const [role, { page }] of Object.entries(pages)) await page.screenshot({ path: join(folder, `failed-${role}.png`) }).catch(() => {});
+    throw new Error(`${name}: ${error.message}`, { cause: error });
+  });
+  console.log(`ok  ${name} (${((performance.now() - began) / 1000).toFixed(1)} s)`);
+};
+const picture = (page, name) => page.screenshot({ path: join(folder, `${name}.png`) });
+
+const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
+  "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
+const commands = [];
+const deaf = await listen(url, "MR_CMD", (payload) => commands.push(readTwist(payload)));
+const browser = await openBrowser();
+try {
+  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1];
+  const address = new URL(link).origin;
+  const [admin, trainee, instructor, observer] = await Promise.all([0, 1, 2, 3].map(() => person(browser, address)));
+  const everyone = Object.assign(pages, { trainee, instructor, observer });
+  // The trainee's line: `hangs` keeps back what the server sends (video) and what the page says (teleop), in order.
+  const line = { hangs: false, kept: [] };
+  const through = (send) => (message) => (line.hangs ? line.kept.push(() => send(message)) : send(message));
+  await trainee.page.routeWebSocket(/\/ws\/video/, (socket) => {
+    const server = socket.connectToServer();
+    server.onMessage(through((message) => socket.send(message)));
+  });
+  await trainee.page.routeWebSocket(/\/ws\/teleop/, (socket) => {
+    const server = socket.connectToServer();
+    socket.onMessage(through((message) => server.send(message)));
+  });
+
+  await step("the link that the server prints makes the first account, and works once", async () => {
+    const { page } = admin;
+    await page.goto(link);
+    await noViolation(page, "set-up");
+    await page.keyboard.type("ada");
+    await page.keyboard.press("Tab");
+    await page.keyboard.type(password);
+    await page.keyboard.press("Enter");
+    await page.locator("main#panels").waitFor();
+    const again = await page.request.post(`${address}/api/v1/setup`, { data: { token: new URL(link).searchParams.get("token"), name: "eve", password }, headers: { origin: address } });
+    assert.equal(again.status(), 403);
+    for (const [name, role] of [["tess", "trainee"], ["ines", "instructor"], ["otto", "observer"]]) {
+      const made = await page.request.post(`${address}/api/v1/accounts`, { data: { name, role, password }, headers: { origin: address } });
+      assert.equal(made.status(), 204);
+    }
+    await admin.context.close();
+  });
+
+  /** A machine that is busy may keep the page from speaking for 2 s: then the robot is let go, and the key must be pressed anew. */
+  const driveOn = async (page) => {
+    const drives = () => commands.at(-1)?.vx > 0.2;
+    for (let tries = 0; tries < 10; ++tries) {
+      await page.keyboard.down("w");
+      if (await until("it drives", drives, 2000).catch(() => false)) return;
+      await page.keyboard.up("w");
+    }
+    assert.fail("it never drives");
+  };
+  /** By keys alone, to the role's own layout. Each comes when there is work: three pages are much for two cores. */
+  const arrive = async (role, name) => {
+    await logIn(everyone[role], name, password);
+    assert.match(new URL(everyone[role].page.url()).hash, new RegExp(`^#${role}/`));
+  };
+  await step("the trainee logs in by keys alone", async () => {
+    await trainee.page.goto(address);
+    await noViolation(trainee.page, "log-in");
+    await arrive("trainee", "tess");
+  });
+
+  await step("the trainee sees what the robot sees, and how old it is", async () => {
+    const age = trainee.page.locator("[data-age]");
+    await age.waitFor();
+    await until("a picture younger than a second", async () => Number(await age.getAttribute("data-age")) < 1000);
+    assert.match(await age.textContent(), /^\d+ ms$/);
+    await trainee.page.getByText("STALE", { exact: true }).waitFor({ state: "detached" });
+  });
+
+  await step("a held key drives the robot; letting go, or losing the page, stops it", async () => {
+    const { page } = trainee;
+    await page.getByText("Dead-man released").waitFor();
+    await driveOn(page);
+    await page.getByText("Dead-man held").waitFor();
+    await page.keyboard.up("w");
+    commands.length = 0;
+    await until("MR_CMD still", () => commands.at(-1)?.vx === 0);
+    await driveOn(page);
+    await page.evaluate(() => dispatchEvent(new Event("blur")));
+    await until("stopped without the keyboard", () => commands.at(-1)?.vx === 0);
+    await page.keyboard.up("w");
+  });
+
+  await step("a game pad drives while its shoulder button is held; so does the stick on the screen", async () => {
+    const { page } = trainee;
+    await page.evaluate(() => {
+      const buttons = Array.from({ length: 17 }, () => ({ pressed: false, value: 0 }));
+      globalThis.pad = { id: "Pad", index: 0, connected: true, mapping: "standard", axes: [0, -1, 0, 0], buttons };
+      navigator.getGamepads = () => [globalThis.pad, null, null, null];
+    });
+    await page.getByText("Game pad: hold the left shoulder").waitFor();
+    await page.evaluate(() => { globalThis.pad.buttons[4].pressed = true; });
+    await until("MR_CMD by the pad", () => commands.at(-1)?.vx > 0.2);
+    await page.evaluate(() => { globalThis.pad.connected = false; });
+    await until("stopped as it was unplugged", () => commands.at(-1)?.vx === 0);
+    const well = await page.getByRole("img", { name: /^Stick/ }).boundingBox();
+    const x = well.x + well.width / 2, y = well.y + well.height / 2;
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x, y + well.height / 2, { steps: 3 });
+    await until("MR_CMD back by the stick", () => commands.at(-1)?.vx < -0.2);
+    await page.mouse.up();
+    await until("stopped as it was let go", () => commands.at(-1)?.vx === 0);
+  });
+
+  await step("where the line hangs, STALE stands over the picture, the robot stops, and nothing old is driven later", async () => {
+    const { page } = trainee;
+    await driveOn(page);
+    line.hangs = true;
+    await until("stopped by silence", () => commands.at(-1)?.vx === 0);
+    await page.getByText("STALE", { exact: true }).waitFor();
+    await picture(page, "stale");
+    commands.length = 0;
+    line.hangs = false;
+    for (const send of line.kept.splice(0)) send();
+    await page.getByText("STALE", { exact: true }).waitFor({ state: "detached" });
+    await until("a while of commands", () => commands.length > 5);
+    assert.ok(commands.every((command) => command.vx === 0), "what was asked for before is driven now");
+    await page.keyboard.up("w");
+    await driveOn(page);
+    await page.keyboard.up("w");
+  });
+
+  await step("the emergency stop holds until the instructor releases it", async () => {
+    await arrive("instructor", "ines");
+    const { page } = trainee;
+    await driveOn(page);
+    await page.keyboard.press("Space");
+    await page.getByText("Stopped by tess").waitFor();
+    await until("it stands", () => commands.at(-1)?.vx === 0);
+    commands.length = 0;
+    await page.keyboard.up("w");
+    await page.keyboard.down("w");
+    await until("a while of commands", () => commands.length > 5);
+    assert.ok(commands.every((command) => command.vx === 0));
+    await page.keyboard.up("w");
+    await instructor.page.getByRole("button", { name: "Release the stop" }).click();
+    await page.getByText("Stopped by tess").waitFor({ state: "detached" });
+  });
+
+  await step("the instructor puts a person where the plan is pressed, and everybody sees it", async () => {
+    await arrive("observer", "otto");
+    const { page } = instructor;
+    await page.getByRole("button", { name: "Person", exact: true }).click();
+    await page.getByText("Place by numbers").click();
+    await page.getByLabel("x (m)").fill("1.5");
+    await page.getByLabel("y (m)").fill("1.5");
+    await page.getByRole("button", { name: "Put there" }).click();
+    const chosen = page.getByRole("combobox", { name: "Choose", exact: true });
+    await until("it is chosen", async () => (await chosen.inputValue()) === "person_1");
+    const plan = await page.getByRole("application").boundingBox();
+    await page.getByRole("button", { name: "Barrel" }).click();
+    await page.mouse.move(plan.x + plan.width * 0.3, plan.y + plan.height * 0.5);
+    await page.mouse.down();
+    await page.mouse.move(plan.x + plan.width * 0.3, plan.y + plan.height * 0.4, { steps: 3 });
+    await picture(page, "placing");
+    await page.mouse.up();
+    await page.keyboard.press("Escape");
+    const listed = (who) => who.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "person_1" });
+    for (const who of [trainee, observer]) await listed(who).waitFor({ state: "attached" });
+  });
+
+  await step("the observer only looks: nothing to press, and the server refuses what is said all the same", async () => {
+    const { page } = observer;
+    for (const name of ["Emergency stop", "Freeze all", "End and grade"]) assert.equal(await page.getByRole("button", { name }).count(), 0);
+    const refused = await page.evaluate(() => new Promise((resolve) => {
+      const socket = new WebSocket(`${location.origin.replace("http", "ws")}/ws/teleop`);
+      socket.onopen = () => resolve("open");
+      socket.onerror = () => resolve("refused");
+    }));
+    assert.equal(refused, "refused");
+    const reply = await page.evaluate(() => new Promise((resolve) => {
+      const socket = new WebSocket(`${location.origin.replace("http", "ws")}/ws/state`);
+      socket.onopen = () => socket.send(JSON.stringify({ type: "agent", action: "remove_all", request: 1 }));
+      socket.onmessage = ({ data }) => { if (typeof data === "string" && JSON.parse(data).type === "reply") resolve(JSON.parse(data)); };
+    }));
+    assert.equal(reply.ok, false);
+    observer.wrong.length = 0;  // the browser says that the socket was refused
+  });
+
+  await step("axe finds nothing in any role's layout", async () => {
+    for (const [role, { page }] of Object.entries(everyone)) {
+      await noViolation(page, role);
+      await picture(page, role);
+    }
+  });
+
+  await step("the trainee reaches the gate, and the score says so", async () => {
+    const { page } = trainee;
+    await page.locator("[data-age]").waitFor();
+    await page.getByText("Dead-man released").waitFor();
+    await until("the task is done", async () => {
+      await driveOn(page);
+      return page.locator(".score li.done").waitFor({ timeout: 3000 }).then(() => true, () => page.keyboard.up("w").then(() => false));
+    });
+    await page.keyboard.up("w");
+    await picture(page, "driven");
+    await observer.page.locator(".score li.done").waitFor();
+  });
+
+  await step("the instructor ends and grades; everybody reads the same result", async () => {
+    await instructor.page.getByRole("button", { name: "End and grade" }).click();
+    await instructor.page.getByRole("button", { name: "Press again to end" }).click();
+    for (const { page } of [trainee, observer]) {
+      await page.getByRole("tab", { name: "Briefing" }).click();
+      await page.locator(".briefing .result").getByText("10 of 10 points").waitFor();
+      await page.locator(".briefing").getByText("passed", { exact: true }).waitFor();
+    }
+    await until("the report", async () => (await trainee.page.request.get(`${address}/api/v1/report`)).status() === 200);
+    await picture(trainee.page, "result");
+  });
+
+  await step("nothing went wrong in any page, and none asked another server", async () => {
+    for (const [role, { wrong, asked }] of Object.entries(everyone)) {
+      assert.deepEqual(wrong, [], role);
+      assert.deepEqual(asked.filter((each) => !each.startsWith(address) && !/^(data|blob):/.test(each)), [], role);
+    }
+  });
+} finally {
+  await browser.close();
+  deaf();
+  await server.stop();
+  rmSync(scratch, { recursive: true });
+}
