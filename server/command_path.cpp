@@ -17,6 +17,7 @@ VirtualContactResult limit_now(const Configuration& configuration, SimulationTim
   input.teleop = state.teleop;
   input.teleop_age = now - simulation_time(state.teleop_arrival);
   input.pose_known = state.real.has_value();
+  input.emergency_stop = state.emergency_stop;
   if (state.teleop && state.real) {
     const Twist2& twist = state.teleop->twist;
     const double lookahead = contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
@@ -160,6 +161,25 @@ void stop_joints(const Configuration& configuration, SimulationTime now, State& 
   send_joint_command(configuration, now, joint_stop(configuration, now, state), state, outputs);
 }
 
+/// The trainee's robot is frozen by stopping it, simulated or real, whoever else drives it: no command goes
+/// out but the stop.
+bool is_emergency_stop(const Configuration& configuration, const AgentCommand& command) {
+  using Action = AgentCommand::Action;
+  return (command.action == Action::freeze || command.action == Action::unfreeze) &&
+         command.agent.name == configuration.robot.name;
+}
+
+Status stop_or_let_go(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
+                      State& state, Outputs& outputs) {
+  state.emergency_stop = command.action == AgentCommand::Action::freeze;
+  if (state.teleop) send_command(configuration, now, state, outputs);
+  if (state.emergency_stop && !state.joint_command.names.empty())
+    stop_joints(configuration, now, state, outputs);
+  // Freezing all froze a simulated one as it froze the agents.
+  if (state.emergency_stop || !simulates_trainee(configuration.scenario)) return {};
+  return state.simulation.command(command, std::nullopt);
+}
+
 /// What must not appear on the trainee's robot is checked against where that is, simulated or real; itself
 /// excepted.
 std::optional<RealRobotState> robot_in_the_way(const Configuration& configuration,
@@ -188,7 +208,11 @@ void answer_agent_command(const Configuration& configuration, const Message& inp
   if (!read && command.request == 0) return;  // nobody to answer
   const bool report = read.ok() && command.action >= AgentCommand::Action::report;
   if (report) take_report(configuration, command, simulation_time(input.arrival), state, outputs);
-  const Status done = read.ok() && !report ? do_agent_command(configuration, command, state, outputs) : read;
+  const bool stop = read.ok() && is_emergency_stop(configuration, command);
+  const Status done =
+      stop ? stop_or_let_go(configuration, command, simulation_time(input.arrival), state, outputs)
+      : read.ok() && !report ? do_agent_command(configuration, command, state, outputs)
+                             : read;
   if (!read) command.agent = {};  // what could not be read is not repeated
   Event answer;
   answer.stamp = simulation_time(input.arrival);
@@ -249,6 +273,7 @@ void answer_joint_command(const Configuration& configuration, const Message& inp
   if (!is_heard(configuration, state)) return;
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
+  if (state.emergency_stop) return stop_joints(configuration, now, state, outputs);
   send_joint_command(configuration, now, state.joint_command, state, outputs);
 }
 

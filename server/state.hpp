@@ -177,6 +177,7 @@ struct State {
   ArrivalTime joint_command_arrival;
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   HoldReason held = HoldReason::none;
+  bool emergency_stop = false;  ///< of the trainee's robot
   Scripts scripts;
   SimulationTime started;
   std::vector<bool> lessons;                         ///< whether each of the scenario's holds

@@ -43,6 +43,8 @@ const char* to_string(HoldReason reason) {
       return "silence";
     case HoldReason::invalid:
       return "invalid";
+    case HoldReason::emergency_stop:
+      return "emergency_stop";
   }
   return "unknown";
 }
@@ -79,7 +81,9 @@ VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& 
   const bool silent = !input.teleop || input.teleop_age.seconds() >= limits.silence;
   const bool released = silent || is_zero(input.teleop->twist);
   state.released_since_loss = !input.pose_known && (state.released_since_loss || released);
+  state.stopped = input.emergency_stop || (state.stopped && !released);
   if (silent) return result(input, 0, HoldReason::silence);
+  if (state.stopped) return result(input, 0, HoldReason::emergency_stop);
 
   const double speed = footprint_speed(robot, input.teleop->twist);
   if (!std::isfinite(speed) || !std::isfinite(input.teleop->twist.wz))

@@ -14,11 +14,12 @@ namespace parhelion {
 /// Why MR_CMD is not TELEOP.
 enum class HoldReason : std::uint8_t {
   none,
-  contact,    ///< a virtual body is near on the way
-  pose_lost,  ///< stop until the dead-man is released
-  crawl,      ///< pose lost, dead-man released and pressed again: slow, without virtual contact
-  silence,    ///< no TELEOP, or none for ContactLimits::silence
-  invalid,    ///< TELEOP is not finite
+  contact,         ///< a virtual body is near on the way
+  pose_lost,       ///< stop until the dead-man is released
+  crawl,           ///< pose lost, dead-man released and pressed again: slow, without virtual contact
+  silence,         ///< no TELEOP, or none for ContactLimits::silence
+  invalid,         ///< TELEOP is not finite
+  emergency_stop,  ///< until it is taken back and the dead-man released
 };
 
 const char* to_string(HoldReason reason);
@@ -27,6 +28,7 @@ struct VirtualContactInput {
   std::optional<TwistCommand> teleop;  ///< the newest; absent: none yet
   Duration teleop_age;                 ///< since its arrival
   bool pose_known = false;             ///< the real robot's pose is good enough for injection
+  bool emergency_stop = false;         ///< somebody has stopped the robot
   Simulation::Clearance
       clearance;  ///< for teleop's twist, with limit contact_lookahead(); not read without a pose
 };
@@ -34,7 +36,8 @@ struct VirtualContactInput {
 /// What is remembered from one command to the next.
 struct VirtualContactState {
   bool released_since_loss =
-      false;  ///< the dead-man was let go (TELEOP zero or silent) while the pose was lost
+      false;             ///< the dead-man was let go (TELEOP zero or silent) while the pose was lost
+  bool stopped = false;  ///< and not let go since the emergency stop was taken back
 };
 
 struct VirtualContactResult {

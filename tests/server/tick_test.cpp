@@ -308,6 +308,51 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
   EXPECT_EQ(given.back().twist.wz, 0);
 }
 
+/// Whoever goes on driving: a frozen robot stands until it is let go and the dead-man was released.
+TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
+  start(test::configuration({}));
+  auto log = test::drive(8);
+  const auto add = [&](double s, double vx) {
+    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6) + 7;
+    log.push_back(
+        test::message(channel::teleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, 0}}));
+  };
+  const auto order = [&](double s, AgentCommand::Action action, std::uint64_t request) {
+    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6);
+    AgentCommand command;
+    command.stamp = SensorTime::from_utime(utime);
+    command.request = request;
+    command.action = action;
+    command.agent.name = configuration_.robot.name;
+    log.push_back(test::message(channel::mr_agent_cmd, utime, command));
+  };
+  for (int i = 20; i < 60; ++i) add(0.1 * i, 0.3);  // a stick that is held all the time
+  add(6.0, 0);
+  for (int i = 61; i < 70; ++i) add(0.1 * i, 0.3);
+  order(3, AgentCommand::Action::freeze, 7);
+  order(5, AgentCommand::Action::unfreeze, 8);
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  double moved[4] = {};  // before, while it holds, until the stick is let go, afterwards
+  for (const Message& each : log) {
+    out_.clear();
+    feed(each);
+    const double s = (each.arrival.utime() - test::start_us) * 1e-6;
+    const int part = s < 3 ? 0 : s < 5 ? 1 : s < 6 ? 2 : 3;
+    for (const TwistCommand& command : decoded<TwistCommand>(channel::mr_cmd))
+      moved[part] = std::max(moved[part], std::abs(command.twist.vx));
+    for (const Event& event : decoded<Event>(channel::mr_events)) {
+      if (event.request == 7 || event.request == 8) {
+        EXPECT_EQ(event.kind, EventKind::command_accepted);
+      }
+    }
+  }
+  EXPECT_GT(moved[0], 0);
+  EXPECT_EQ(moved[1], 0);
+  EXPECT_EQ(moved[2], 0) << "held through the stop: it must be let go first";
+  EXPECT_GT(moved[3], 0);
+}
+
 TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
   Configuration configuration = test::configuration({agent("box_1", AgentKind::box, 3, 2)});
   CameraIntrinsics lens;

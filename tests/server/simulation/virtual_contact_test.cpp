@@ -125,6 +125,21 @@ TEST(Promise3, HoldingTheStickWhileThePoseIsLostNeverBeginsToCrawl) {
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(limit({}, robot(), pressed({1, 0, 0}, false), state).scale, 0);
 }
 
+TEST(Promise3, AnEmergencyStopHoldsUntilItIsTakenBackAndTheStickLetGo) {
+  VirtualContactState state;
+  VirtualContactInput input = pressed({0.5, 0, 0.1}, true);
+  input.emergency_stop = true;
+  EXPECT_EQ(limit({}, robot(), input, state).reason, HoldReason::emergency_stop);
+  EXPECT_EQ(limit({}, robot(), pressed({0, 0, 0}, true), state).scale, 1) << "let go";
+  limit({}, robot(), input, state);
+  const auto held = limit({}, robot(), pressed({0.5, 0, 0.1}, true), state);
+  EXPECT_EQ(held.reason, HoldReason::emergency_stop) << "taken back, and the stick still pushed";
+  EXPECT_EQ(held.command.twist.vx, 0);
+  EXPECT_EQ(held.command.twist.wz, 0);
+  limit({}, robot(), pressed({0, 0, 0}, true), state);
+  EXPECT_EQ(limit({}, robot(), pressed({0.5, 0, 0.1}, true), state).reason, HoldReason::none);
+}
+
 TEST(Promise3, ATeleopThatIsNotFiniteStops) {
   for (const Twist2& twist :
        {Twist2{kNan, 0, 0}, Twist2{0, kNan, 0}, Twist2{0, 0, kNan}, Twist2{kInfinity, 0, 0},
