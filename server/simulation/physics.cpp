@@ -14,10 +14,29 @@ constexpr double kLean = 2e-4;     // rad: less than any friction cares about
 constexpr double kPress = 1e-4;    // m: what stands on a thing is pressed on it to find where
 constexpr double kStanding = 0.5;  // of a normal's z: a wheel stands on it rather than runs against it
 
+/// A plane is everywhere: what is above it by more than contacts reach is spared a look at each of its
+/// shapes.
+void look_at_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const auto is_above = [](const btBroadphaseProxy& plane, const btBroadphaseProxy& other) {
+    const btCollisionShape& shape =
+        *static_cast<btCollisionObject*>(plane.m_clientObject)->getCollisionShape();
+    return shape.getShapeType() == STATIC_PLANE_PROXYTYPE &&
+           other.m_aabbMin.z() > static_cast<const btStaticPlaneShape&>(shape).getPlaneConstant();
+  };
+  if (!is_above(*pair.m_pProxy0, *pair.m_pProxy1) && !is_above(*pair.m_pProxy1, *pair.m_pProxy0))
+    return btCollisionDispatcher::defaultNearCallback(pair, dispatcher, info);
+  if (pair.m_algorithm == nullptr) return;
+  pair.m_algorithm->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(pair.m_algorithm);
+  pair.m_algorithm = nullptr;
+}
+
 }  // namespace
 
 Physics::World::World(double step_s)
     : step(step_s), dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration) {
+  dispatcher.setNearCallback(look_at_pair);
+  world.getPairCache()->setOverlapFilterCallback(&filter);
   world.setGravity({0, 0, -kGravity});
   world.setForceUpdateAllAabbs(false);
   btContactSolverInfo& settings = world.getSolverInfo();
@@ -55,6 +74,12 @@ void Physics::World::wake_neighbours(const btRigidBody& body) {
     btCollisionObject *a = object(pairs[i].m_pProxy0), *b = object(pairs[i].m_pProxy1);
     if (a == &body) b->activate();
     if (b == &body) a->activate();
+  }
+}
+
+void Physics::World::forget_joint_positions() {
+  for (const auto& joint : joints) {
+    if (joint) joint->moved();
   }
 }
 
@@ -107,6 +132,7 @@ void Physics::World::collect_contacts() {
     bool touching = false, rolling = true, standing = true;
     for (int p = 0; p < manifold.getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold.getContactPoint(p);
+      if (!(point.getAppliedImpulse() > 0)) continue;  // it is near, and does not press
       contact.impulse += point.getAppliedImpulse();
       if (!touching || point.getDistance() < deepest) {
         deepest = point.getDistance();
@@ -119,7 +145,7 @@ void Physics::World::collect_contacts() {
       rolling = rolling && rolls;
       standing = standing && rolls && std::abs(point.m_normalWorldOnB.z()) > kStanding;
     }
-    if (!touching || contact.impulse <= 0) continue;
+    if (!touching) continue;
     contact.rolling = rolling;
     // Wheels stand on what does not move: that is no collision.
     if (standing && (at(contact.a).group == kFixed || at(contact.b).group == kFixed)) continue;
@@ -144,6 +170,7 @@ void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_b
   body.setLinearVelocity({0, 0, 0});
   body.setAngularVelocity({0, 0, 0});
   body.clearForces();
+  world_->forget_joint_positions();
   if (rigid.suspended) return;
   world_->wake_neighbours(body);
   // Contacts remembered from the old place must not act at the new one.
@@ -164,6 +191,7 @@ void Physics::set_motion(PhysicsHandle handle, const RigidState& motion) {
   rigid.body->setLinearVelocity(
       to_bullet(Eigen::Vector3d(motion.velocity + motion.rotation_rate.cross(arm))));
   rigid.body->setAngularVelocity(to_bullet(motion.rotation_rate));
+  world_->forget_joint_positions();
 }
 
 void Physics::move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T_map_body,
@@ -229,6 +257,7 @@ void Physics::drive(RigidState& rigid, const Twist2& twist, double friction, dou
 void Physics::step() {
   world_->settle();
   world_->world.stepSimulation(world_->step, 0);
+  world_->forget_joint_positions();
   world_->collect_contacts();
   world_->collect_runners();
 }

@@ -34,7 +34,7 @@ std::unique_ptr<btCollisionShape> make_shape(ShapeKind kind, const Eigen::Vector
 
 PhysicsHandle Physics::World::add(std::unique_ptr<btCollisionShape> shape, double mass,
                                   const Eigen::Isometry3d& pose, const Eigen::Vector3d& center,
-                                  PhysicsGroup group, int mask) {
+                                  PhysicsGroup group, int mask, std::unique_ptr<PartSurfaces> part) {
   btVector3 inertia(0, 0, 0);
   if (mass > 0) shape->calculateLocalInertia(mass, inertia);
   btRigidBody::btRigidBodyConstructionInfo construction(mass, nullptr, shape.get(), inertia);
@@ -49,6 +49,8 @@ PhysicsHandle Physics::World::add(std::unique_ptr<btCollisionShape> shape, doubl
   rigid.center = center;
   rigid.group = group;
   rigid.mask = mask;
+  rigid.part = std::move(part);
+  rigid.body->setUserPointer(rigid.part.get());
   rigid.body->setUserIndex(static_cast<int>(bodies.size()));
   world.addRigidBody(rigid.body.get(), group, mask);
   bodies.push_back(std::move(rigid));

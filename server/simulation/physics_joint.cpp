@@ -30,6 +30,8 @@ PartJoint::PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidB
 }
 
 void PartJoint::measure() {
+  if (measured_) return;
+  measured_ = true;
   const btTransform a = m_rbA.getWorldTransform() * T_a_, b = m_rbB.getWorldTransform() * T_b_;
   const btVector3 axis = a.getBasis().getColumn(0);
   if (prismatic_) {
@@ -48,6 +50,7 @@ void PartJoint::measure() {
 void PartJoint::restart(double position) {
   position_ = position;
   velocity_ = 0;
+  moved();
   impulses = {};
   rows = 0;
 }

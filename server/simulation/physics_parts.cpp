@@ -57,6 +57,7 @@ void Runner::sum_up(double step) {
 std::vector<PhysicsHandle> Physics::add_parts(const std::vector<PartDefinition>& parts,
                                               const std::vector<Transform<Map, Body>>& T_map_part) {
   std::vector<PhysicsHandle> handles;
+  const auto first = static_cast<PhysicsHandle>(world_->bodies.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const PartDefinition& part = parts[i];
     Eigen::Vector3d moments;
@@ -65,6 +66,7 @@ std::vector<PhysicsHandle> Physics::add_parts(const std::vector<PartDefinition>&
     auto compound = std::make_unique<btCompoundShape>(false);
     std::vector<std::unique_ptr<btCollisionShape>> children;
     auto surfaces = std::make_unique<PartSurfaces>();
+    surfaces->robot = first;
     for (const PartShape& shape : part.shapes) {
       children.push_back(make_part_shape(shape));
       const Eigen::Isometry3d T_part_shape =
@@ -79,21 +81,14 @@ std::vector<PhysicsHandle> Physics::add_parts(const std::vector<PartDefinition>&
     }
     const PhysicsHandle handle = world_->add(
         std::move(compound), part.mass, T_map_part[i].isometry() * T_part_inertial, Eigen::Vector3d::Zero(),
-        kRobot, kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
+        kRobot, kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf, std::move(surfaces));
     RigidBody& rigid = world_->at(handle);
     rigid.children = std::move(children);
-    rigid.part = std::move(surfaces);
     rigid.T_body_inertial = T_part_inertial;
     rigid.body->setMassProps(part.mass, to_bullet(moments));
     rigid.body->updateInertiaTensor();
     rigid.body->setDamping(0, 0.02);
-    rigid.body->setUserPointer(rigid.part.get());
     handles.push_back(handle);
-  }
-  for (const PhysicsHandle a : handles) {
-    for (const PhysicsHandle b : handles) {
-      if (a < b) world_->at(a).body->setIgnoreCollisionCheck(world_->at(b).body.get(), true);
-    }
   }
   world_->world.getSolverInfo().m_solverMode |=
       SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;

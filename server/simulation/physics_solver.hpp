@@ -51,7 +51,8 @@ struct PartSurfaces {
   };
   std::vector<Surface> shapes;
   std::vector<Runner> runners;
-  bool jointed = false;  ///< a joint holds it
+  PhysicsHandle robot = 0;  ///< its first part
+  bool jointed = false;     ///< a joint holds it
 };
 
 /// A revolute or prismatic joint between two parts: rows for what it forbids, one for its motor, one for a
@@ -74,6 +75,8 @@ class PartJoint : public btTypedConstraint {
     motor_velocity_ = velocity;
     motor_effort_ = effort;
   }
+  /// Its bodies are, or may be, elsewhere than when it was measured last.
+  void moved() { measured_ = false; }
   /// Position, velocity as the bodies are now; turns of a revolute joint are counted.
   void measure();
   /// Forgets the impulses and the turns counted.
@@ -100,6 +103,7 @@ class PartJoint : public btTypedConstraint {
   btTransform T_a_, T_b_;  ///< the joint in the inertial frames; x is its axis
   double motor_velocity_ = 0, motor_effort_ = 0;
   double position_ = 0, velocity_ = 0;
+  bool measured_ = false;
 };
 
 class PartSolver : public btSequentialImpulseConstraintSolver {

@@ -54,12 +54,25 @@ struct RigidBody {
   Eigen::Isometry3d T_body_inertial = Eigen::Isometry3d::Identity();  // ...and its principal axes
 };
 
+/// What of the broadphase's pairs is looked at further: parts of one robot do not touch each other.
+struct PairFilter : btOverlapFilterCallback {
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+    if (!(a->m_collisionFilterGroup & b->m_collisionFilterMask) ||
+        !(b->m_collisionFilterGroup & a->m_collisionFilterMask))
+      return false;
+    const PartSurfaces* part = part_of(static_cast<btCollisionObject*>(a->m_clientObject));
+    const PartSurfaces* other = part_of(static_cast<btCollisionObject*>(b->m_clientObject));
+    return !part || !other || part->robot != other->robot;
+  }
+};
+
 struct Physics::World {
   explicit World(double step_s);
   ~World();
 
   PhysicsHandle add(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Isometry3d& pose,
-                    const Eigen::Vector3d& center, PhysicsGroup group, int mask);
+                    const Eigen::Vector3d& center, PhysicsGroup group, int mask,
+                    std::unique_ptr<PartSurfaces> part = {});
   PhysicsHandle add_free(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Vector3d& center,
                          const Transform<Map, Body>& T_map_body);
   /// What leans on a body that goes away must not stay asleep in the air.
@@ -79,12 +92,15 @@ struct Physics::World {
   void settle();
   void meet_neighbours(btRigidBody& body);
   void collect_contacts();
+  /// Joints are measured anew where their state is asked for next.
+  void forget_joint_positions();
   /// What the rolling surfaces met in the newest step.
   void collect_runners();
 
   double step;
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
+  PairFilter filter;
   btDbvtBroadphase broadphase;
   PartSolver solver;
   btDiscreteDynamicsWorld world;

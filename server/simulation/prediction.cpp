@@ -11,6 +11,7 @@ namespace parhelion {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kFar = 0.2;         // m between two discs around them: nearer, the outlines are looked at
 constexpr double kSameTwist = 0.02;  // m/s and rad/s: less is the same motion
 
 bool still(const Twist2& twist) { return twist.vx == 0 && twist.vy == 0 && twist.wz == 0; }
@@ -67,7 +68,8 @@ double time_to_contact(const MovingFootprint& a, const MovingFootprint& b, doubl
   place(*b.local, b.pose, placed_b);
   if (!(closing > 0) || distance_bound(placed_a, placed_b) - touch > closing * horizon) return kInfinity;
   for (double t = 0; t <= horizon;) {
-    const double gap = signed_distance(placed_a, placed_b) - touch;
+    const double bound = distance_bound(placed_a, placed_b) - touch;
+    const double gap = bound > kFar ? bound : signed_distance(placed_a, placed_b) - touch;
     if (gap <= 0) return t > 0 ? t : kInfinity;
     t += std::max(gap / closing, kLeastAdvance);
     if (!still(a.twist)) place(*a.local, advance(a.pose, a.twist, t), placed_a);
