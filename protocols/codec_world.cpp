@@ -28,7 +28,7 @@ bool is_name(const std::string& name) {
 void check_name(wire::Reader& reader, const AgentCommand& command) {
   using Action = AgentCommand::Action;
   if (command.action >= Action::door) {
-    // Doors and what is found have the names of the model.
+    // Doors and what is found have the names of the model, scripts any.
     reader.check(!command.agent.name.empty() && command.agent.name.size() <= max_entity_name, "name",
                  "empty or too long", "the thing that the action is about, as the model calls it");
     return;
@@ -48,7 +48,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentCommand& command) {
   AgentDefinition& agent = command.agent;
   command.stamp = reader.utime();
   command.request = static_cast<std::uint64_t>(reader.number<std::int64_t>("request"));
-  command.action = reader.enumeration("action", AgentCommand::Action::report_at);
+  command.action = reader.enumeration("action", AgentCommand::last_action);
   reader.text("name", agent.name);
   check_name(reader, command);
   agent.kind = reader.enumeration("kind", kLastAgentKind);

@@ -67,11 +67,17 @@ struct AgentCommand {
     door_unknown,  ///< takes that word back: a real door is what the sensors say
     report,        ///< the trainee's word: the thing of this name is found; an event says so
     report_at,     ///< so too, and where it lies: x, y
+    script,        ///< sets off the scenario's script of this name, whatever it waits for
+    lesson,  ///< begins the lesson of this kind (protocols/lesson.hpp): x its amount (of a dead wheel 1 for
+             ///< the right side, else the left), y how many seconds it lasts, 0: until it is ended
+    lesson_over,  ///< ends the lessons of this kind that were begun so
   };
+  static constexpr Action last_action = Action::lesson_over;
   SensorTime stamp;           ///< when it was asked for, the sender's clock
   std::uint64_t request = 0;  ///< chosen by the sender; the answering event carries it
   Action action = Action::spawn;
-  AgentDefinition agent;  ///< name (of an agent, or a door) always; the rest as the action needs
+  AgentDefinition
+      agent;  ///< name (of an agent, a door, a script, a lesson) always; the rest as the action needs
 };
 
 /// What a console says of itself (channel OPERATOR): at each change, and again within half a second.

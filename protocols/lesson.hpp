@@ -25,6 +25,8 @@ struct Lesson {
   bool holds(double age) const { return age >= after && (!lasting || age < after + *lasting); }
 };
 
+inline constexpr Lesson::Kind kLastLessonKind = Lesson::Kind::dead_wheel;
+
 const char* to_string(Lesson::Kind kind);
 
 /// Acts on what is simulated: never on a real robot's MR_SCAN or MR_CMD. The others act on a page, at any

@@ -68,6 +68,12 @@ const char* to_string(AgentCommand::Action action) {
       return "report";
     case AgentCommand::Action::report_at:
       return "report_at";
+    case AgentCommand::Action::script:
+      return "script";
+    case AgentCommand::Action::lesson:
+      return "lesson";
+    case AgentCommand::Action::lesson_over:
+      return "lesson_over";
   }
   return "unknown";
 }

@@ -139,6 +139,20 @@ void take_report(const Configuration& configuration, const AgentCommand& command
   publish_event(configuration, event, state, outputs);
 }
 
+/// What is about agents, or about the session that they are in.
+Status do_command(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
+                  State& state, Outputs& outputs) {
+  switch (command.action) {
+    case AgentCommand::Action::script:
+      return state.scripts.set_off(command.agent.name, now);
+    case AgentCommand::Action::lesson:
+    case AgentCommand::Action::lesson_over:
+      return teach(configuration, command, now, state);
+    default:
+      return do_agent_command(configuration, command, state, outputs);
+  }
+}
+
 /// What the operator says does not arrive at a simulated robot that is out of radio range: its silence stops
 /// it.
 bool is_heard(const Configuration& configuration, const State& state) {
@@ -206,13 +220,15 @@ void answer_agent_command(const Configuration& configuration, const Message& inp
   const Status read = decode(input.channel, input.payload, command);
   if (!read) refuse(read.error(), state);
   if (!read && command.request == 0) return;  // nobody to answer
-  const bool report = read.ok() && command.action >= AgentCommand::Action::report;
+  const bool report = read.ok() && (command.action == AgentCommand::Action::report ||
+                                    command.action == AgentCommand::Action::report_at);
   if (report) take_report(configuration, command, simulation_time(input.arrival), state, outputs);
   const bool stop = read.ok() && is_emergency_stop(configuration, command);
   const Status done =
       stop ? stop_or_let_go(configuration, command, simulation_time(input.arrival), state, outputs)
-      : read.ok() && !report ? do_agent_command(configuration, command, state, outputs)
-                             : read;
+      : read.ok() && !report
+          ? do_command(configuration, command, simulation_time(input.arrival), state, outputs)
+          : read;
   if (!read) command.agent = {};  // what could not be read is not repeated
   Event answer;
   answer.stamp = simulation_time(input.arrival);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fusion/scan/lidar_model.hpp"
+#include "protocols/nearest_name.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -12,40 +13,93 @@ namespace {
 constexpr std::uint64_t dropouts_seed = 0x9d5c0fb26c6e3a11U;  // apart from the noise of the ranges
 
 /// Those of a kind that hold now.
-std::vector<const Lesson*> held_lessons(const Configuration& configuration, const State& state,
-                                        Lesson::Kind kind) {
+std::vector<const Lesson*> held_lessons(const State& state, Lesson::Kind kind) {
   std::vector<const Lesson*> held;
-  for (std::size_t i = 0; i < state.lessons.size(); ++i) {
-    const Lesson& lesson = configuration.scenario.lessons[i];
-    if (state.lessons[i] && lesson.kind == kind) held.push_back(&lesson);
+  for (const HeldLesson& each : state.lessons) {
+    if (each.holds && each.lesson.kind == kind) held.push_back(&each.lesson);
   }
   return held;
+}
+
+Result<Lesson::Kind> lesson_kind(const std::string& name) {
+  std::vector<std::string> names;
+  for (int i = 0; i <= static_cast<int>(kLastLessonKind); ++i) {
+    const auto kind = static_cast<Lesson::Kind>(i);
+    names.emplace_back(to_string(kind));
+    if (names.back() == name) return kind;
+  }
+  return Error{"no lesson '" + name + "'" + suggestion_or_known(name, names)};
+}
+
+Status check_lesson(const Configuration& configuration, const Lesson& lesson) {
+  const std::string name = to_string(lesson.kind);
+  if (lesson.kind == Lesson::Kind::low_battery)
+    return Error{"'low_battery' is how a session starts: put it into the scenario's 'lessons'"};
+  if (needs_simulated_robot(lesson.kind) && !simulates_trainee(configuration.scenario))
+    return Error{"'" + name +
+                 "' is a lesson for simulated robots: nothing is taken from a real one's sensors or drive"};
+  const double most = lesson.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
+  if (lesson.kind != Lesson::Kind::dead_wheel && !(lesson.amount >= 0 && lesson.amount <= most))
+    return Error{"lesson '" + name + "': its amount is " + std::to_string(lesson.amount) +
+                 ", expected 0 to " + (most < 1 ? "0.5 s" : "1")};
+  return {};
 }
 
 }  // namespace
 
 void watch_lessons(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  const auto& lessons = configuration.scenario.lessons;
-  state.lessons.resize(lessons.size());
-  for (std::size_t i = 0; i < lessons.size(); ++i) {
-    const bool holds = lessons[i].holds((now - state.started).seconds());
-    if (holds == state.lessons[i]) continue;
-    state.lessons[i] = holds;
+  for (auto& [lesson, held] : state.lessons) {
+    const bool holds = lesson.holds((now - state.started).seconds());
+    if (holds == held) continue;
+    held = holds;
     Event event;
     event.stamp = now;
     event.kind = holds ? EventKind::lesson_started : EventKind::lesson_ended;
     event.subject = configuration.robot.name;
-    event.object = to_string(lessons[i].kind);
-    event.value = lessons[i].amount;
-    if (lessons[i].kind == Lesson::Kind::dead_wheel) event.text = lessons[i].right ? "right" : "left";
+    event.object = to_string(lesson.kind);
+    event.value = lesson.amount;
+    if (lesson.kind == Lesson::Kind::dead_wheel) event.text = lesson.right ? "right" : "left";
     publish_event(configuration, event, state, outputs);
   }
 }
 
+Status teach(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
+             State& state) {
+  const auto kind = lesson_kind(command.agent.name);
+  if (!kind) return kind.error();
+  const double age = (now - state.started).seconds();
+  const auto begun =
+      state.lessons.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.lessons.size());
+  if (command.action == AgentCommand::Action::lesson_over) {
+    bool any = false;
+    for (auto each = begun; each != state.lessons.end(); ++each) {
+      if (each->lesson.kind != *kind || !each->holds) continue;
+      each->lesson.lasting = std::max(0.0, age - each->lesson.after);
+      any = true;
+    }
+    return any ? Status()
+               : Status(Error{"lesson '" + command.agent.name + "' was not begun, so it cannot be ended"});
+  }
+  const Eigen::Vector3d said = command.agent.T_map_base.translation();
+  Lesson lesson;
+  lesson.kind = *kind;
+  lesson.amount = *kind == Lesson::Kind::dead_wheel ? 0 : said.x();
+  lesson.right = *kind == Lesson::Kind::dead_wheel && said.x() > 0.5;
+  lesson.after = age;
+  if (said.y() > 0) lesson.lasting = said.y();
+  if (const Status fits = check_lesson(configuration, lesson); !fits) return fits;
+  // What is over is not kept: there is no end to what an instructor may begin.
+  state.lessons.erase(
+      std::remove_if(begun, state.lessons.end(),
+                     [&](const HeldLesson& each) { return !each.holds && !each.lesson.holds(age); }),
+      state.lessons.end());
+  state.lessons.push_back({lesson});
+  return {};
+}
+
 void drop_beams(const Configuration& configuration, State& state, Scan& scan) {
   double kept = 1;
-  for (const Lesson* lesson : held_lessons(configuration, state, Lesson::Kind::laser_dropouts))
-    kept *= 1 - lesson->amount;
+  for (const Lesson* lesson : held_lessons(state, Lesson::Kind::laser_dropouts)) kept *= 1 - lesson->amount;
   if (kept == 1) return;
   const NoiseKey key{configuration.scenario.seed ^ dropouts_seed, state.scan.sequence};
   const auto nothing = configuration.robot.laser->convention.no_return_sentinel();
@@ -59,7 +113,7 @@ void drop_beams(const Configuration& configuration, State& state, Scan& scan) {
 
 Twist2 driven_twist(const Configuration& configuration, const State& state, const Twist2& asked) {
   bool left_dead = false, right_dead = false;
-  for (const Lesson* lesson : held_lessons(configuration, state, Lesson::Kind::dead_wheel))
+  for (const Lesson* lesson : held_lessons(state, Lesson::Kind::dead_wheel))
     (lesson->right ? right_dead : left_dead) = true;
   if (!left_dead && !right_dead) return asked;
   const auto model =

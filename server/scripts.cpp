@@ -36,6 +36,19 @@ void Scripts::set_off(std::size_t script, SimulationTime at, const std::string& 
   pending_.insert(place, {due, script, by});
 }
 
+Status Scripts::set_off(const std::string& name, SimulationTime now) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < scripts_.size(); ++i) {
+    names.push_back(scripts_[i].name);
+    if (scripts_[i].name != name) continue;
+    progress_[i].spent = false;
+    set_off(i, now, {});
+    return {};
+  }
+  if (names.empty()) return Error{"no script '" + name + "': the scenario has none"};
+  return Error{"no script '" + name + "'" + suggestion_or_known(name, names)};
+}
+
 void Scripts::hear(const Event& event) {
   for (std::size_t i = 0; i < scripts_.size(); ++i) {
     const ScriptTrigger& when = scripts_[i].when;

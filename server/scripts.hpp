@@ -27,6 +27,9 @@ class Scripts {
   /// Times count from `start`; `trainees`: the names that events have for kTrainee.
   Scripts(std::vector<Script> scripts, std::vector<std::string> trainees, SimulationTime start);
 
+  /// Somebody sets it off, even one that has run and runs once. Error: there is none of this name; the
+  /// message says which there are.
+  Status set_off(const std::string& name, SimulationTime now);
   /// Every event that is published.
   void hear(const Event& event);
   /// Once a step: what time and nearness (in the plane) set off. Nearness does so when it begins; it has

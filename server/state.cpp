@@ -81,6 +81,7 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
   if (configuration.scenario.trainee) trainees.push_back(configuration.scenario.trainee->name);
   state->scripts = Scripts(configuration.scenario.scripts, std::move(trainees), simulation_time(start));
   state->started = simulation_time(start);
+  for (const Lesson& lesson : configuration.scenario.lessons) state->lessons.push_back({lesson});
   state->grading = make_grading(configuration, start);
   find_real_doors(configuration, configuration.model, *state);
   if (const Status begun = spawn_trainee(configuration, *state); !begun) return begun.error();

@@ -134,6 +134,12 @@ struct DeadMan {
   double speed = 0;                  ///< ...of the footprint's fastest point, m/s
 };
 
+/// What goes wrong on purpose, and whether it does now.
+struct HeldLesson {
+  Lesson lesson;
+  bool holds = false;
+};
+
 /// Whom an operator drives, by what the console says.
 struct DrivingOperator {
   std::string robot;
@@ -180,7 +186,7 @@ struct State {
   bool emergency_stop = false;  ///< of the trainee's robot
   Scripts scripts;
   SimulationTime started;
-  std::vector<bool> lessons;                         ///< whether each of the scenario's holds
+  std::vector<HeldLesson> lessons;                   ///< the scenario's, then those begun by command
   std::unique_ptr<LiveGrading> grading;              ///< null: the scenario has no training
   std::map<std::string, DrivingOperator> operators;  ///< by their names, those that drive
   std::map<std::string, AgentKind> kinds;            ///< of the agents, for MR_WORLD

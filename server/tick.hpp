@@ -80,6 +80,10 @@ bool simulate_laser(const Configuration& configuration, const LaserRequest& requ
 void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs);
 /// lesson_path.cpp: a lesson that begins or ends is an event.
 void watch_lessons(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// The instructor begins a lesson, or ends one. Error: an unknown kind, an amount out of range, one that only
+/// simulated robots can be taught.
+Status teach(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
+             State& state);
 /// Of the trainee's simulated laser: beams that see nothing.
 void drop_beams(const Configuration& configuration, State& state, Scan& scan);
 /// What the trainee's simulated robot makes of a command, one side of its drive being dead or not.

@@ -182,6 +182,9 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
     case Action::door_unknown:
     case Action::report:
     case Action::report_at:
+    case Action::script:
+    case Action::lesson:
+    case Action::lesson_over:
       break;
   }
   return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +
