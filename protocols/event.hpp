@@ -76,8 +76,12 @@ enum class EventKind : std::uint8_t {
   deadman_released,  ///< TELEOP has gone silent; value: m/s of its last motion, had that just been asked for
   lesson_started,    ///< object: the lesson; value: its amount; text: the side of a dead wheel
   lesson_ended,      ///< so too
+  near_miss,       ///< passed without a touch; text: "gap" or "time"; value: the smallest gap in m, the least
+                   ///< time to a collision in s (server/simulation/near_miss.hpp)
+  agent_withheld,  ///< the subject's sensors do not show object: its returns would be too uncertain
+  agent_shown,     ///< they show it again
 };
-inline constexpr EventKind kLastEventKind = EventKind::lesson_ended;
+inline constexpr EventKind kLastEventKind = EventKind::agent_shown;
 
 /// Said by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {

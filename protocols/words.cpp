@@ -210,6 +210,12 @@ const char* to_string(EventKind kind) {
       return "lesson_started";
     case EventKind::lesson_ended:
       return "lesson_ended";
+    case EventKind::near_miss:
+      return "near_miss";
+    case EventKind::agent_withheld:
+      return "agent_withheld";
+    case EventKind::agent_shown:
+      return "agent_shown";
   }
   return "unknown";
 }

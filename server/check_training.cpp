@@ -26,6 +26,9 @@ bool is_about_things(EventKind kind) {
     case EventKind::collision_continued:
     case EventKind::collision_stopped:
     case EventKind::collision_predicted:
+    case EventKind::near_miss:
+    case EventKind::agent_withheld:
+    case EventKind::agent_shown:
     case EventKind::door_opened:
     case EventKind::door_closed:
     case EventKind::door_unhinged:

@@ -49,8 +49,7 @@ void send_command(const Configuration& configuration, SimulationTime now, State&
   state.last_command = now;
   encode(result.command, outputs.add(configuration.channels.bus(channel::mr_cmd)));
   if (simulates_trainee(configuration.scenario))
-    state.simulation.teleop(configuration.robot.name,
-                            driven_twist(configuration, state, result.command.twist));
+    state.simulation.teleop(configuration.robot.name, result.command.twist);
   note_hold(configuration, now, result.reason, state, outputs);
 }
 

@@ -17,9 +17,15 @@ bool InjectionGate::admit(const std::string& agent, double error, SimulationTime
   const bool good = error <= limits.max_error;  // false for NaN
   if (hidden == hidden_.end()) {
     if (good) return true;
-    if (hidden_.size() >= many)
-      std::erase_if(hidden_, [&](const Hidden& each) { return !simulation.find_agent(each.agent); });
+    if (hidden_.size() >= many) {
+      std::erase_if(hidden_, [&](const Hidden& each) {
+        const bool gone = !simulation.find_agent(each.agent);
+        if (gone) changes_.push_back({each.agent, true});
+        return gone;
+      });
+    }
     hidden_.push_back({agent, std::nullopt});
+    changes_.push_back({agent, false});
     simulation.show(agent, AgentShown::withheld);
     return false;
   }
@@ -29,6 +35,7 @@ bool InjectionGate::admit(const std::string& agent, double error, SimulationTime
     hidden->returning.reset();
   } else if (first > *hidden->returning && simulation.clear_of_real(agent)) {
     hidden_.erase(hidden);
+    changes_.push_back({agent, true});
     simulation.show(agent, AgentShown::shown);
     return true;
   }

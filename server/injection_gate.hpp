@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocols/scenario.hpp"
@@ -20,12 +21,21 @@ class InjectionGate {
   bool admit(const std::string& agent, double error, SimulationTime first, const InjectionLimits& limits,
              Simulation& simulation);
 
+  /// Whether an agent is shown has changed.
+  struct Change {
+    std::string agent;
+    bool shown = false;
+  };
+  /// Since this was asked last, in their order.
+  std::vector<Change> take_changes() { return std::exchange(changes_, {}); }
+
  private:
   struct Hidden {
     std::string agent;
     std::optional<SimulationTime> returning;  ///< since when
   };
   std::vector<Hidden> hidden_;
+  std::vector<Change> changes_;
 };
 
 }  // namespace parhelion

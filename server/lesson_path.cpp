@@ -45,6 +45,13 @@ Status check_lesson(const Configuration& configuration, const Lesson& lesson) {
   return {};
 }
 
+void block_dead_sides(const Configuration& configuration, State& state) {
+  bool left = false, right = false;
+  for (const Lesson* lesson : held_lessons(state, Lesson::Kind::dead_wheel))
+    (lesson->right ? right : left) = true;
+  state.simulation.block_sides(configuration.robot.name, left, right);
+}
+
 }  // namespace
 
 void watch_lessons(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
@@ -58,7 +65,10 @@ void watch_lessons(const Configuration& configuration, SimulationTime now, State
     event.subject = configuration.robot.name;
     event.object = to_string(lesson.kind);
     event.value = lesson.amount;
-    if (lesson.kind == Lesson::Kind::dead_wheel) event.text = lesson.right ? "right" : "left";
+    if (lesson.kind == Lesson::Kind::dead_wheel) {
+      event.text = lesson.right ? "right" : "left";
+      block_dead_sides(configuration, state);
+    }
     publish_event(configuration, event, state, outputs);
   }
 }
@@ -109,20 +119,6 @@ void drop_beams(const Configuration& configuration, State& state, Scan& scan) {
     scan.ranges[i] = nothing;
     state.agent_laser.benches.front().body_hits[i].body = -1;  // of MR_SCAN_INFO
   }
-}
-
-Twist2 driven_twist(const Configuration& configuration, const State& state, const Twist2& asked) {
-  bool left_dead = false, right_dead = false;
-  for (const Lesson* lesson : held_lessons(state, Lesson::Kind::dead_wheel))
-    (lesson->right ? right_dead : left_dead) = true;
-  if (!left_dead && !right_dead) return asked;
-  const auto model =
-      std::find_if(configuration.robot_models.begin(), configuration.robot_models.end(),
-                   [&](const auto& each) { return each->name == configuration.scenario.trainee->model; });
-  const double track = (*model)->drive.track;
-  const double left = left_dead ? 0 : asked.vx - 0.5 * track * asked.wz;  // m/s of each side
-  const double right = right_dead ? 0 : asked.vx + 0.5 * track * asked.wz;
-  return {(left + right) / 2, 0, (right - left) / track};
 }
 
 }  // namespace parhelion

@@ -14,7 +14,6 @@ namespace {
 constexpr double world_rate = 30;                 // Hz of MR_WORLD: what a page draws and a grader needs
 constexpr double hazard_rate = 10;                // Hz of HAZARD
 constexpr Duration obstacle_life = seconds(1.0);  // people walk on: what no scan has shown for longer is gone
-constexpr Duration scan_silence = milliseconds(500);  // without a scan for longer, nothing virtual is sensed
 
 /// The real robot as the simulation is to have it at an instant; none where the pose is not known.
 std::optional<RealRobotState> real_robot_at(SimulationTime t, State& state) {
@@ -28,7 +27,7 @@ std::optional<RealRobotState> real_robot_at(SimulationTime t, State& state) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> position(pose->covariance.topLeftCorner<2, 2>());
   real.sigma = std::sqrt(std::max(0.0, position.eigenvalues()(1)));
   real.relocalized = state.relocalized;
-  real.sensed = state.scan.live && t - state.scan.last_scan < scan_silence;
+  real.sensed = injection_is_live(state, t);
   return real;
 }
 
@@ -71,13 +70,6 @@ void note_supply(const Configuration& configuration, State& state) {
 
 bool world_due(const Configuration& configuration, const State& state) {
   return due(configuration, state, world_rate) || state.simulation.scene()->version != state.scene_published;
-}
-
-/// A real robot's laser that is silent shows nothing virtual.
-void watch_scans(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  if (simulates_trainee(configuration.scenario) || now - state.scan.last_scan < scan_silence) return;
-  note_injection(configuration, now, state.tally.scans_in == 0 ? "no scan yet" : "no scan for 0.5 s", state,
-                 outputs);
 }
 
 void publish_world(const Configuration& configuration, State& state, Outputs& outputs) {
@@ -126,7 +118,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   answer_lasers(configuration, state, outputs);
   publish_sensors(configuration, next, state, outputs);
   watch_silence(configuration, next, state, outputs);
-  watch_scans(configuration, next, state, outputs);
+  watch_injection(configuration, next, state, outputs);
   watch_operators(configuration, next, state, outputs);
   watch_waiting_image(configuration, next, state, outputs);
   if (world_due(configuration, state)) publish_world(configuration, state, outputs);

@@ -278,21 +278,6 @@ void answer_scan(const Configuration& configuration, const Message& input, State
                 predicted_error(moment.end, moment.laser.T_map_laser_end.translation()), state);
 }
 
-void note_injection(const Configuration& configuration, SimulationTime now, const std::string& reason,
-                    State& state, Outputs& outputs) {
-  const bool live = reason.empty();
-  const auto said = [&](EventKind kind) { return state.tally.events[static_cast<std::size_t>(kind)] > 0; };
-  const bool first = !said(EventKind::injection_degraded) && !said(EventKind::injection_restored);
-  if (!first && live == state.scan.live) return;
-  state.scan.live = live;
-  Event event;
-  event.stamp = now;
-  event.kind = live ? EventKind::injection_restored : EventKind::injection_degraded;
-  event.subject = configuration.robot.name;
-  event.text = reason;
-  publish_event(configuration, event, state, outputs);
-}
-
 void substitute_raw_scan(const Configuration& configuration, const Message& input, State& state,
                          Outputs& outputs) {
   // One that was degraded anyway is counted already.

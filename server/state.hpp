@@ -72,8 +72,9 @@ struct ScanPath {
   std::vector<std::int32_t> beam_body;
   WorldSnapshot world_start, world_end;
   ScanInfo info;
-  bool live = false;         ///< the last scan was answered with the truth
-  SimulationTime last_scan;  ///< arrival of the last scan
+  bool live = false;              ///< the last scan was answered with the truth
+  std::optional<bool> said_live;  ///< what the newest event says; none: none was said
+  SimulationTime last_scan;       ///< arrival of the last scan
 };
 
 /// All that any laser of a step may meet, over a sweep that began at `start`.

@@ -78,7 +78,8 @@ bool simulate_laser(const Configuration& configuration, const LaserRequest& requ
                     Scan& scan);
 /// The scans of all state.laser_requests, for the agents' behaviour and for whoever listens.
 void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs);
-/// lesson_path.cpp: a lesson that begins or ends is an event.
+/// lesson_path.cpp: a lesson that begins or ends is an event; dead wheels of the simulated robot stop
+/// turning.
 void watch_lessons(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
 /// The instructor begins a lesson, or ends one. Error: an unknown kind, an amount out of range, one that only
 /// simulated robots can be taught.
@@ -86,8 +87,6 @@ Status teach(const Configuration& configuration, const AgentCommand& command, Si
              State& state);
 /// Of the trainee's simulated laser: beams that see nothing.
 void drop_beams(const Configuration& configuration, State& state, Scan& scan);
-/// What the trainee's simulated robot makes of a command, one side of its drive being dead or not.
-Twist2 driven_twist(const Configuration& configuration, const State& state, const Twist2& asked);
 /// sensor_path.cpp: what the sensors of a simulated trainee's robot measure at the newest step: outputs that
 /// are taken in at once, as a real robot's are when they arrive. Nothing at level 3.
 void publish_sensors(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
@@ -96,9 +95,15 @@ Status spawn_trainee(const Configuration& configuration, State& state);
 /// What a message of this kind leads to, the physics being where it should be. `agent`: of agent_teleop.
 void take_input(const Configuration& configuration, InputKind kind, std::string_view agent,
                 const Message& input, State& state, Outputs& outputs, StageObserver& observer);
-/// scan_path.cpp: a change between live and degraded (`reason` not empty) is an event.
+/// injection_path.cpp: what the robot's sensors show of what is virtual. A change between live and degraded
+/// (`reason` not empty) is an event, and so is the first word.
 void note_injection(const Configuration& configuration, SimulationTime now, const std::string& reason,
                     State& state, Outputs& outputs);
+/// At each step: what the injection gate has withheld or shown again, and a real robot's SCAN that has not
+/// come for a while, or not yet.
+void watch_injection(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
+/// Whether the newest scan was answered with the truth, and not long ago.
+bool injection_is_live(const State& state, SimulationTime now);
 /// physics_path.cpp: what the physics says, to MR_EVENTS and MR_WORLD.
 void publish_event(const Configuration& configuration, const Event& event, State& state, Outputs& outputs);
 void publish_simulation_events(const Configuration& configuration, State& state, Outputs& outputs);

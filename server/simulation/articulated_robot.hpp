@@ -48,6 +48,9 @@ class ArticulatedRobot {
   /// Joints stay where they are now, whatever they were commanded.
   void hold(const Physics& physics);
 
+  /// Wheels or tracks of these sides do not turn from now on, whatever is asked.
+  void block_sides(bool left, bool right);
+
   /// Before a step: motors go for this motion of base_link (body frame).
   void drive(Physics& physics, const Twist2& wanted, SimulationTime now, double dt);
   /// After a step.
@@ -111,6 +114,7 @@ class ArticulatedRobot {
   std::vector<double> turned_;              // rad, by runner: what is seen
   std::vector<double> runner_speed_;        // m/s, by runner
   std::vector<RigidState> parts_;           // at the newest step
+  bool left_blocked_ = false, right_blocked_ = false;
   RobotMotion motion_;
   std::optional<SimulationTime> awake_until_;
 };

@@ -235,4 +235,9 @@ void Simulation::teleop(const std::string& agent, const Twist2& twist) {
   driven->teleop_until = now() + seconds(0.5);
 }
 
+void Simulation::block_sides(const std::string& agent, bool left, bool right) {
+  Agent* found = state_->find(agent);
+  if (found && found->robot) found->robot->block_sides(left, right);
+}
+
 }  // namespace parhelion

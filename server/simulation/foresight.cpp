@@ -21,12 +21,29 @@ Twist2 twist_of(const RigidState& rigid) {
   return {v.x(), v.y(), rigid.rotation_rate.z()};
 }
 
+bool moves(const Footprint& local, const Twist2& twist) {
+  return fastest_point_speed(local, twist) > NearMissWatch::kCareful;
+}
+
 PairKind pair_of(bool a_virtual, bool b_virtual) {
   if (a_virtual != b_virtual) return PairKind::real_virtual;
   return a_virtual ? PairKind::virtual_virtual : PairKind::real_real;
 }
 
 }  // namespace
+
+/// What is so near that it may become a near miss.
+void Simulation::State::look_beside(const Looking& from, const Footprint& placed, const std::string& name,
+                                    PairKind pair, bool unsensed) {
+  if (distance_bound(from.placed, placed) > NearMissWatch::kAway) return;
+  const double gap = signed_distance(from.placed, placed);
+  if (gap > NearMissWatch::kAway) return;
+  if (contacts.touched(*from.name, name) || contacts.touched(name, *from.name))
+    return from.misses.touch(name, stamp_of(step));
+  const Eigen::Vector2d at = nearest_point(from.placed, placed);
+  const Eigen::Vector3d place(at.x(), at.y(), from.bottom - kUnderfoot);
+  from.misses.near({name, pair, unsensed, place}, gap, from.moves, stamp_of(step));
+}
 
 /// Of obstacles of the building what a contact would be said of, nearest in time.
 void Simulation::State::look_at_building(const Looking& from, std::optional<Ahead>& ahead) {
@@ -43,23 +60,24 @@ void Simulation::State::look_at_building(const Looking& from, std::optional<Ahea
     const bool lost = std::any_of(doors.begin(), doors.end(), [&](const Door& door) {
       return door.handle == obstacle->handle && !door.known;
     });
-    if (lost || contacts.touched(*from.name, obstacle->name)) continue;
+    if (lost) continue;
+    const PairKind pair = pair_of(from.is_virtual, obstacle->is_virtual);
+    look_beside(from, obstacle->footprint, obstacle->name, pair, from.unsensed);
+    if (contacts.touched(*from.name, obstacle->name)) continue;
     const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
     const double time = time_to_contact(from.own, {&obstacle->footprint, {}, {}}, from.margin, horizon);
     if (time > horizon || (ahead && time >= ahead->time)) continue;
     const Eigen::Vector2d at = nearest_point(from.placed, obstacle->footprint);
-    ahead = Ahead{obstacle->name,
-                  obstacle->relation,
-                  pair_of(from.is_virtual, obstacle->is_virtual),
-                  from.unsensed,
-                  time,
-                  {at.x(), at.y(), from.bottom - kUnderfoot}};
+    ahead = Ahead{obstacle->name, obstacle->relation,
+                  pair,           from.unsensed,
+                  time,           {at.x(), at.y(), from.bottom - kUnderfoot}};
   }
 }
 
 void Simulation::State::look_at_body(const Looking& from, const MovingFootprint& other,
                                      const Footprint& placed, const std::string& name, bool is_virtual,
                                      bool unsensed, std::optional<Ahead>& ahead) {
+  look_beside(from, placed, name, pair_of(from.is_virtual, is_virtual), unsensed);
   const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
   if ((placed.center - from.center).norm() >
       placed.bound + from.own.local->bound +
@@ -93,7 +111,17 @@ std::optional<Ahead> Simulation::State::look_ahead(const Looking& from, const Ag
       look_at_body(from, {&real.footprint, planar_pose(real.last.T_map_base), real.last.twist}, real.placed,
                    real.name, false, !(real.sensed && self->shown == AgentShown::shown), ahead);
   }
+  if (ahead)
+    from.misses.ahead({ahead->object, ahead->pair, ahead->unsensed, ahead->position}, ahead->time, from.moves,
+                      stamp_of(step));
   return ahead;
+}
+
+void Simulation::State::foresee_collisions(const Looking& from, const Agent* self, const Supervised& body,
+                                           const ObservedMotion& motion, Foresight& foresight) {
+  const std::optional<Ahead> ahead = look_ahead(from, self);
+  foresight.collision.update(body, motion, from.own.twist, ahead, events);
+  foresight.misses.update(body, motion, events);
 }
 
 void Simulation::State::foresee_real(const ObservedMotion& motion) {
@@ -103,16 +131,23 @@ void Simulation::State::foresee_real(const ObservedMotion& motion) {
   if (!real.touchable) return;
   const Twist2& twist = real.last.twist;
   const Supervised& body = real.watch.body();
-  if (foresight.collision.due(motion.stamp, twist)) {
+  if (foresight.collision.due(motion.stamp, twist) || foresight.misses.open()) {
     const double z = motion.T_map_base.translation().z();
     const double margin =
         std::isfinite(real.last.sigma) ? std::clamp(real.last.sigma, 0.0, kMostMargin) : kMostMargin;
-    const Looking from{&real.name,      {&real.footprint, planar_pose(motion.T_map_base), twist},
-                       real.placed,     real.placed.center,
-                       margin,          z + kUnderfoot,
-                       z + real.height, 0,
-                       false,           !real.sensed};
-    foresight.collision.update(body, motion, twist, look_ahead(from, nullptr), events);
+    const Looking from{&real.name,
+                       {&real.footprint, planar_pose(motion.T_map_base), twist},
+                       real.placed,
+                       real.placed.center,
+                       margin,
+                       z + kUnderfoot,
+                       z + real.height,
+                       0,
+                       false,
+                       !real.sensed,
+                       moves(real.footprint, twist),
+                       foresight.misses};
+    foresee_collisions(from, nullptr, body, motion, foresight);
   }
   if (body.limits && motion.attitude_known)
     foresight.tipping.update(body, motion, foresight.trend.update(motion.T_map_base, *body.limits, dt),
@@ -128,7 +163,7 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
   const Eigen::Vector3d v = R_base_map * motion.velocity, w = R_base_map * motion.rotation_rate;
   const Twist2 twist{v.x(), v.y(), w.z()};
   const RobotModel& model = agent.robot->model();
-  if (foresight.collision.due(motion.stamp, twist)) {
+  if (foresight.collision.due(motion.stamp, twist) || foresight.misses.open()) {
     const double z = motion.T_map_base.translation().z();
     // On a flight of stairs the robot leans as the flight does.
     const double lean = std::hypot(R_base_map(0, 2), R_base_map(1, 2)) / std::max(0.1, R_base_map(2, 2));
@@ -142,8 +177,10 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
                        z + agent.form.size.z(),
                        climbs ? kMostClimb + lean * agent.form.footprint.bound : 0,
                        !agent.trainee,
-                       false};
-    foresight.collision.update(body, motion, twist, look_ahead(from, &agent), events);
+                       false,
+                       moves(agent.form.footprint, twist),
+                       foresight.misses};
+    foresee_collisions(from, &agent, body, motion, foresight);
   }
   const Joints& joints = agent.robot->motion().joints;
   const bool same = std::equal(joints.positions.begin(), joints.positions.end(),

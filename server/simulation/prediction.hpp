@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "protocols/joints.hpp"
+#include "server/simulation/near_miss.hpp"
 #include "server/simulation/planar.hpp"
 #include "server/simulation/watches.hpp"
 
@@ -114,6 +115,7 @@ Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen:
 struct Foresight {
   std::uint32_t epoch = 0;
   CollisionPrediction collision;
+  NearMissWatch misses;
   TippingPrediction tipping;
   AttitudeTrend trend;
   Stance stance;

@@ -78,6 +78,11 @@ void ArticulatedRobot::hold(const Physics& physics) {
   }
 }
 
+void ArticulatedRobot::block_sides(bool left, bool right) {
+  left_blocked_ = left;
+  right_blocked_ = right;
+}
+
 void ArticulatedRobot::drive(Physics& physics, const Twist2& wanted, SimulationTime now, double dt) {
   const bool idle = wanted.vx == 0 && wanted.wz == 0;
   if (!idle) awake_until_ = now + seconds(kStayAwake);
@@ -120,6 +125,8 @@ void ArticulatedRobot::drive_runners(Physics& physics, const Twist2& wanted, dou
       const double across = runner.steering ? curvature * drive.wheelbase : 0;
       target = wanted.vx * std::copysign(std::hypot(along, across), along);
     }
+    const bool blocked = runner.side > 0 ? left_blocked_ : right_blocked_;
+    if (blocked) target = 0;
     const double speed =
         runner.driven ? towards(runner_speed_[i], target, drive.acceleration * dt) : runner_speed_[i];
     const Eigen::Isometry3d T = T_part_node(place.node);

@@ -125,6 +125,9 @@ class Simulation {
   /// The command of an agent that is teleoperated; holds for 0.5 s. One that is out of radio range does not
   /// hear it.
   void teleop(const std::string& agent, const Twist2& twist);
+  /// Wheels or tracks of these sides of an articulated robot do not turn, until something else is said; an
+  /// unknown name is ignored.
+  void block_sides(const std::string& agent, bool left, bool right);
   /// Positions, or else velocities, or else efforts of an articulated robot's joints. A position holds until
   /// the next command (velocities beside it bound how fast it is gone for); velocities and efforts hold for
   /// 0.5 s, then the joint stays where it is. What is beyond a limit goes to the limit. Error: an unknown

@@ -301,11 +301,17 @@ struct Simulation::State {
     double bottom, top;  ///< m, z of what it can hit
     double climb;        ///< m over `bottom` up to which steps beside it are no obstacle
     bool is_virtual, unsensed;
+    bool moves;  ///< so fast that a near miss is its own
+    NearMissWatch& misses;
   };
   void foresee_real(const ObservedMotion& motion);
   void foresee(Agent& agent, const ObservedMotion& motion);
   /// `self`: none of the real robot.
   std::optional<Ahead> look_ahead(const Looking& from, const Agent* self);
+  void foresee_collisions(const Looking& from, const Agent* self, const Supervised& body,
+                          const ObservedMotion& motion, Foresight& foresight);
+  void look_beside(const Looking& from, const Footprint& placed, const std::string& name, PairKind pair,
+                   bool unsensed);
   void look_at_building(const Looking& from, std::optional<Ahead>& ahead);
   void look_at_body(const Looking& from, const MovingFootprint& other, const Footprint& placed,
                     const std::string& name, bool is_virtual, bool unsensed, std::optional<Ahead>& ahead);

@@ -30,6 +30,12 @@ void Surroundings::take(const Event& event) {
     case EventKind::injection_restored:
       sensed_ = true;
       break;
+    case EventKind::agent_withheld:
+      withheld_.insert(event.object);
+      break;
+    case EventKind::agent_shown:
+      withheld_.erase(event.object);
+      break;
     default:
       break;
   }
@@ -83,7 +89,8 @@ std::optional<double> Surroundings::distance_to(const std::string& entity) const
 
 bool Surroundings::is_near(const std::string& entity, double most) const {
   const auto distance = distance_to(entity);
-  return distance && *distance <= most && (sensed_ || find_entity(entity));
+  const bool seen = sensed_ && !withheld_.contains(entity);
+  return distance && *distance <= most && (seen || find_entity(entity));
 }
 
 std::optional<Surroundings::Motion> Surroundings::motion() const {

@@ -27,7 +27,7 @@ class Surroundings {
   bool in_zone(const std::string& zone) const { return zones_.contains(zone); }
   bool moves() const { return moves_; }
   /// Its origin is no farther than `most` (m, in the plane) from that of an agent or a part of the building.
-  /// Of an agent false while injection is degraded: the trainee could not see it.
+  /// Of an agent false while injection is degraded, or the agent withheld: the trainee could not see it.
   bool is_near(const std::string& entity, double most) const;
   struct Motion {
     double pitch = 0, roll = 0;  ///< rad
@@ -57,6 +57,7 @@ class Surroundings {
   std::vector<WorldMessage::Entry> bodies_;
   std::set<std::string> zones_;
   bool moves_ = false, sensed_ = true;
+  std::set<std::string, std::less<>> withheld_;  // agents that its sensors do not show
 };
 
 }  // namespace parhelion

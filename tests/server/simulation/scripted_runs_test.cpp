@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "server/simulation/near_miss.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -256,6 +258,19 @@ Run passes_a_door(double v, double y, std::optional<double> opening) {
   run.expected = {{EventKind::movement_started, 0},
                   {EventKind::door_space_entered, (kSpaceBegins - kFront) / v, "door"},
                   {EventKind::door_space_left, (kSpaceEnds + kZoneEdge + kFront) / v, "door"}};
+  // Past the opening's side at y = 0.5, and past a leaf that does not stand quite open.
+  const auto leaves = [&](const Eigen::Vector2d& last, double gap) {
+    const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - gap * gap);
+    return (last.x() + along + kFront) / v + NearMissWatch::kHold;
+  };
+  if (const double gap = 0.5 - kSide - y; gap < NearMissWatch::kGap)
+    run.expected.push_back({EventKind::near_miss, leaves({2.05, 0.5}, gap), "wall b"});
+  if (!opening) return run;
+  const double c = std::cos(*opening), s = std::sin(*opening);
+  const Eigen::Vector2d tip(2 - s + 0.02 * c, -0.5 + c + 0.02 * s), foot(2 + 0.02 * c, -0.5 + 0.02 * s);
+  const double right = y - kSide;
+  if (right - tip.y() < NearMissWatch::kGap)
+    run.expected.push_back({EventKind::near_miss, leaves(foot, right - foot.y()), "door"});
   return run;
 }
 

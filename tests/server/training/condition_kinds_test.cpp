@@ -185,19 +185,12 @@ TEST_F(ConditionKinds, AnEventCanBeToldByItsText) {
 
 /// Each in an event of its own kind, as the server says it.
 TEST_F(ConditionKinds, EveryPenaltyThatIsAskedForIsExpressible) {
-  const EventKind kinds[] = {EventKind::collision_predicted,
-                             EventKind::pitch_limit,
-                             EventKind::roll_warning,
-                             EventKind::yaw_rate_limit,
-                             EventKind::fell,
-                             EventKind::tipped_over,
-                             EventKind::joint_broken,
-                             EventKind::joint_overload,
-                             EventKind::door_unhinged,
-                             EventKind::zone_entered,
-                             EventKind::command_reduced,
-                             EventKind::deadman_released,
-                             EventKind::collision_started};
+  const EventKind kinds[] = {
+      EventKind::collision_predicted, EventKind::near_miss,        EventKind::pitch_limit,
+      EventKind::roll_warning,        EventKind::yaw_rate_limit,   EventKind::fell,
+      EventKind::tipped_over,         EventKind::joint_broken,     EventKind::joint_overload,
+      EventKind::door_unhinged,       EventKind::zone_entered,     EventKind::command_reduced,
+      EventKind::deadman_released,    EventKind::collision_started};
   for (const EventKind kind : kinds) {
     training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
     training_.penalties = {penalty("p", 3, on(kind))};

@@ -1,0 +1,48 @@
+#include "server/simulation/near_miss.hpp"
+
+namespace parhelion {
+
+NearMissWatch::Encounter& NearMissWatch::meet(const Neighbour& thing, SimulationTime now) {
+  auto at = open_.find(thing.name);
+  if (at == open_.end()) at = open_.emplace(std::string(thing.name), Encounter{}).first;
+  Encounter& encounter = at->second;
+  encounter.pair = thing.pair;
+  encounter.unsensed = encounter.unsensed || thing.unsensed;
+  encounter.seen = now;
+  return encounter;
+}
+
+void NearMissWatch::near(const Neighbour& thing, double gap, bool moves, SimulationTime now) {
+  Encounter& encounter = meet(thing, now);
+  encounter.came = encounter.came || gap > kGap;
+  if (moves && encounter.came && gap < encounter.gap.value) encounter.gap = {gap, thing.position};
+}
+
+void NearMissWatch::ahead(const Neighbour& thing, double time, bool moves, SimulationTime now) {
+  if (time > kTimeAway) return;
+  Encounter& encounter = meet(thing, now);
+  if (moves && time < encounter.time.value) encounter.time = {time, thing.position};
+}
+
+void NearMissWatch::touch(std::string_view name, SimulationTime now) { meet({name}, now).touched = true; }
+
+void NearMissWatch::update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events) {
+  const auto say = [&](const auto& each, const Closest& closest, double most, const char* by) {
+    if (each.second.touched || !(closest.value <= most)) return;
+    Event event = event_of(EventKind::near_miss, body, motion, closest.value);
+    event.object = each.first;
+    event.pair = each.second.pair;
+    event.unsensed = each.second.unsensed;
+    event.position = closest.position;
+    event.text = by;
+    events.push_back(std::move(event));
+  };
+  std::erase_if(open_, [&](const auto& each) {
+    if ((motion.stamp - each.second.seen).seconds() <= kHold) return false;
+    say(each, each.second.gap, kGap, "gap");
+    say(each, each.second.time, kTime, "time");
+    return true;
+  });
+}
+
+}  // namespace parhelion

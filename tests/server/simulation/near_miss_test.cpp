@@ -1,0 +1,125 @@
+// Near misses: said once it is known that nothing was touched, with what geometry says of how near it was.
+#include "server/simulation/near_miss.hpp"
+
+#include "robots_world.hpp"
+
+namespace parhelion {
+namespace {
+
+using namespace test;
+
+constexpr double kStep = 1.0 / 240;
+constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
+
+template <class Motion>
+std::vector<Event> follow(Simulation& simulation, double duration, Motion robot_at) {
+  std::vector<LaserRequest> requests;
+  for (int i = 1; i <= std::lround(duration / kStep); ++i)
+    simulation.step(std::optional<RealRobotState>(robot_at(i * kStep)), requests);
+  return only(simulation.take_events(), EventKind::near_miss);
+}
+
+/// A cube of half a metre.
+AgentDefinition crate(double x, double y) {
+  AgentDefinition box = agent("crate", AgentKind::box, x, y);
+  box.size = {0.5, 0.5, 0.5};
+  return box;
+}
+
+/// Past a crate at (2, 0) at a speed, with a gap beside it.
+std::vector<Event> pass(double gap, double speed, bool sensed = true) {
+  Simulation simulation = make();
+  spawn(simulation, crate(2, 0));
+  const double y = -(0.25 + gap + kSide);
+  return follow(simulation, 4 / speed, [=](double t) {
+    RealRobotState real = real_at(speed * t, y, 0, {speed, 0, 0});
+    real.sensed = sensed;
+    return real;
+  });
+}
+
+TEST(NearMiss, PassingTooNearIsSaidWhenItIsOverWithTheSmallestGap) {
+  const auto misses = pass(0.12, 0.5);
+  ASSERT_EQ(misses.size(), 1U);
+  EXPECT_EQ(misses[0].subject, "pioneer");
+  EXPECT_EQ(misses[0].object, "crate");
+  EXPECT_EQ(misses[0].pair, PairKind::real_virtual);
+  EXPECT_EQ(misses[0].text, "gap");
+  EXPECT_NEAR(misses[0].value, 0.12, 1e-3);
+  EXPECT_NEAR(misses[0].position.y(), -0.25, 1e-6);
+  EXPECT_FALSE(misses[0].unsensed);
+  // Its rear corner is kAway from the crate's, that much along x.
+  const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - 0.12 * 0.12);
+  const double over = (2 + 0.25 + along + kFront) / 0.5 + NearMissWatch::kHold;
+  EXPECT_NEAR((misses[0].stamp - kStart).seconds(), over, 0.04);
+}
+
+TEST(NearMiss, NeitherADistanceThatIsKeptNorACarefulPassIsOne) {
+  EXPECT_TRUE(pass(0.22, 0.5).empty());
+  EXPECT_TRUE(pass(0.05, 0.09).empty());
+}
+
+TEST(NearMiss, OfWhatTheRobotWasNotShownIsFlagged) {
+  const auto misses = pass(0.1, 0.5, false);
+  ASSERT_EQ(misses.size(), 1U);
+  EXPECT_TRUE(misses[0].unsensed);
+}
+
+TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
+  // Braking at 2 m/s^2 from 1 m/s, to a stand 0.35 m before the wall: until it brakes the time only falls.
+  Simulation simulation = make(room(6));
+  const double brakes = 1.5, v = 1, a = 2;
+  const auto misses = follow(simulation, brakes + v / a + 2, [=](double t) {
+    const double slow = std::clamp(t - brakes, 0.0, v / a);
+    const double x0 = 3 - kFront - 0.35 - v * v / (2 * a) - v * brakes;
+    const double x = x0 + v * std::min(t, brakes) + v * slow - a * slow * slow / 2;
+    return real_at(x, 0, 0, {v - a * slow, 0, 0});
+  });
+  ASSERT_EQ(misses.size(), 1U);
+  EXPECT_EQ(misses[0].object, "wall 1");
+  EXPECT_EQ(misses[0].pair, PairKind::real_real);
+  EXPECT_EQ(misses[0].text, "time");
+  // Of x(t) - wall over speed the least: where 0.35 + s^2 / (2 a) = gap, at s = sqrt(2 a 0.35) or when it
+  // begins.
+  const double s = std::min(v, std::sqrt(2 * a * 0.35));
+  EXPECT_NEAR(misses[0].value, (0.35 + s * s / (2 * a)) / s, 0.03);
+}
+
+TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
+  Simulation simulation = make(room(6));
+  const auto misses = follow(simulation, 6, [](double t) {
+    const double at = 3 - kFront + 0.001;
+    if (t < 2) return real_at(at - 0.5 * (2 - t), 0, 0, {0.5, 0, 0});
+    if (t < 3) return real_at(at, 0);
+    return real_at(at - 0.5 * (t - 3), 0, 0, {-0.5, 0, 0});
+  });
+  EXPECT_TRUE(misses.empty());
+}
+
+TEST(NearMiss, StartingBesideAWallIsNone) {
+  Simulation simulation = make(room(6));
+  const auto misses = follow(simulation, 4, [](double t) {
+    if (t < 1) return real_at(0, 3 - kSide - 0.1);
+    return real_at(0, 3 - kSide - 0.1 - 0.5 * (t - 1), 0, {0, -0.5, 0});
+  });
+  EXPECT_TRUE(misses.empty());
+}
+
+TEST(NearMiss, IsTheOneThatMovesAndNotTheOneThatStands) {
+  Simulation simulation = make({}, with_robots({"rover"}));
+  spawn(simulation, articulated("r", "rover", -2, 0.6));
+  std::vector<LaserRequest> requests;
+  for (int i = 0; i < 240 * 8; ++i) {
+    simulation.teleop("r", {0.5, 0, 0});
+    simulation.step(real_at(0, 0), requests);
+  }
+  const auto misses = only(simulation.take_events(), EventKind::near_miss);
+  ASSERT_EQ(misses.size(), 1U);
+  EXPECT_EQ(misses[0].subject, "r");
+  EXPECT_EQ(misses[0].object, "pioneer");
+  EXPECT_EQ(misses[0].text, "gap");
+  EXPECT_GT(misses[0].value, 0);
+}
+
+}  // namespace
+}  // namespace parhelion
