@@ -1,4 +1,5 @@
 // How many pictures a second the page draws with a crowd, in software: node frame_rate.mjs [AGENTS] [SECONDS]
+// The 3D view is turned all the while, so that each refresh of the screen wants a picture.
 import { launch, openPage } from "./built_page.mjs";
 
 const agents = Number(process.argv[2] ?? 1000), seconds = Number(process.argv[3] ?? 10);
@@ -11,7 +12,16 @@ try {
       const stage = [...document.querySelectorAll(".ground")].map((each) => each.stage).find(Boolean);
       const times = [];
       let on = true, last = performance.now();
-      const tick = (now) => { times.push(now - last); last = now; if (on) requestAnimationFrame(tick); };
+      const up = stage?.camera.up, offset = stage && stage.camera.position.clone().sub(stage.controls.target);
+      const tick = (now) => {
+        times.push(now - last);
+        last = now;
+        if (stage) {
+          stage.camera.position.copy(stage.controls.target).add(offset.applyAxisAngle(up, 0.004));
+          stage.controls.update();
+        }
+        if (on) requestAnimationFrame(tick);
+      };
       requestAnimationFrame(tick);
       const drawn = stage?.drawn ?? 0, from = performance.now();
       await new Promise((done) => setTimeout(done, s * 1000));

@@ -16,8 +16,10 @@ const TURN = Math.PI * 2;
 /** More names, or smaller ones beside each other, than this many or at fewer pixels a metre are a blur. */
 const NAMED = 40, NAMED_SCALE = 11;
 
-/** Below this many pixels a metre a body is its widest shape. */
-const DETAIL_SCALE = 24;
+/** Below so many pixels a metre a body is its widest shape; below the second a dart that points ahead, or a dot. */
+const DETAIL_SCALE = 24, DART_SCALE = 12;
+/** Length of a dart; of a crowd of this many they are smaller, so that it is not one blot. */
+const DART_PX = 9, CROWD = 150, CROWDED_PX = 5;
 const widestOf = new WeakMap<Shape[], Shape>();
 function widest(shapes: Shape[]): Shape {
   const known = widestOf.get(shapes);
@@ -30,37 +32,44 @@ function widest(shapes: Shape[]): Shape {
 
 export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent" ? ink.virtual : entity.owner === "robot" ? ink.robot : ink.door);
 
+const heads = (entity: Entity) => entity.kind === "robot" || entity.kind === "person";
+
 export interface Crowd { entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; selected: string; follows: string }
 
 /** All of one owner are one path: a thousand of them are three fills. */
 export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) {
   const { entities, world } = crowd;
   const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D() };
-  const noses = new Path2D();
+  const noses = new Path2D(), length = entities.length > CROWD ? CROWDED_PX : DART_PX, dot = 0.55 * length;
   const shown: { entity: Entity; x: number; y: number; px: number; py: number }[] = [];
   for (const entity of entities) {
     let first = true;
-    for (const part of entity.parts) {
+    const small = c.scale < DART_SCALE && entity.owner !== "building";
+    for (const part of small ? entity.parts.slice(0, 1) : entity.parts) {
       const row = rowOf(world, part.id);
       if (row < 0) continue;
       const k = row * 7;
       const place = { at: world.poses.subarray(k, k + 3), turn: world.poses.subarray(k + 3, k + 7) };
       const shapes = crowd.shapesOf(part);
-      for (const shape of c.scale < DETAIL_SCALE ? [widest(shapes)] : shapes) trace(bodies[entity.owner], c, shapeOutline(shape, place));
+      if (!small) for (const shape of c.scale < DETAIL_SCALE ? [widest(shapes)] : shapes) trace(bodies[entity.owner], c, shapeOutline(shape, place));
       if (!first) continue;
       first = false;
       const pose = flatPose(world, row);
       const [px, py] = toScreen(c, pose.x, pose.y);
       if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
       shown.push({ entity, x: pose.x, y: pose.y, px, py });
-      if (entity.kind === "robot" || entity.kind === "person") nose(noses, px, py, pose.yaw, Math.max(7, (entity.kind === "robot" ? 0.5 : 0.34) * c.scale));
+      if (small && heads(entity)) dart(bodies[entity.owner], px, py, pose.yaw, length);
+      else if (small) bodies[entity.owner].rect(px - dot / 2, py - dot / 2, dot, dot);
+      else if (heads(entity)) nose(noses, px, py, pose.yaw, Math.max(7, (entity.kind === "robot" ? 0.5 : 0.34) * c.scale));
       if (pose.flags & FLAG_UNSENSED) ring(g, px, py, 14, ink.soft, [2, 3]);
     }
   }
   for (const owner of ["building", "agent", "robot"] as const) {
-    g.strokeStyle = ink.canvas;
-    g.lineWidth = 2;
-    g.stroke(bodies[owner]);
+    if (c.scale >= DART_SCALE) {
+      g.strokeStyle = ink.canvas;
+      g.lineWidth = 2;
+      g.stroke(bodies[owner]);
+    }
     g.fillStyle = owner === "agent" ? ink.virtual : owner === "robot" ? ink.robot : ink.door;
     g.fill(bodies[owner], "nonzero");
   }
@@ -76,6 +85,13 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
     if (entity.owner === "building" && !chosen) continue;
     if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, entity.name, chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
   }
+}
+
+function dart(path: Path2D, x: number, y: number, yaw: number, length: number) {
+  const cos = (length / 2) * Math.cos(yaw), sin = (-length / 2) * Math.sin(yaw);
+  path.moveTo(x + 1.2 * cos, y + 1.2 * sin);
+  path.lineTo(x - cos - 0.75 * sin, y - sin + 0.75 * cos);
+  path.lineTo(x - cos + 0.75 * sin, y - sin - 0.75 * cos);
 }
 
 function nose(path: Path2D, x: number, y: number, yaw: number, length: number) {

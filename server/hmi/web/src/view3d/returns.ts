@@ -1,13 +1,15 @@
 /** Scans and clouds as points; one draw call each, their buffers kept and grown. */
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Points, ShaderMaterial } from "three";
 import type { PointsFrame, ScanFrame } from "../session/frames";
+import { screenColour } from "./solids";
 
 const vertexShader = /* glsl */ `
   attribute vec3 tint;
   uniform float size;
   varying vec3 shade;
+  ${screenColour}
   void main() {
-    shade = tint;
+    shade = screenColour(tint);
     vec4 p = modelViewMatrix * vec4(position, 1.0);
     gl_Position = projectionMatrix * p;
     gl_PointSize = clamp(size / -p.z, 2.0, 9.0);
@@ -16,7 +18,6 @@ const fragmentShader = /* glsl */ `
   varying vec3 shade;
   void main() {
     gl_FragColor = vec4(shade, 1.0);
-    #include <colorspace_fragment>
   }`;
 
 export class Returns {

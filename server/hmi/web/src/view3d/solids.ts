@@ -1,58 +1,68 @@
 /** Unit solids and the one material that all of them share: light by the direction of a face, computed at its corners. */
-import { BoxGeometry, BufferGeometry, Color, CylinderGeometry, DoubleSide, FrontSide, IcosahedronGeometry, ShaderMaterial } from "three";
-
-export type SolidKind = "box" | "cylinder" | "sphere";
+import { BoxGeometry, BufferGeometry, CylinderGeometry, IcosahedronGeometry, ShaderMaterial } from "three";
+import type { SolidKind } from "./forms";
 
 /** All with full lengths 1 along x, y, z, z up. */
 export function unitSolid(kind: SolidKind): BufferGeometry {
   const solid = kind === "box" ? new BoxGeometry(1, 1, 1)
-    : kind === "cylinder" ? new CylinderGeometry(0.5, 0.5, 1, 12).rotateX(Math.PI / 2)
-    : new IcosahedronGeometry(0.5, 1);
+    : kind === "cylinder" ? new CylinderGeometry(0.5, 0.5, 1, 16).rotateX(Math.PI / 2)
+    : new IcosahedronGeometry(0.5, 2);
   solid.deleteAttribute("uv");
   return solid;
 }
 
+/** How much of its colour a face of direction n (unit length) shows; `lightOf` says the same in the shader. */
+export function light(x: number, y: number, z: number): number {
+  return 0.5 + 0.5 * Math.max(0.3 * x + 0.45 * y + 0.84 * z, 0) + 0.2 * Math.max(-0.8 * x - 0.6 * y, 0) + 0.12 * z;
+}
+
+/** Colours go to the screen's scale at corners: a root for each pixel is dear where pixels are computed by software. */
+export const screenColour = /* glsl */ `
+  vec3 screenColour(vec3 c) {
+    c = clamp(c, 0.0, 1.0);
+    return mix(pow(c, vec3(0.41666)) * 1.055 - 0.055, c * 12.92, vec3(lessThanEqual(c, vec3(0.0031308))));
+  }`;
+
 const vertexShader = /* glsl */ `
   uniform float cut;
   varying vec3 shade;
-  #include <common>
+  ${screenColour}
+  float lightOf(vec3 n) {
+    return 0.5 + 0.5 * max(dot(n, vec3(0.3, 0.45, 0.84)), 0.0) + 0.2 * max(dot(n, vec3(-0.8, -0.6, 0.0)), 0.0) + 0.12 * n.z;
+  }
   void main() {
     vec3 p = position;
-    vec3 n = normal;
-    #ifdef USE_INSTANCING
-      p = (instanceMatrix * vec4(p, 1.0)).xyz;
-      n = normalize((instanceMatrix * vec4(n, 0.0)).xyz);
+    #ifdef LIT
+      shade = color.rgb;
+    #else
+      vec3 n = normal;
+      vec3 base = vec3(1.0);
+      #ifdef USE_INSTANCING
+        p = (instanceMatrix * vec4(p, 1.0)).xyz;
+        n = normalize((instanceMatrix * vec4(n, 0.0)).xyz);
+      #endif
+      #ifdef USE_COLOR
+        base = color;
+      #endif
+      #ifdef USE_INSTANCING_COLOR
+        base = instanceColor;
+      #endif
+      shade = screenColour(base * lightOf(n));
     #endif
     p.z = min(p.z, cut);
-    float light = 0.5 + 0.5 * max(dot(n, vec3(0.3, 0.45, 0.84)), 0.0) + 0.2 * max(dot(n, vec3(-0.8, -0.6, 0.0)), 0.0) + 0.12 * n.z;
-    vec3 base = vec3(1.0);
-    #ifdef USE_COLOR
-      base = color;
-    #endif
-    #ifdef USE_INSTANCING_COLOR
-      base = instanceColor;
-    #endif
-    shade = base * light;
     gl_Position = projectionMatrix * modelViewMatrix * vec4(p, 1.0);
   }`;
 
 const fragmentShader = /* glsl */ `
-  uniform float opacity;
   varying vec3 shade;
   void main() {
-    gl_FragColor = vec4(shade, opacity);
-    #include <colorspace_fragment>
+    gl_FragColor = vec4(shade, 1.0);
   }`;
 
-/** What is higher than `cut` (m) is pressed down to it: walls are looked over. */
-export function solidMaterial(options: { colours?: boolean; opacity?: number; wireframe?: boolean; cut?: number } = {}): ShaderMaterial {
-  const opacity = options.opacity ?? 1;
+/** What is higher than `cut` (m) is pressed down to it: walls are looked over. `lit`: colours are as the screen shows them. */
+export function solidMaterial(options: { colours?: boolean; lit?: boolean; wireframe?: boolean } = {}): ShaderMaterial {
   return new ShaderMaterial({
-    vertexShader, fragmentShader, vertexColors: options.colours ?? false, wireframe: options.wireframe ?? false,
-    transparent: opacity < 1, depthWrite: opacity === 1, side: opacity < 1 ? DoubleSide : FrontSide,
-    uniforms: { cut: { value: options.cut ?? 1e6 }, opacity: { value: opacity } },
+    vertexShader, fragmentShader, vertexColors: Boolean(options.colours || options.lit), wireframe: options.wireframe ?? false,
+    defines: options.lit ? { LIT: "" } : {}, uniforms: { cut: { value: 1e6 } },
   });
 }
-
-/** The scheme's colours, linear. */
-export const linear = (css: string) => new Color(css);

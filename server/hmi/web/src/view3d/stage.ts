@@ -3,8 +3,8 @@ import { Color, Group, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH,
 import { drawsBySoftware } from "../parts/graphics";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
-/** Frames that take longer are drawn with fewer pixels, shorter ones with more, ms. */
-const SLOW_MS = 30, QUICK_MS = 20;
+/** Pictures that take longer from being asked for to being drawn get fewer pixels, quicker ones more, ms. */
+const SLOW_MS = 33, QUICK_MS = 22;
 const COARSEST = 0.5;
 /** After this rest, ms, the picture is drawn once more in full. */
 const REST_MS = 250;
@@ -19,10 +19,10 @@ export class Stage {
   /** Frames drawn, for measurements. */
   drawn = 0;
   #wanted = 0;
+  #asked = 0;
   #scale = 1;
   #sharp = false;
-  #last = 0;
-  #took = SLOW_MS - 5;
+  #took = QUICK_MS;
   #rest: ReturnType<typeof setTimeout> | undefined;
   #ray = new Raycaster();
 
@@ -52,7 +52,9 @@ export class Stage {
 
   /** Draws before the next screen refresh, once however often it is asked for. */
   ask() {
-    this.#wanted ||= requestAnimationFrame((now) => this.#draw(now));
+    if (this.#wanted) return;
+    this.#asked = performance.now();
+    this.#wanted = requestAnimationFrame(() => this.#draw());
   }
 
   resize() {
@@ -104,12 +106,12 @@ export class Stage {
     if (!this.renderer.xr.isPresenting) this.#render();
   }
 
-  #draw(now: number) {
+  #draw() {
     this.#wanted = 0;
     if (this.renderer.xr.isPresenting) return;
     if (this.#sharp) this.#resolve(false);
     this.#render();
-    this.#adapt(now);
+    this.#adapt();
   }
 
   #render() {
@@ -119,18 +121,14 @@ export class Stage {
     ++this.drawn;
   }
 
-  /** The time between pictures that were asked for one after another is what a picture takes. */
-  #adapt(now: number) {
-    const since = now - this.#last;
-    this.#last = now;
-    if (since < 100) {
-      this.#took += (since - this.#took) * 0.1;
-      const scale = this.#took > SLOW_MS ? Math.max(COARSEST, this.#scale * 0.85) : this.#took < QUICK_MS ? Math.min(1, this.#scale * 1.1) : this.#scale;
-      if (scale !== this.#scale) {
-        this.#scale = scale;
-        this.#took = (SLOW_MS + QUICK_MS) / 2;
-        this.#resolve(false);
-      }
+  /** A card that is behind lets the next picture wait, software lets this one: both are in the time since it was asked for. */
+  #adapt() {
+    this.#took += (Math.min(100, performance.now() - this.#asked) - this.#took) * 0.1;
+    const scale = this.#took > SLOW_MS ? Math.max(COARSEST, this.#scale * 0.85) : this.#took < QUICK_MS ? Math.min(1, this.#scale * 1.1) : this.#scale;
+    if (scale !== this.#scale) {
+      this.#scale = scale;
+      this.#took = (SLOW_MS + QUICK_MS) / 2;
+      this.#resolve(false);
     }
     clearTimeout(this.#rest);
     if (this.#scale < 1) this.#rest = setTimeout(() => this.#finish(), REST_MS);

@@ -1,0 +1,94 @@
+/** Many solids in three draw calls, one for each kind: for a graphics card. */
+import { DynamicDrawUsage, Group, InstancedBufferAttribute, InstancedMesh } from "three";
+import type { SolidKind } from "./forms";
+import { solidMaterial, unitSolid } from "./solids";
+import type { Solids } from "./crowd";
+
+const kinds = ["box", "cylinder", "sphere"] as const;
+const FIRST_ROOM = { box: 4096, cylinder: 1024, sphere: 512 };
+
+export class InstancedSolids implements Solids {
+  readonly group = new Group();
+  #meshes: Record<SolidKind, InstancedMesh>;
+  #wires: Record<SolidKind, InstancedMesh> | null = null;
+  #counts: Record<SolidKind, number> = { box: 0, cylinder: 0, sphere: 0 };
+
+  constructor() {
+    this.#meshes = { box: made("box", FIRST_ROOM.box), cylinder: made("cylinder", FIRST_ROOM.cylinder), sphere: made("sphere", FIRST_ROOM.sphere) };
+    this.group.add(...Object.values(this.#meshes));
+  }
+
+  outline(on: boolean) {
+    if (!on) {
+      for (const mesh of Object.values(this.#wires ?? {})) this.group.remove(mesh);
+      this.#wires = null;
+    } else if (!this.#wires) {
+      this.#wires = { box: made("box", 1, true), cylinder: made("cylinder", 1, true), sphere: made("sphere", 1, true) };
+      this.group.add(...Object.values(this.#wires));
+    }
+  }
+
+  begin() {
+    this.#counts = { box: 0, cylinder: 0, sphere: 0 };
+  }
+
+  put(kind: SolidKind, m: Float64Array, red: number, green: number, blue: number) {
+    const i = this.#counts[kind]++, mesh = i < this.#meshes[kind].instanceMatrix.count ? this.#meshes[kind] : this.#longer(kind);
+    const out = mesh.instanceMatrix.array as Float32Array;
+    for (let c = 0; c < 4; ++c) {
+      for (let r = 0; r < 3; ++r) out[i * 16 + c * 4 + r] = m[c * 3 + r] as number;
+      out[i * 16 + c * 4 + 3] = c === 3 ? 1 : 0;
+    }
+    const colours = (mesh.instanceColor as InstancedBufferAttribute).array as Float32Array;
+    colours[i * 3] = red;
+    colours[i * 3 + 1] = green;
+    colours[i * 3 + 2] = blue;
+  }
+
+  end() {
+    for (const kind of kinds) {
+      const mesh = this.#meshes[kind], wire = this.#wires?.[kind];
+      mesh.count = this.#counts[kind];
+      if (mesh.count) {
+        changed(mesh.instanceMatrix, mesh.count * 16);
+        changed(mesh.instanceColor as InstancedBufferAttribute, mesh.count * 3);
+      }
+      if (!wire) continue;
+      wire.count = mesh.count;
+      wire.instanceMatrix = mesh.instanceMatrix;
+    }
+  }
+
+  #longer(kind: SolidKind): InstancedMesh {
+    const before = this.#meshes[kind], after = made(kind, before.instanceMatrix.count * 2);
+    (after.instanceMatrix.array as Float32Array).set(before.instanceMatrix.array);
+    ((after.instanceColor as InstancedBufferAttribute).array as Float32Array).set((before.instanceColor as InstancedBufferAttribute).array);
+    this.group.remove(before);
+    before.dispose();
+    this.group.add(after);
+    this.#meshes[kind] = after;
+    if (this.#wires) {
+      this.outline(false);
+      this.outline(true);
+    }
+    return after;
+  }
+}
+
+function changed(attribute: InstancedBufferAttribute, numbers: number) {
+  attribute.clearUpdateRanges();
+  attribute.addUpdateRange(0, numbers);
+  attribute.needsUpdate = true;
+}
+
+function made(kind: SolidKind, room: number, wireframe = false): InstancedMesh {
+  const mesh = new InstancedMesh(unitSolid(kind), solidMaterial({ wireframe }), room);
+  mesh.instanceMatrix.setUsage(DynamicDrawUsage);
+  if (!wireframe) {
+    mesh.instanceColor = new InstancedBufferAttribute(new Float32Array(room * 3), 3);
+    mesh.instanceColor.setUsage(DynamicDrawUsage);
+  }
+  mesh.count = 0;
+  mesh.frustumCulled = false;
+  return mesh;
+}
