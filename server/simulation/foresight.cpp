@@ -25,6 +25,8 @@ bool moves(const Footprint& local, const Twist2& twist) {
   return fastest_point_speed(local, twist) > NearMissWatch::kCareful;
 }
 
+bool drives(const MovingFootprint& own) { return fastest_point_speed(*own.local, own.twist) > kClosingSpeed; }
+
 PairKind pair_of(bool a_virtual, bool b_virtual) {
   if (a_virtual != b_virtual) return PairKind::real_virtual;
   return a_virtual ? PairKind::virtual_virtual : PairKind::real_real;
@@ -77,7 +79,7 @@ void Simulation::State::look_at_building(const Looking& from, std::optional<Ahea
 void Simulation::State::look_at_body(const Looking& from, const MovingFootprint& other,
                                      const Footprint& placed, const std::string& name, bool is_virtual,
                                      bool unsensed, std::optional<Ahead>& ahead) {
-  look_beside(from, placed, name, pair_of(from.is_virtual, is_virtual), unsensed);
+  if (drives(from.own)) look_beside(from, placed, name, pair_of(from.is_virtual, is_virtual), unsensed);
   const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
   if ((placed.center - from.center).norm() >
       placed.bound + from.own.local->bound +
@@ -93,7 +95,7 @@ void Simulation::State::look_at_body(const Looking& from, const MovingFootprint&
 
 std::optional<Ahead> Simulation::State::look_ahead(const Looking& from, const Agent* self) {
   std::optional<Ahead> ahead;
-  if (fastest_point_speed(*from.own.local, from.own.twist) > kClosingSpeed) look_at_building(from, ahead);
+  if (drives(from.own)) look_at_building(from, ahead);
   for (const auto& other : agents) {
     if (other.get() == self) continue;
     const double z = other->rigid.T_map_body.translation().z();

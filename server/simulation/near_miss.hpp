@@ -23,9 +23,9 @@ struct Neighbour {
 /// smallest gap, at most kGap), by time (text "time", value: s, the least time to a collision, at most
 /// kTime), or both. Only what is so while the robot itself moves faster than kCareful counts: who creeps past
 /// does so on purpose, and who stands is passed by others. Where it began an encounter within kGap, only the
-/// time counts. It is over when for kHold the thing was farther than kAway and not ahead within kTimeAway. A
-/// second as the limit of serious conflicts: Hayward, Near-miss determination through use of a scale of
-/// danger, Highway Research Record 384, 1972.
+/// time counts. It is over when for kHold the robot stood, or the thing was farther than kAway and not ahead
+/// within kTimeAway. A second as the limit of serious conflicts: Hayward, Near-miss determination through use
+/// of a scale of danger, Highway Research Record 384, 1972.
 class NearMissWatch {
  public:
   static constexpr double kGap = 0.20, kAway = 0.30;     // m

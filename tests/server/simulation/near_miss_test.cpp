@@ -1,6 +1,8 @@
 // Near misses: said once it is known that nothing was touched, with what geometry says of how near it was.
 #include "server/simulation/near_miss.hpp"
 
+#include <algorithm>
+
 #include "robots_world.hpp"
 
 namespace parhelion {
@@ -85,10 +87,30 @@ TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
   EXPECT_NEAR(misses[0].value, (0.35 + s * s / (2 * a)) / s, 0.03);
 }
 
+TEST(NearMiss, WhoStopsTooNearAndStaysIsToldSoWhateverItStandsBefore) {
+  for (const bool building : {true, false}) {
+    Simulation simulation = make(building ? room(6) : SemanticModel{});
+    if (!building) spawn(simulation, crate(3.25, 0));
+    const auto misses = follow(simulation, 3, [](double t) {
+      const double at = 3 - kFront - 0.08;
+      return real_at(at - 0.5 * std::max(0.0, 2 - t), 0, 0, {t < 2 ? 0.5 : 0.0, 0, 0});
+    });
+    const auto by = [&](const std::string& text) {
+      return std::find_if(misses.begin(), misses.end(), [&](const Event& miss) { return miss.text == text; });
+    };
+    ASSERT_EQ(misses.size(), 2U) << building;
+    ASSERT_NE(by("gap"), misses.end());
+    ASSERT_NE(by("time"), misses.end());
+    EXPECT_NEAR(by("gap")->value, 0.08, 0.005);
+    EXPECT_NEAR(by("time")->value, 0.16, 0.01);
+    EXPECT_NEAR((by("gap")->stamp - kStart).seconds(), 2 + NearMissWatch::kHold, 0.01);
+  }
+}
+
 TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
   Simulation simulation = make(room(6));
   const auto misses = follow(simulation, 6, [](double t) {
-    const double at = 3 - kFront + 0.001;
+    const double at = 3 - kFront + 0.005;  // more than it drives in a step
     if (t < 2) return real_at(at - 0.5 * (2 - t), 0, 0, {0.5, 0, 0});
     if (t < 3) return real_at(at, 0);
     return real_at(at - 0.5 * (t - 3), 0, 0, {-0.5, 0, 0});
