@@ -6,6 +6,8 @@ import { join } from "node:path";
 import axe from "axe-core";
 import { chromium } from "playwright-core";
 
+/** How long anything may take on a machine that is busy otherwise. */
+const PATIENCE_MS = 60_000;
 /** A group of its own, so that runs beside each other do not hear each other. */
 export const url = `udpm://239.255.76.67:${20_000 + (process.pid % 20_000)}?ttl=0`;
 
@@ -68,7 +70,7 @@ export async function openBrowser() {
 export async function person(browser, address, viewport = { width: 1366, height: 768 }) {
   const context = await browser.newContext({ viewport, ignoreHTTPSErrors: true });
   const page = await context.newPage();
-  page.setDefaultTimeout(20_000);
+  page.setDefaultTimeout(PATIENCE_MS);
   const wrong = [];
   page.on("pageerror", (error) => wrong.push(error.message));
   page.on("console", (message) => { if (message.type() === "error" && !message.text().startsWith("Failed to load resource")) wrong.push(message.text()); });
@@ -95,7 +97,7 @@ export async function noViolation(page, what) {
 }
 
 /** Until `look` resolves to something true; `what` is for the one who reads why it never did. */
-export async function until(what, look, patience = 20_000) {
+export async function until(what, look, patience = PATIENCE_MS) {
   const last = performance.now() + patience;
   for (;;) {
     const seen = await look();
