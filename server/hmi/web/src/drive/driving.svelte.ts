@@ -1,5 +1,6 @@
 /** The operator's hands: keyboard, game pad and the stick on the screen, and what of them goes to the robot. Whatever takes the
  * page from the operator (another window, a hidden tab, a lost connection) lets go of everything. */
+import { dialogues } from "../parts/dialogue.svelte";
 import { plan } from "../plan/tool.svelte";
 import { askedOf, jointCommand } from "./joints";
 import { HeldKeys, takesKeys, type DriveKey } from "./keys";
@@ -108,7 +109,7 @@ class Driving {
     const pad = this.#lookAtPad();
     const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
     const robot = teleop.robot;
-    const held = input.held && robot !== undefined && !plan.tool;
+    const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
     const twist = robot && held ? twistOf(input, robot.most, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
     if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));

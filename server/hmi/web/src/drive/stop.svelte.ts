@@ -1,5 +1,6 @@
 /** The emergency stop: on every screen of every role that may, by a button, Escape and Space. It goes out on both connections,
  * so that one that is lost does not matter. */
+import { dialogues } from "../parts/dialogue.svelte";
 import { plan } from "../plan/tool.svelte";
 import { session } from "../session/session.svelte";
 import { isTyping, takesKeys } from "./keys";
@@ -27,7 +28,8 @@ class StopKeys {
     if (event.ctrlKey || event.altKey || event.metaKey) return false;
     if (event.code === "Tab") this.tabbed = true;
     else if (/^(Key[WASD]|Arrow)/.test(event.code) && !takesKeys(event.target as HTMLElement | null)) this.tabbed = false;
-    if (event.code === "Escape") return plan.tool === null;
+    // Nothing is driven while a dialogue is open, which Escape closes.
+    if (event.code === "Escape") return plan.tool === null && dialogues.open === null;
     return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
   }
   point() {

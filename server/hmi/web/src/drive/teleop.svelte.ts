@@ -95,7 +95,9 @@ class Teleop {
         break;
       case "estop":
         this.stops = changed(this.stops, said.robot, said.on ? said.by : undefined);
-        if (!said.on) this.#rearm();
+        if (said.on) break;
+        this.refusal = "";
+        this.#rearm();
         break;
       case "sent": this.refusal = ""; break;
       case "pong": {

@@ -7,7 +7,7 @@ export const eventGroups: EventGroup[] = ["contact", "motion", "task", "robot", 
 export type Weight = "bad" | "warning" | "good" | "plain";
 
 const groups: Record<EventGroup, string[]> = {
-  contact: ["collision_started", "collision_stopped", "collision_continued", "collision_predicted", "hazard_set_off", "command_reduced", "command_restored"],
+  contact: ["collision_started", "collision_stopped", "collision_continued", "collision_predicted", "near_miss", "hazard_set_off", "command_reduced", "command_restored"],
   motion: ["step_climbed", "fell", "tipped_over", "tipping_predicted", "pitch_warning", "pitch_limit", "roll_warning", "roll_limit", "yaw_rate_warning",
     "yaw_rate_limit", "zone_entered", "zone_left", "movement_started", "movement_stopped", "door_opened", "door_closed", "door_unhinged",
     "door_space_entered", "door_space_left", "gripped", "lifted", "dropped", "placed"],
@@ -16,7 +16,7 @@ const groups: Record<EventGroup, string[]> = {
     "pose_recovered", "relocalized", "injection_degraded", "injection_restored", "deadman_pressed", "deadman_released"],
   session: ["command_accepted", "command_refused", "model_changed", "operator_switched", "console_lost", "foreign_publisher", "script_started",
     "lesson_started", "lesson_ended"],
-  agent: ["agent_spawned", "agent_moved", "agent_removed", "goal_reached", "goal_unreachable"],
+  agent: ["agent_spawned", "agent_moved", "agent_removed", "goal_reached", "goal_unreachable", "agent_withheld", "agent_shown"],
 };
 const groupOfKind = new Map(eventGroups.flatMap((group) => groups[group].map((kind) => [kind, group] as const)));
 
@@ -26,7 +26,7 @@ export function groupOf(kind: string): EventGroup {
 
 const bad = new Set(["collision_started", "hazard_set_off", "fell", "tipped_over", "door_unhinged", "dropped", "task_failed", "penalty_charged",
   "joint_broken", "battery_empty", "radio_lost", "pose_lost", "console_lost", "pitch_limit", "roll_limit", "yaw_rate_limit"]);
-const warning = new Set(["collision_predicted", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "battery_low",
+const warning = new Set(["collision_predicted", "near_miss", "tipping_predicted", "pitch_warning", "roll_warning", "yaw_rate_warning", "joint_overload", "battery_low",
   "injection_degraded", "command_refused", "goal_unreachable", "foreign_publisher", "command_reduced"]);
 const good = new Set(["task_done", "placed", "lifted", "pose_recovered", "injection_restored", "radio_restored"]);
 

@@ -11,5 +11,7 @@ export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
 export function detailOf(event: SessionEvent): string {
   const whom = (groupOf(event.kind) === "task" ? [event.object] : [event.subject, event.object]).filter(Boolean).join(" – ");
   const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)}\u00a0N\u00a0s` : "";
-  return [whom, impulse, event.text].filter(Boolean).join(" · ");
+  // The server's words are a sentence or one of its own names.
+  const text = event.text?.replaceAll("_", event.kind === "command_reduced" ? " " : "_");
+  return [whom, impulse, text].filter(Boolean).join(" · ");
 }

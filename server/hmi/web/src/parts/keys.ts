@@ -1,4 +1,6 @@
 /** Keys of the page: one list, so that none is taken twice and `?` can show them. */
+import { dialogues } from "./dialogue.svelte";
+
 export interface KeyUse { key: string; what: string; run(): void }
 
 const uses = new Map<string, KeyUse>();
@@ -16,7 +18,7 @@ export const typesIn = (target: EventTarget | null) =>
   target instanceof HTMLElement && (target.isContentEditable || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName) && (target as HTMLInputElement).type !== "checkbox");
 
 export function handleKey(event: KeyboardEvent) {
-  if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || typesIn(event.target)) return;
+  if (dialogues.open || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented || typesIn(event.target)) return;
   const use = uses.get(event.key.toLowerCase());
   if (!use) return;
   event.preventDefault();

@@ -25,6 +25,11 @@ class Account {
     return this.#post("api/v1/setup", { token, name, password });
   }
 
+  /** All other log-ins of this account end with it. */
+  async changePassword(old: string, fresh: string): Promise<string | null> {
+    return this.#post("api/v1/password", { old, new: fresh });
+  }
+
   async logOut(): Promise<void> {
     await fetch("api/v1/logout", { method: "POST" }).catch(() => undefined);
     this.who = null;
@@ -45,7 +50,8 @@ class Account {
   }
 }
 
-async function reason(answer: Response): Promise<string | null> {
+/** The server's own words for why it refused. */
+export async function reason(answer: Response): Promise<string | null> {
   try {
     const { error } = (await answer.json()) as { error?: unknown };
     return typeof error === "string" ? error : null;

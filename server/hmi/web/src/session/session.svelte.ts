@@ -102,6 +102,11 @@ class Session {
     return poseOf(this.entities.find((each) => each.name === name), this.world);
   }
 
+  /** Where robots and agents are; doors and the like are part of the site. */
+  places(): FlatPose[] {
+    return this.entities.flatMap((each) => (each.owner === "building" ? [] : (poseOf(each, this.world) ?? [])));
+  }
+
   subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
     this.#subscription = { ...this.#subscription, ...change };
     this.say({ type: "subscribe", ...this.#subscription });

@@ -48,8 +48,10 @@ async function json<T>(path: string): Promise<T | null> {
 
 export const site = new Site();
 
+export interface Bounds { x0: number; y0: number; x1: number; y1: number }
+
 /** Smallest rectangle around the model or the map, m; null where neither is known. */
-export function siteBounds(model: Model | null, map: MapPicture | null): { x0: number; y0: number; x1: number; y1: number } | null {
+export function siteBounds(model: Model | null, map: MapPicture | null): Bounds | null {
   let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
   const take = (x: number, y: number) => { x0 = Math.min(x0, x); y0 = Math.min(y0, y); x1 = Math.max(x1, x); y1 = Math.max(y1, y); };
   for (const { at, size, turn } of model?.elements ?? []) {
@@ -65,4 +67,14 @@ export function siteBounds(model: Model | null, map: MapPicture | null): { x0: n
     take(map.x + map.image.width * map.resolution, map.y + map.image.height * map.resolution);
   }
   return x1 > x0 && y1 > y0 ? { x0, y0, x1, y1 } : null;
+}
+
+const MARGIN_M = 7, DWARFED = 1.6;
+/** What is looked at first: the site, or of one that dwarfs them the part where robots and agents are. */
+export function firstBounds(site: Bounds | null, places: readonly { x: number; y: number }[]): Bounds | null {
+  if (!site || !places.length) return site;
+  const xs = places.map((each) => each.x), ys = places.map((each) => each.y);
+  const near = { x0: Math.min(...xs) - MARGIN_M, y0: Math.min(...ys) - MARGIN_M, x1: Math.max(...xs) + MARGIN_M, y1: Math.max(...ys) + MARGIN_M };
+  const reach = ({ x0, y0, x1, y1 }: Bounds) => Math.max(x1 - x0, y1 - y0);
+  return reach(site) > DWARFED * reach(near) ? near : site;
 }
