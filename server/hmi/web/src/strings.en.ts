@@ -127,6 +127,8 @@ export const strings = {
     stale: "STALE",
     staleAbout: (age: string) => `The picture is ${age} old.`,
     none: "No picture yet",
+    noCamera: (robot: string) => `${robot} has no camera.`,
+    look: "Look at it in 3D",
     age: "Age of the picture",
     sinceCamera: "from the camera's stamp to this screen",
     sinceServer: "since the server sent it: the camera's stamp is of another time",

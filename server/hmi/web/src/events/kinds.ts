@@ -38,13 +38,16 @@ export function weightOf(kind: string): Weight {
 const chatter = new Set(["collision_continued", "command_accepted", "score_changed", "movement_started", "movement_stopped", "deadman_pressed",
   "deadman_released", "collision_stopped", "command_restored"]);
 
+/** Nor is it news that a robot is held back while nobody drives it. */
+const idle = (event: SessionEvent) => event.kind === "command_reduced" && event.text === "silence";
+
 export interface EventFilter { groups: ReadonlySet<EventGroup>; all: boolean; text: string }
 
 /** Those that pass, the newest first. `all`: with what is said often. */
 export function filtered(events: readonly SessionEvent[], filter: EventFilter): SessionEvent[] {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const passes = (event: SessionEvent): boolean => {
-    if (!filter.groups.has(groupOf(event.kind)) || (!filter.all && chatter.has(event.kind))) return false;
+    if (!filter.groups.has(groupOf(event.kind)) || (!filter.all && (chatter.has(event.kind) || idle(event)))) return false;
     const said = `${event.kind.replaceAll("_", " ")} ${event.subject} ${event.object} ${event.text ?? ""}`.toLowerCase();
     return words.every((word) => said.includes(word));
   };

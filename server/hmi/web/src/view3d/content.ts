@@ -31,6 +31,8 @@ export class Content {
   #cloud = new Returns(30);
   #model: ModelMeshes | null = null;
   #modelOf = "";
+  /** Height of the lowest floor, m: what reaches below it is shown on it. */
+  #lowest = 0;
   #map: Mesh | null = null;
   #inks = {} as Inks;
   #css = {} as Record<(typeof inkNames)[number], string>;
@@ -71,6 +73,8 @@ export class Content {
       if (this.#model) this.group.remove(this.#model.group);
       this.#model = modelMeshes(site.model, new Set(doors), this.#css);
       this.group.add(this.#model.group);
+      this.#lowest = Math.min(...site.model.elements.filter((each) => each.label === "floor").map((each) => each.at[2] + each.size[2] / 2));
+      if (!Number.isFinite(this.#lowest)) this.#lowest = 0;
     }
     if (this.#model) {
       this.#model.group.visible = layers.has("model");
@@ -94,7 +98,7 @@ export class Content {
     const lines = this.#lines, inks = this.#inks;
     lines.begin();
     if (layers.has("zones"))
-      for (const zone of session.zones) lines.way(zone.points.flat(), (zone.bottom ?? 0) + ZONE_Z, inks.zone, true);
+      for (const zone of session.zones) lines.way(zone.points.flat(), Math.max(zone.bottom ?? 0, this.#lowest) + ZONE_Z, inks.zone, true);
     const owners = new Map(session.entities.map((each) => [each.name, each]));
     if (layers.has("paths"))
       for (const [name, trail] of this.trails.of) {

@@ -7,8 +7,14 @@ import { solidMaterial, unitSolid } from "./solids";
 export interface ModelInk { floor: string; wall: string; thing: string; door: string; stairs: string; zone: string; virtual: string; canvas: string }
 type Layer = "low" | "walls" | "above";
 
-const layerOf = (label: string): Layer | null =>
-  label === "free_space" ? null : label === "ceiling" || label === "wall_above_door" ? "above" : label === "wall" || label === "pillar" || label === "window" ? "walls" : "low";
+/** Higher than this (m), what nobody has named hides as much as a wall does. */
+const TALL_M = 1.6;
+
+function layerOf({ label, at, size }: Element): Layer | null {
+  if (label === "free_space") return null;
+  if (label === "ceiling" || label === "wall_above_door") return "above";
+  return ["wall", "pillar", "window"].includes(label) || (label === "unknown" && at[2] + size[2] / 2 > TALL_M) ? "walls" : "low";
+}
 
 export interface ModelMeshes { group: Group; walls: ShaderMaterial; above: Group; edges: LineSegments }
 
@@ -21,7 +27,7 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
   const virtual = new Color(ink.virtual);
   const parts: Record<Layer, Element[]> = { low: [], walls: [], above: [] };
   for (const element of model.elements) {
-    const layer = layerOf(element.label);
+    const layer = layerOf(element);
     if (layer && !without.has(element.name)) parts[layer].push(element);
   }
   const colourOf = (element: Element) => (element.virtual ? virtual : (colours[element.label] ?? colours.unknown)) as Color;
