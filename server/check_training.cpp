@@ -46,9 +46,21 @@ bool is_about_things(EventKind kind) {
   }
 }
 
+/// Its value is of two kinds, which its text tells apart.
+Status check_near_miss(const Condition& condition, const std::string& where) {
+  if (condition.event != EventKind::near_miss) return {};
+  const bool limits = condition.least || condition.most;
+  if (condition.text == "gap" || condition.text == "time" || (condition.text.empty() && !limits)) return {};
+  if (condition.text.empty())
+    return Error{where +
+                 ": near_miss has values in m and in s: say 'text: gap' or 'text: time' beside the limit"};
+  return Error{where + ": near_miss says 'gap' or 'time', never '" + condition.text + "'"};
+}
+
 Status check_event(const Configuration& configuration, const Condition& condition, const std::string& where) {
-  if (condition.kind != Condition::Kind::event || condition.object.empty()) return {};
-  if (!is_about_things(condition.event)) return {};
+  if (condition.kind != Condition::Kind::event) return {};
+  if (Status said = check_near_miss(condition, where); !said) return said;
+  if (condition.object.empty() || !is_about_things(condition.event)) return {};
   const std::vector<std::string> names = known_names(configuration);
   if (std::find(names.begin(), names.end(), condition.object) != names.end()) return {};
   return Error{where + ": " + to_string(condition.event) + " of '" + condition.object +

@@ -28,7 +28,20 @@ std::string duration_text(const Condition& condition) {
   return condition.duration > 0 ? " for " + time_text(condition.duration) : "";
 }
 
+/// Passed too near, or turned away from at the last moment (server/simulation/near_miss.hpp).
+std::string near_miss_words(const Condition& condition) {
+  const std::string whom = condition.object.empty() ? "anything" : condition.object;
+  const bool by_gap = condition.text == "gap", by_time = condition.text == "time";
+  std::string gap = "passing too near to " + whom, time = "almost driving into " + whom;
+  if (by_gap && condition.most) gap = "passing " + whom + number(" nearer than %g m", *condition.most);
+  if (by_time && condition.most) time += number(", less than %g s from it", *condition.most);
+  if (by_gap || by_time) return by_gap ? gap : time;
+  return gap + " or " + time;
+}
+
 std::string event_words(const Condition& condition) {
+  const bool by_whom = !condition.subject.empty() || condition.least || condition.count > 1;
+  if (condition.event == EventKind::near_miss && !by_whom) return near_miss_words(condition);
   std::string text = to_string(condition.event);
   if (!condition.subject.empty()) text += " by " + condition.subject;
   if (!condition.object.empty()) text += " with " + condition.object;

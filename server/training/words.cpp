@@ -24,6 +24,12 @@ std::string event_text(const std::optional<Event>& event) {
   if (!event) return "";
   std::string text = std::string(to_string(event->kind)) + " " + event->subject;
   if (!event->object.empty()) text += " - " + event->object;
+  if (event->kind == EventKind::near_miss) {
+    char nearest[48];
+    std::snprintf(nearest, sizeof nearest, event->text == "time" ? " (%.2f s to a collision)" : " (%.2f m)",
+                  event->value);
+    return text + nearest;
+  }
   if (!event->text.empty()) text += " (" + event->text + ")";
   char impulse[32];
   std::snprintf(impulse, sizeof impulse, ", %.2f N s", event->impulse);

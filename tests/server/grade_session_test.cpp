@@ -62,7 +62,7 @@ class GradeSession : public testing::Test {
     if (change) change(scenario);
     std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
     std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
-    test::write_log(folder_ / "drive.lcm", test::drive(6));
+    test::write_log(folder_ / "drive.lcm", drive_);
     ReplayOptions options;
     options.log = folder_ / "drive.lcm";
     options.scenario = folder_ / "scenario.yaml";
@@ -73,6 +73,7 @@ class GradeSession : public testing::Test {
     return options.session;
   }
   test::Folder folder_;
+  std::vector<Message> drive_ = test::drive(6);
   std::string error_;
   std::optional<Report> report_;
 };
@@ -160,6 +161,24 @@ TEST_F(GradeSession, ALogThatIsCutOffIsGradedAsFarAsItGoes) {
   EXPECT_FALSE(session->grade.complete);
   EXPECT_EQ(session->grade.tasks[0].outcome, TaskOutcome::done);
   EXPECT_THAT(to_text(*session), HasSubstr("INCOMPLETE"));
+}
+
+TEST_F(GradeSession, TheRobotsClockMayBeSetBackDuringTheSession) {
+  const auto plain = grade_session(record("a.lcm"));
+  for (Message& each : drive_) {
+    if (each.arrival < ArrivalTime::from_utime(test::start_us + 1'000'000)) continue;
+    auto utime = leading_stamp(each.payload)->utime() - 3'600'000'000;
+    for (std::size_t i = 16; i-- > 8; utime >>= 8) each.payload[i] = static_cast<std::uint8_t>(utime);
+  }
+  const auto set_back = grade_session(record("b.lcm"));
+  ASSERT_TRUE(plain.ok() && set_back.ok());
+  ASSERT_FALSE(plain->grade.charges.empty());
+  EXPECT_EQ(set_back->grade.charges.size(), plain->grade.charges.size());
+  EXPECT_EQ(set_back->grade.tasks[0].outcome, TaskOutcome::done);
+  EXPECT_EQ(set_back->grade.score, plain->grade.score);
+  EXPECT_GT(set_back->grade.end, set_back->grade.begin);
+  ASSERT_TRUE(report_ && report_->grade);
+  EXPECT_EQ(to_json(*report_->grade), to_json(*set_back)) << "the report's grade is that of the log";
 }
 
 TEST_F(GradeSession, WhatCannotBeGradedSaysWhy) {

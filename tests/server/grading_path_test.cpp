@@ -194,31 +194,49 @@ TEST_F(ReachTest, AZoneInTheRoomIsReachedOneInAWallOrBehindOneIsNot) {
   EXPECT_THAT(error_of(1, 0, 0.04, true), HasSubstr("no room for the robot in it; it lies in 'fence'"));
 }
 
+/// What is wrong with a training of one task with this condition, about a person called guide.
+std::string training_error(Condition condition) {
+  Scenario scenario;
+  Task task;
+  task.name = "t";
+  task.done = std::move(condition);
+  scenario.training.emplace().tasks = {task};
+  const Status known = check_training(level_1({test::agent("guide", AgentKind::person, 1, 1)}, scenario));
+  return known ? "" : known.error().message;
+}
+
 TEST(CheckTraining, WhatAConditionNamesMustBeThere) {
-  const auto error_of = [](Condition condition) {
-    Scenario scenario;
-    Task task;
-    task.name = "t";
-    task.done = std::move(condition);
-    scenario.training.emplace().tasks = {task};
-    const Status known = check_training(level_1({test::agent("guide", AgentKind::person, 1, 1)}, scenario));
-    return known ? "" : known.error().message;
-  };
   Condition condition;
   condition.kind = Condition::Kind::follow;
   condition.target = "guide";
-  EXPECT_EQ(error_of(condition), "");
+  EXPECT_EQ(training_error(condition), "");
   condition.target = "giude";
-  EXPECT_THAT(error_of(condition), HasSubstr("task 't': there is no agent 'giude', did you mean 'guide'?"));
+  EXPECT_THAT(training_error(condition),
+              HasSubstr("task 't': there is no agent 'giude', did you mean 'guide'?"));
   condition.kind = Condition::Kind::report;
-  EXPECT_THAT(error_of(condition), HasSubstr("did you mean 'guide'?"));
+  EXPECT_THAT(training_error(condition), HasSubstr("did you mean 'guide'?"));
   condition.kind = Condition::Kind::place;
   condition.target = "guide";
   condition.into = "gide";
-  EXPECT_THAT(error_of(condition), HasSubstr("there is no container 'gide', did you mean 'guide'?"));
+  EXPECT_THAT(training_error(condition), HasSubstr("there is no container 'gide', did you mean 'guide'?"));
   condition = {};
   condition.object = "guied";
-  EXPECT_THAT(error_of(condition), HasSubstr("collision_started of 'guied' will never be"));
+  EXPECT_THAT(training_error(condition), HasSubstr("collision_started of 'guied' will never be"));
+  condition.event = EventKind::near_miss;
+  EXPECT_THAT(training_error(condition), HasSubstr("near_miss of 'guied' will never be"));
+}
+
+TEST(CheckTraining, ALimitOfANearMissSaysWhetherItIsADistanceOrATime) {
+  Condition condition;
+  condition.event = EventKind::near_miss;
+  condition.object = "guide";
+  EXPECT_EQ(training_error(condition), "");
+  condition.most = 0.1;
+  EXPECT_THAT(training_error(condition), HasSubstr("say 'text: gap' or 'text: time' beside the limit"));
+  condition.text = "gap";
+  EXPECT_EQ(training_error(condition), "");
+  condition.text = "distance";
+  EXPECT_THAT(training_error(condition), HasSubstr("never 'distance'"));
 }
 
 }  // namespace

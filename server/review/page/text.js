@@ -77,7 +77,8 @@ const TEXT = {
   event: (e) => {
     let words = e.subject ? `${e.subject}: ${TEXT.kind(e.kind)}` : TEXT.kind(e.kind);
     if (e.object) words += `, ${e.object}`;
-    if (e.text) words += ` (${e.text})`;
+    if (e.kind === "near_miss") words += e.text === "time" ? ` (${figure(e.value, 2)} s to a collision)` : ` (${figure(e.value, 2)} m)`;
+    else if (e.text) words += ` (${e.text})`;
     if (e.kind === "score_changed" || e.kind === "grading_ended") words += `: ${figure(e.value, 2)}`;
     if (e.impulse > 0) words += `, ${figure(e.impulse, 2)} N s`;
     if (e.unsensed) words += ", not scored: it could not be seen coming";

@@ -66,6 +66,21 @@ TEST(Briefing, EveryConditionHasWords) {
   }
 }
 
+TEST(Briefing, ANearMissIsToldByItsDistanceAndByItsTime) {
+  Condition condition;
+  condition.event = EventKind::near_miss;
+  condition.object = "guide";
+  EXPECT_EQ(condition_text(condition), "passing too near to guide or almost driving into guide");
+  condition.text = "gap";
+  condition.most = 0.15;
+  EXPECT_EQ(condition_text(condition), "passing guide nearer than 0.15 m");
+  condition.text = "time";
+  condition.most = 0.8;
+  EXPECT_EQ(condition_text(condition), "almost driving into guide, less than 0.8 s from it");
+  condition.object.clear();
+  EXPECT_EQ(condition_text(condition), "almost driving into anything, less than 0.8 s from it");
+}
+
 TEST(Briefing, WithoutATrainingThereIsNone) { EXPECT_EQ(briefing(Scenario{}, "rover"), ""); }
 
 }  // namespace

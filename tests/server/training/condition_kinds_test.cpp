@@ -47,7 +47,6 @@ class ConditionKinds : public test::GraderTest {
     rover.rotation_rate = rover.T_map_body.rotation() * Eigen::Vector3d(0, 0, yaw_rate);
     grader_->take(world);
   }
-  std::size_t charges() const { return grader_->grade().charges.size(); }
 };
 
 TEST_F(ConditionKinds, AReportCountsForWhatIsNamedAndWhereItIsAsked) {
@@ -165,53 +164,19 @@ TEST_F(ConditionKinds, NobodyVirtualIsNearWhileItCannotBeSeen) {
   EXPECT_EQ(grader_->grade().charged, 5);
 }
 
-TEST_F(ConditionKinds, AnEventCanBeToldByItsText) {
-  training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
-  Condition held = on(EventKind::command_reduced);
-  held.text = "contact";
-  training_.penalties = {penalty("held back", 3, held)};
+TEST_F(ConditionKinds, AnAgentThatIsWithheldAloneIsNotNearWhileOthersAre) {
+  training_.tasks = {task("t", 10, of(Kind::avoid, "person_1", 1, 5))};
+  training_.penalties = {penalty("person 1", 3, of(Kind::near, "person_1", 1)),
+                         penalty("person 2", 2, of(Kind::near, "person_2", 1))};
   start();
-  Event event;
-  event.kind = EventKind::command_reduced;
-  event.subject = "rover";
-  for (const char* why : {"silence", "contact"}) {
-    event.stamp = at(why == std::string("contact") ? 2 : 1);
-    event.text = why;
-    grader_->take(event);
-  }
-  ASSERT_EQ(charges(), 1U);
-  EXPECT_EQ(grader_->grade().charges[0].at, at(2));
-}
-
-/// Each in an event of its own kind, as the server says it.
-TEST_F(ConditionKinds, EveryPenaltyThatIsAskedForIsExpressible) {
-  const EventKind kinds[] = {
-      EventKind::collision_predicted, EventKind::near_miss,        EventKind::pitch_limit,
-      EventKind::roll_warning,        EventKind::yaw_rate_limit,   EventKind::fell,
-      EventKind::tipped_over,         EventKind::joint_broken,     EventKind::joint_overload,
-      EventKind::door_unhinged,       EventKind::zone_entered,     EventKind::command_reduced,
-      EventKind::deadman_released,    EventKind::collision_started};
-  for (const EventKind kind : kinds) {
-    training_.tasks = {task("t", 10, of(Kind::reach, "hall"))};
-    training_.penalties = {penalty("p", 3, on(kind))};
-    start();
-    say(1, kind, "thing");
-    EXPECT_EQ(charges(), 1U) << to_string(kind);
-    start();
-    Event unsensed;
-    unsensed.stamp = at(1);
-    unsensed.kind = kind;
-    unsensed.subject = "rover";
-    unsensed.unsensed = true;
-    grader_->take(unsensed);
-    EXPECT_EQ(charges(), 0U) << to_string(kind) << " that could not be seen coming";
-  }
-  training_.penalties = {penalty("hazard", 3, on(EventKind::hazard_set_off))};
-  start();
-  say(1, EventKind::hazard_set_off, "other_robot", 0, 0, "mine");
-  EXPECT_EQ(charges(), 0U);
-  say(2, EventKind::hazard_set_off, "rover", 0, 0, "mine");
-  EXPECT_EQ(charges(), 1U) << "the device is the event's subject, who came near its object";
+  say(0, EventKind::agent_withheld, "person_1");
+  stand(1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}, {"person_2", {-0.5, 2.5}}});
+  EXPECT_EQ(grader_->grade().charged, 2);
+  EXPECT_EQ(outcome(), TaskOutcome::open) << "it could not be avoided either";
+  say(2, EventKind::agent_shown, "person_1");
+  stand(2.1, 0, 2.5, 0, {{"person_1", {0.5, 2.5}}, {"person_2", {-0.5, 2.5}}});
+  EXPECT_EQ(grader_->grade().charged, 5);
+  EXPECT_EQ(outcome(), TaskOutcome::failed);
 }
 
 TEST_F(ConditionKinds, WhatChangesIsSaidAsItChangesAndIsNotGradedItself) {
