@@ -71,8 +71,8 @@ class Painter {
       if (in_plan(entity) && entity.hinge) paint_swing(entity);
     }
     write_dimensions();
-    paint_axes();
     paint_title();
+    paint_axes();
     legend_.paint(canvas_);
     return canvas_.write(path);
   }
@@ -252,20 +252,20 @@ class Painter {
     }
   }
 
+  /// In the title's bar, where they hide nothing.
   void paint_axes() {
-    const double x = 44, y = canvas_.plan_bottom() - 40.0, length = 54;
-    canvas_.bar({Eigen::Vector2d(14, y - length - 28), Eigen::Vector2d(x + length + 32, y + 26)}, paper);
-    const auto arrow = [&](const Eigen::Vector2d& to, Colour colour, const char* name) {
-      const Eigen::Vector2d from(x, y), along = to.normalized(), across(-along.y(), along.x());
-      canvas_.pixel_line(from, from + to, colour, 2.5);
+    const Eigen::Vector2d from(canvas_.width() - 76, title_bar - 14);
+    const auto arrow = [&](const Eigen::Vector2d& along, Colour colour, const char* name) {
+      const Eigen::Vector2d to = from + 34 * along, across(-along.y(), along.x());
+      canvas_.pixel_line(from, to, colour, 2.5);
       for (const double side : {-1.0, 1.0})
-        canvas_.pixel_line(from + to, from + to - 9 * along + side * 5 * across, colour, 2.5);
-      const Eigen::Vector2d at = from + to + 10 * along;
+        canvas_.pixel_line(to, to - 8 * along + side * 5 * across, colour, 2.5);
+      const Eigen::Vector2d at = to + 10 * along;
       canvas_.text({at.x() - 4, at.y() + 5}, name, 12, colour);
     };
-    arrow({length, 0}, axis_x, "x");
-    arrow({0, -length}, axis_y, "y");
-    canvas_.text({x - 20, y + 18}, "map", 10, faint);
+    arrow({1, 0}, axis_x, "x");
+    arrow({0, -1}, axis_y, "y");
+    canvas_.text({from.x() - canvas_.text_width("map", 11) - 10, from.y() + 4}, "map", 11, faint);
   }
 
   void paint_title() {

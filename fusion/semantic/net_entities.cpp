@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "fusion/semantic/wall_cuts.hpp"
+
 namespace parhelion {
 namespace {
 
@@ -17,7 +19,11 @@ double round_millimetre(double v) { return std::round(v * 1000) / 1000; }
 class Entities {
  public:
   Entities(const NetCandidates& candidates, const Labelling& labelling)
-      : candidates_(candidates), labelling_(labelling) {}
+      : candidates_(candidates), labelling_(labelling) {
+    for (std::size_t f = 0; f < candidates.flights.size(); ++f) {
+      if (labelling.is_flight(f)) flights_.push_back(&candidates.flights[f]);
+    }
+  }
 
   SemanticNet take() {
     add_levels(EntityLabel::floor, "floor");
@@ -62,31 +68,17 @@ class Entities {
                         EntityLabel as, double from, double to, double low, double high);
   void add_door(const WallCandidate& wall, std::size_t opening, const std::string& wall_name,
                 const std::string& piece, double top);
-  /// Whether the same hole is a door in the wall's other face.
-  bool leads_to_door(std::size_t opening) const;
   void add_pillars();
   void add_flights();
 
   const NetCandidates& candidates_;
   const Labelling& labelling_;
+  std::vector<const Flight*> flights_;  ///< that are stairs
   SemanticNet net_;
   std::map<std::string, int> count_;
   std::map<std::uint32_t, std::pair<std::string, int>> round_;  ///< by curve: name, pieces so far
   WholeWalls whole_walls_;                                      ///< name of the first piece, candidate
 };
-
-bool Entities::leads_to_door(std::size_t o) const {
-  const WallCandidates& all = candidates_.walls;
-  const Opening& opening = all.openings[o];
-  for (std::size_t other = 0; other < all.openings.size(); ++other) {
-    const std::size_t wall = all.openings[other].wall;
-    if (wall != opening.wall && labelling_.openings[other].label == EntityLabel::door &&
-        labelling_.walls[wall].label == EntityLabel::wall &&
-        same_hole(opening, all.walls[opening.wall], all.openings[other], all.walls[wall]))
-      return true;
-  }
-  return false;
-}
 
 void Entities::add_levels(EntityLabel label, const std::string& word) {
   struct Level {
@@ -192,22 +184,16 @@ void Entities::add_wall(std::size_t w) {
   if (round && round_.count(wall.curve) == 0) round_[wall.curve] = {numbered("wall"), 0};
   const std::string name = round ? round_[wall.curve].first : numbered("wall");
   const double top = wall.ceiling - wall.z_high < kReaches ? wall.ceiling : wall.z_high;
-  std::vector<std::size_t> cuts;
-  for (std::size_t o = 0; o < candidates_.walls.openings.size(); ++o) {
-    const Opening& opening = candidates_.walls.openings[o];
-    // A gap that a scanner looked through stays open; one that nobody saw through is wall that something hid.
-    const bool cut = labelling_.openings[o].label != EntityLabel::unknown ||
-                     (opening.seen_through && opening.width() > 0.3) || leads_to_door(o);
-    if (opening.wall == w && cut) cuts.push_back(o);
-  }
+  const WallStretch stretch = without_risers(wall, flights_);
+  const std::vector<std::size_t> cuts = openings_that_cut(candidates_, labelling_, w, stretch);
   std::vector<std::string> pieces(cuts.size() + 1);
   int straight_pieces = 0;
   int& number = round ? round_[wall.curve].second : straight_pieces;
   const bool whole = cuts.empty() && !round;
   const auto piece_name = [&] { return whole ? name : name + "." + std::to_string(++number); };
-  double from = 0;
+  double from = stretch.from;
   for (std::size_t k = 0; k <= cuts.size(); ++k) {
-    const double to = k < cuts.size() ? candidates_.walls.openings[cuts[k]].from : wall.length();
+    const double to = k < cuts.size() ? candidates_.walls.openings[cuts[k]].from : stretch.to;
     pieces[k] = add_piece(wall, label, piece_name(), EntityLabel::wall, from, to, wall.floor, top);
     if (!pieces[k].empty() && !whole) net_.entities.back().part_of = name;
     if (!pieces[k].empty() && (whole_walls_.empty() || whole_walls_.back().second != w))
@@ -249,10 +235,8 @@ void Entities::add_pillars() {
 void Entities::add_flights() {
   for (std::size_t f = 0; f < candidates_.flights.size(); ++f) {
     const Flight& flight = candidates_.flights[f];
+    if (!labelling_.is_flight(f)) continue;
     const auto& labels = labelling_.steps[f];
-    if (!std::all_of(labels.begin(), labels.end(),
-                     [](const auto& l) { return l.label == EntityLabel::stairs; }))
-      continue;
     StairsFlight summary;
     summary.name = numbered("stairs");
     summary.rises = flight.rises();

@@ -2,6 +2,7 @@
 // net.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,12 @@ struct Labelling {
   std::vector<CandidateLabel> horizontals;         ///< floor, ceiling, stairs or unknown
   std::vector<CandidateLabel> pillars;             ///< pillar or unknown
   std::vector<std::vector<CandidateLabel>> steps;  ///< per flight and step: stairs or unknown
+
+  /// Whether all of its steps are stairs.
+  bool is_flight(std::size_t f) const {
+    return std::all_of(steps[f].begin(), steps[f].end(),
+                       [](const CandidateLabel& step) { return step.label == EntityLabel::stairs; });
+  }
 };
 
 Labelling assign_labels(const NetCandidates& candidates);

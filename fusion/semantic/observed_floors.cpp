@@ -14,9 +14,10 @@ constexpr double kPerPiece = 10;     ///< larger cells; m^2
 constexpr double kMostCells = 4e6;
 constexpr double kLeastPiece = 0.1;  ///< m^2; beside steps a tenth of it
 constexpr double kMostHole = 0.5;    ///< m^2 of a piece that were not observed
-constexpr long kFreeCells = 8;       ///< of a piece that lie in steps
+constexpr long kFreeCells = 8;       ///< of a piece that lie in steps or were looked through
 constexpr double kHeadroom = 1.9;    ///< m: nobody builds a floor nearer than this over a step
 constexpr double kFlush = 0.05;      ///< m, between a floor and a step that is its edge
+constexpr int kUnder = 4;            ///< cubes (0.4 m) under a floor that is none: scans bend by less
 constexpr int kFiner = 4;            ///< cells of a cell's side, where a floor ends at steps
 
 /// Whether the floor's surface at `p` or the air just over it was observed.
@@ -26,7 +27,16 @@ bool observed(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
          evidence.at(p + Eigen::Vector3d(0, 0, half)) != Evidence::unobserved;
 }
 
-/// Cells of the floor's box: occupied where most of what lies in them was observed.
+/// Whether sight went on through the floor's surface at `p`: beside a landing the air over it was seen too.
+bool seen_through(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
+  const auto at = [&](int k) { return evidence.at(p - Eigen::Vector3d(0, 0, (k - 0.5) * evidence.cube())); };
+  int through = 0;
+  while (through < kUnder && at(through + 1) == Evidence::seen_through) ++through;
+  return through == kUnder && at(0) != Evidence::measured;
+}
+
+/// Cells of the floor's box: occupied where most of what lies in them was observed, free where most was
+/// looked through.
 CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double cell) {
   CellGrid grid;
   grid.resolution = cell;
@@ -37,13 +47,17 @@ CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double
   const int samples = std::max(1, static_cast<int>(std::lround(cell / evidence.cube())));
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      int seen = 0;
+      int seen = 0, open = 0;
       for (int k = 0; k < samples * samples; ++k) {
         const Eigen::Vector2d in_cell = Eigen::Vector2d(k % samples + 0.5, k / samples + 0.5) / samples;
         const Eigen::Vector2d p = grid.origin + cell * (Eigen::Vector2d(x, y) + in_cell);
-        seen += observed(evidence, floor.T_map_body * Eigen::Vector3d(p.x(), p.y(), floor.size.z() / 2));
+        const Eigen::Vector3d p_map = floor.T_map_body * Eigen::Vector3d(p.x(), p.y(), floor.size.z() / 2);
+        seen += observed(evidence, p_map);
+        open += seen_through(evidence, p_map);
       }
-      if (2 * seen >= samples * samples) grid.cells[grid.index(x, y)] = Cell::occupied;
+      Cell& result = grid.cells[grid.index(x, y)];
+      if (2 * seen >= samples * samples) result = Cell::occupied;
+      if (2 * open >= samples * samples) result = Cell::free;
     }
   }
   return grid;
@@ -66,7 +80,9 @@ void close_gaps(CellGrid& grid) {
   }
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      if (!any(grown, x, y, Cell::unknown)) grid.cells[grid.index(x, y)] = Cell::occupied;
+      Cell& cell = grid.cells[grid.index(x, y)];
+      if (cell == Cell::unknown && !any(grown, x, y, Cell::unknown) && !any(grown, x, y, Cell::free))
+        cell = Cell::occupied;
     }
   }
 }

@@ -139,6 +139,27 @@ TEST(SemanticNet, InventsNoStepInARampThatLeadsToAFlight) {
   EXPECT_EQ(net.stairs[0].rises.size(), 3U);
 }
 
+TEST(SemanticNet, EndsAWallAtTheFlightWhoseRiserLiesInItsPlane) {
+  CloudPainter painter(3000, 0.004, 5);
+  painter.slab({-2, 0}, {0, 3.4}, 0);
+  painter.slab({0, 1.4}, {0.6, 3.4}, 0);
+  painter.wall({0, 0}, {0, 1.4}, 0, 0.17);
+  paint_steps(painter, 0.17);
+  painter.wall({0.6, 1.4}, {0.6, 3.4}, 0, 2);
+  painter.wall({0.6, 0}, {0.6, 1.4}, 0.34, 0.51);
+  const SemanticNet net = net_of(painter.cloud());
+  ASSERT_EQ(net.stairs.size(), 1U);
+  int walls = 0;
+  for (const ModelEntity& e : net.entities) {
+    if (e.label != EntityLabel::wall) continue;
+    const double half = e.size.x() / 2, y = e.T_map_body.translation().y();
+    EXPECT_NEAR(y - half, 1.4, 0.1) << e.name;
+    EXPECT_NEAR(y + half, 3.4, 0.1) << e.name;
+    ++walls;
+  }
+  EXPECT_EQ(walls, 1);
+}
+
 TEST(SemanticNet, TakesNoTableForAFloor) {
   CloudPainter painter(900, 0.005, 4);
   painter.room({0, 0}, {6, 4}, 0, 2.6);
