@@ -83,15 +83,16 @@ try {
   });
 
   /** A machine that is busy may keep the page from speaking for 2 s: then the robot is let go, and the key must be pressed anew. */
-  const driveOn = async (page) => {
-    const drives = () => commands.at(-1)?.vx > 0.2;
-    for (let tries = 0; tries < 10; ++tries) {
-      await page.keyboard.down("w");
-      if (await until("it drives", drives, 2000).catch(() => false)) return;
-      await page.keyboard.up("w");
+  const hold = async (what, press, release, look) => {
+    for (let tries = 0; tries < 20; ++tries) {
+      await press();
+      if (await until(what, look, 2000).catch(() => false)) return;
+      await release();
     }
-    assert.fail("it never drives");
+    assert.fail(`never: ${what}`);
   };
+  const ahead = () => commands.at(-1)?.vx > 0.2;
+  const driveOn = (page) => hold("MR_CMD by the key", () => page.keyboard.down("w"), () => page.keyboard.up("w"), ahead);
   /** By keys alone, to the role's own layout. Each comes when there is work: three pages are much for two cores. */
   const arrive = async (role, name) => {
     await logIn(everyone[role], name, password);
@@ -133,16 +134,18 @@ try {
       navigator.getGamepads = () => [globalThis.pad, null, null, null];
     });
     await page.getByText("Game pad: hold the left shoulder").waitFor();
-    await page.evaluate(() => { globalThis.pad.buttons[4].pressed = true; });
-    await until("MR_CMD by the pad", () => commands.at(-1)?.vx > 0.2);
+    const shoulder = (pressed) => page.evaluate((on) => { globalThis.pad.buttons[4].pressed = on; }, pressed);
+    await hold("MR_CMD by the pad", () => shoulder(true), () => shoulder(false), ahead);
     await page.evaluate(() => { globalThis.pad.connected = false; });
     await until("stopped as it was unplugged", () => commands.at(-1)?.vx === 0);
     const well = await page.getByRole("img", { name: /^Stick/ }).boundingBox();
     const x = well.x + well.width / 2, y = well.y + well.height / 2;
-    await page.mouse.move(x, y);
-    await page.mouse.down();
-    await page.mouse.move(x, y + well.height / 2, { steps: 3 });
-    await until("MR_CMD back by the stick", () => commands.at(-1)?.vx < -0.2);
+    const pull = async () => {
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      await page.mouse.move(x, y + well.height / 2, { steps: 3 });
+    };
+    await hold("MR_CMD back by the stick", pull, () => page.mouse.up(), () => commands.at(-1)?.vx < -0.2);
     await page.mouse.up();
     await until("stopped as it was let go", () => commands.at(-1)?.vx === 0);
   });

@@ -281,7 +281,6 @@ export const strings = {
     teach: "Start", endLesson: "End",
     surprises: "Doors, scripts, lessons",
     notHere: "Only an instructor, and only in a live session.",
-    simulatedOnly: "only with a simulated robot",
   },
   play: {
     bar: "The recording",

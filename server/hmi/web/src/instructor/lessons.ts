@@ -13,8 +13,6 @@ export const ranges: Record<LessonKind, { least: number; most: number; usual: nu
   low_battery: { least: 1, most: 50, usual: 15, step: 1 },
   dead_wheel: null,
 };
-const onlySimulated: LessonKind[] = ["laser_dropouts", "low_battery", "dead_wheel"];
-export const needsSimulated = (kind: LessonKind): boolean => onlySimulated.includes(kind);
 
 export function lessonCommand({ kind, amount, side, lasting }: LessonChoice): { type: "lesson" } & Record<string, unknown> {
   const range = ranges[kind];
