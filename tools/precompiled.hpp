@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-
 #include <iostream>
 
 #include "tools/cmake/precompiled.hpp"
