@@ -2,6 +2,7 @@
 // (promise 3).
 #include <algorithm>
 
+#include "server/emergency_stop.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
@@ -50,7 +51,10 @@ void send_command(const Configuration& configuration, SimulationTime now, State&
   encode(result.command, outputs.add(configuration.channels.bus(channel::mr_cmd)));
   if (simulates_trainee(configuration.scenario))
     state.simulation.teleop(configuration.robot.name, result.command.twist);
-  note_hold(configuration, now, result.reason, state, outputs);
+  // Consoles are silent when they have stopped: that holds nothing back.
+  const bool stopped =
+      result.reason == HoldReason::silence && footprint_speed(configuration.robot, state.teleop->twist) == 0;
+  note_hold(configuration, now, stopped ? HoldReason::none : result.reason, state, outputs);
 }
 
 /// A stop of what was asked for last: no velocity, no effort, and the position where the encoders say that
@@ -170,21 +174,22 @@ void send_joint_command(const Configuration& configuration, SimulationTime now, 
   if (!done) refuse({configuration.channels.bus(channel::joint_cmd) + ": " + done.error().message}, state);
 }
 
+bool moves_nothing(const Joints& command) {
+  const auto is_zero = [](double value) { return value == 0; };
+  return command.positions.empty() &&
+         std::all_of(command.velocities.begin(), command.velocities.end(), is_zero) &&
+         std::all_of(command.efforts.begin(), command.efforts.end(), is_zero);
+}
+
 void stop_joints(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
   send_joint_command(configuration, now, joint_stop(configuration, now, state), state, outputs);
 }
 
-/// The trainee's robot is frozen by stopping it, simulated or real, whoever else drives it: no command goes
-/// out but the stop.
-bool is_emergency_stop(const Configuration& configuration, const AgentCommand& command) {
-  using Action = AgentCommand::Action;
-  return (command.action == Action::freeze || command.action == Action::unfreeze) &&
-         command.agent.name == configuration.robot.name;
-}
-
+/// No command goes out but the stop. What moves joints is held as well, until whoever moves them has let go.
 Status stop_or_let_go(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
                       State& state, Outputs& outputs) {
   state.emergency_stop = command.action == AgentCommand::Action::freeze;
+  state.joints_stopped = state.joints_stopped || state.emergency_stop;
   if (state.teleop) send_command(configuration, now, state, outputs);
   if (state.emergency_stop && !state.joint_command.names.empty())
     stop_joints(configuration, now, state, outputs);
@@ -274,7 +279,8 @@ void watch_silence(const Configuration& configuration, SimulationTime now, State
     stop_joints(configuration, now, state, outputs);
 }
 
-/// Joints have no virtual contact: a command passes as it is, and stops when it is not renewed.
+/// Joints have no virtual contact: a command passes as it is, and stops when it is not renewed. After an
+/// emergency stop none passes before somebody has let go: a command that moves nothing, or silence.
 void answer_joint_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs) {
   const SimulationTime now = simulation_time(input.arrival);
@@ -286,9 +292,13 @@ void answer_joint_command(const Configuration& configuration, const Message& inp
     return;
   }
   if (!is_heard(configuration, state)) return;
+  const bool silent = (now - simulation_time(state.joint_command_arrival)).seconds() >=
+                      configuration.scenario.contact.silence;
+  const bool let_go = silent || moves_nothing(command);
+  state.joints_stopped = state.emergency_stop || (state.joints_stopped && !let_go);
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
-  if (state.emergency_stop) return stop_joints(configuration, now, state, outputs);
+  if (state.joints_stopped) return stop_joints(configuration, now, state, outputs);
   send_joint_command(configuration, now, state.joint_command, state, outputs);
 }
 

@@ -38,11 +38,32 @@ Status check_lesson(const Configuration& configuration, const Lesson& lesson) {
   if (needs_simulated_robot(lesson.kind) && !simulates_trainee(configuration.scenario))
     return Error{"'" + name +
                  "' is a lesson for simulated robots: nothing is taken from a real one's sensors or drive"};
+  if (lesson.lasting && !(*lesson.lasting > 0))
+    return Error{"lesson '" + name + "': it lasts " + std::to_string(*lesson.lasting) +
+                 " s, expected more than 0, or 0 for until it is ended"};
   const double most = lesson.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
   if (lesson.kind != Lesson::Kind::dead_wheel && !(lesson.amount >= 0 && lesson.amount <= most))
     return Error{"lesson '" + name + "': its amount is " + std::to_string(lesson.amount) +
                  ", expected 0 to " + (most < 1 ? "0.5 s" : "1")};
   return {};
+}
+
+/// Of the lessons that were begun by command; before it are the scenario's.
+std::vector<HeldLesson>::iterator first_begun(const Configuration& configuration, State& state) {
+  return state.lessons.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.lessons.size());
+}
+
+/// Those of a kind, and of one side where that is said. False: there are none.
+bool end_begun_lessons(const Configuration& configuration, Lesson::Kind kind, std::optional<bool> right,
+                       double age, State& state) {
+  bool any = false;
+  for (auto each = first_begun(configuration, state); each != state.lessons.end(); ++each) {
+    Lesson& lesson = each->lesson;
+    if (lesson.kind != kind || (right && lesson.right != *right) || !lesson.holds(age)) continue;
+    lesson.lasting = age - lesson.after;
+    any = true;
+  }
+  return any;
 }
 
 void block_dead_sides(const Configuration& configuration, State& state) {
@@ -78,29 +99,23 @@ Status teach(const Configuration& configuration, const AgentCommand& command, Si
   const auto kind = lesson_kind(command.agent.name);
   if (!kind) return kind.error();
   const double age = (now - state.started).seconds();
-  const auto begun =
-      state.lessons.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.lessons.size());
   if (command.action == AgentCommand::Action::lesson_over) {
-    bool any = false;
-    for (auto each = begun; each != state.lessons.end(); ++each) {
-      if (each->lesson.kind != *kind || !each->holds) continue;
-      each->lesson.lasting = std::max(0.0, age - each->lesson.after);
-      any = true;
-    }
-    return any ? Status()
-               : Status(Error{"lesson '" + command.agent.name + "' was not begun, so it cannot be ended"});
+    if (end_begun_lessons(configuration, *kind, std::nullopt, age, state)) return {};
+    return Error{"lesson '" + command.agent.name + "' was not begun, so it cannot be ended"};
   }
   const Eigen::Vector3d said = command.agent.T_map_base.translation();
+  const bool wheel = *kind == Lesson::Kind::dead_wheel;
   Lesson lesson;
   lesson.kind = *kind;
-  lesson.amount = *kind == Lesson::Kind::dead_wheel ? 0 : said.x();
-  lesson.right = *kind == Lesson::Kind::dead_wheel && said.x() > 0.5;
+  lesson.amount = wheel ? 0 : said.x();
+  lesson.right = wheel && said.x() > 0.5;
   lesson.after = age;
-  if (said.y() > 0) lesson.lasting = said.y();
+  if (said.y() != 0) lesson.lasting = said.y();
   if (const Status fits = check_lesson(configuration, lesson); !fits) return fits;
+  end_begun_lessons(configuration, *kind, wheel ? std::optional(lesson.right) : std::nullopt, age, state);
   // What is over is not kept: there is no end to what an instructor may begin.
   state.lessons.erase(
-      std::remove_if(begun, state.lessons.end(),
+      std::remove_if(first_begun(configuration, state), state.lessons.end(),
                      [&](const HeldLesson& each) { return !each.holds && !each.lesson.holds(age); }),
       state.lessons.end());
   state.lessons.push_back({lesson});

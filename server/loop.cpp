@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "protocols/bus/log_file.hpp"
+#include "server/emergency_stop.hpp"
 #include "server/guard.hpp"
 #include "server/inbox.hpp"
 #include "server/render_thread.hpp"
@@ -62,6 +63,8 @@ class Session {
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
   bool refuse_unwritable(const Message& message);
+  void keep_robot_stopped();
+  void tell_robot_stop();
   Duration until_step() const;
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
@@ -93,6 +96,7 @@ class Session {
   WallTime last_housekeeping_ = steady_now();
   Percentiles frame_us_, in_to_out_us_;
   std::uint64_t frames_dropped_ = 0;
+  bool robot_stopped_ = false;  // as robot_stop_held was told
   std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
 
@@ -105,7 +109,30 @@ Status Session::start() {
   encode(session_header(configuration_, {started_.ns}), header.payload);
   outbox_.send(nullptr, {&header, 1}, started_);
   if (!outbox_.complete()) return Error{outbox_.log_error()};
+  if (options_.robot_stopped) keep_robot_stopped();
   return {};
+}
+
+/// An input like any other: replay obeys it, too.
+void Session::keep_robot_stopped() {
+  const Message stop = stop_of_robot(configuration_, inbox_.stamp());
+  last_ = stop.arrival;
+  outputs_.clear();
+  tick(configuration_, stop, *state_, outputs_, stages_);
+  tell_robot_stop();
+  outbox_.send(&stop, outputs_.entries(), stop.arrival);
+  const std::string& robot = configuration_.robot.name;
+  if (options_.say)
+    options_.say("the emergency stop of '" + robot +
+                 "' held when the server died, and holds: take it back at the base station, or by: parhelion "
+                 "inject unfreeze --name " +
+                 robot);
+}
+
+void Session::tell_robot_stop() {
+  if (state_->emergency_stop == robot_stopped_) return;
+  robot_stopped_ = state_->emergency_stop;
+  if (options_.robot_stop_held) options_.robot_stop_held(robot_stopped_);
 }
 
 Result<Report> Session::operator()() {
@@ -170,15 +197,16 @@ void Session::handle(Arrived arrived) {
   if (command && refuse_unwritable(message)) return;
   outputs_.clear();
   tick(configuration_, message, *state_, outputs_, stages_);
+  if (command) tell_robot_stop();
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
   if (views_) views_->offer(configuration_.channels.kind(message.channel), *state_);
 }
 
 /// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
-/// done.
+/// done. A robot is stopped all the same.
 bool Session::refuse_unwritable(const Message& message) {
-  if (outbox_.write_input(message)) return false;
+  if (outbox_.write_input(message) || stops_robot(configuration_, message)) return false;
   AgentCommand command;
   Event event;
   event.stamp = simulation_time(message.arrival);

@@ -22,7 +22,12 @@ struct ServeOptions {
   InboxLimits inbox;
   std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only where the robot is simulated
   UpdateSite update_site;                     ///< where the scenario says mapping: true; empty: none is done
-  std::function<bool()> stop;                 ///< asked at least ten times a second
+  /// The robot's emergency stop held when the server before this one died: it holds from the start.
+  bool robot_stopped = false;
+  /// Told of each change of that, before anybody else is; may be empty. What it keeps outlives a server that
+  /// dies.
+  std::function<void(bool)> robot_stop_held;
+  std::function<bool()> stop;                   ///< asked at least ten times a second
   std::function<void(const std::string&)> say;  ///< news for a person: started, waiting, degraded
 };
 

@@ -185,6 +185,7 @@ struct State {
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
   HoldReason held = HoldReason::none;
   bool emergency_stop = false;  ///< of the trainee's robot
+  bool joints_stopped = false;  ///< and whoever moves its joints has not let go since it was taken back
   Scripts scripts;
   SimulationTime started;
   std::vector<HeldLesson> lessons;                   ///< the scenario's, then those begun by command

@@ -7,10 +7,12 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/lesson.hpp"
 #include "server/wall_clock.hpp"
 #include "tools/command.hpp"
 #include "tools/place_argument.hpp"
@@ -20,9 +22,11 @@ namespace {
 
 struct Arguments {
   std::string action, name, kind = "box", at, size, behaviour = "stay", laser, target, url,
-                            channel = channel::mr_agent_cmd;
+                            channel = channel::mr_agent_cmd, side;
   std::vector<std::string> waypoints;
   double speed = 0.5, distance = 1.5, timeout = 2.0;
+  std::optional<double> amount;
+  double lasting = 0;
   bool yields = false, leaves_doors = false;
 };
 
@@ -31,7 +35,8 @@ const std::map<std::string, AgentCommand::Action> actions{
     {"remove", AgentCommand::Action::remove},         {"behave", AgentCommand::Action::behave},
     {"remove-all", AgentCommand::Action::remove_all}, {"freeze", AgentCommand::Action::freeze},
     {"unfreeze", AgentCommand::Action::unfreeze},     {"reset", AgentCommand::Action::move},
-    {"report", AgentCommand::Action::report}};
+    {"report", AgentCommand::Action::report},         {"script", AgentCommand::Action::script},
+    {"lesson", AgentCommand::Action::lesson},         {"lesson-over", AgentCommand::Action::lesson_over}};
 const std::map<std::string, AgentKind> kinds{
     {"box", AgentKind::box},     {"barrel", AgentKind::barrel},       {"person", AgentKind::person},
     {"robot", AgentKind::robot}, {"container", AgentKind::container}, {"cable", AgentKind::cable}};
@@ -43,6 +48,30 @@ const std::map<std::string, BehaviourKind> behaviours{
 Exit fail(const std::string& what, Exit exit = Exit::failed) {
   std::fprintf(stderr, "parhelion inject: %s\n", what.c_str());
   return exit;
+}
+
+bool means_all(AgentCommand::Action action) {
+  using Action = AgentCommand::Action;
+  return action == Action::remove_all || action == Action::freeze || action == Action::unfreeze;
+}
+
+/// What the name is of.
+std::string about(AgentCommand::Action action) {
+  using Action = AgentCommand::Action;
+  if (action == Action::report) return "find";
+  if (action == Action::script) return "script";
+  return action == Action::lesson || action == Action::lesson_over ? "lesson" : "agent";
+}
+
+/// Amount and seconds go where AgentCommand::Action::lesson says.
+Status put_lesson(const Arguments& arguments, AgentDefinition& agent) {
+  const bool wheel = agent.name == to_string(Lesson::Kind::dead_wheel);
+  if (wheel && arguments.side.empty()) return Error{"which side's wheels? give --side left or --side right"};
+  if (!wheel && !arguments.amount)
+    return Error{"how much? give --amount: s of camera_delay, a share of what is lost"};
+  const double amount = wheel ? (arguments.side == "right" ? 1 : 0) : *arguments.amount;
+  agent.T_map_base = Transform<Map, Base>::planar(amount, arguments.lasting, 0);
+  return {};
 }
 
 Result<AgentCommand> make_command(const Arguments& arguments) {
@@ -61,9 +90,8 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   agent.behaviour.yields = arguments.yields;
   agent.behaviour.opens_doors = !arguments.leaves_doors;
   const bool report = command.action == AgentCommand::Action::report;
-  const bool whole_scene = command.action >= AgentCommand::Action::remove_all && !report;
-  if (!whole_scene && agent.name.empty())
-    return Error{report ? "what was found? give --name NAME" : "which agent? give --name NAME"};
+  if (!means_all(command.action) && agent.name.empty())
+    return Error{"which " + about(command.action) + "? give --name NAME"};
   const bool needs_place =
       command.action == AgentCommand::Action::spawn || command.action == AgentCommand::Action::move;
   if (report && !arguments.at.empty()) command.action = AgentCommand::Action::report_at;
@@ -72,6 +100,9 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
     const auto place = parse_place(arguments.at, false);
     if (!place) return Error{"--at '" + arguments.at + "': " + place.error().message};
     agent.T_map_base = Transform<Map, Base>::planar(place->x(), place->y(), place->z());
+  }
+  if (command.action == AgentCommand::Action::lesson) {
+    if (const Status said = put_lesson(arguments, agent); !said) return said.error();
   }
   if (!arguments.size.empty()) {
     const auto size = parse_lengths(arguments.size);
@@ -157,13 +188,15 @@ std::vector<std::string> keys(const auto& map) {
 }  // namespace
 
 void add_inject(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand(
-      "inject", "Add, move, remove or command virtual agents on a running server, or report what was found");
+  CLI::App* command = app.add_subcommand("inject",
+                                         "Add, move, remove or command virtual agents on a running server, "
+                                         "begin scripts and lessons, report a find");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("action", arguments->action, "What to do")
       ->required()
       ->check(CLI::IsMember(keys(actions)));
-  command->add_option("--name", arguments->name, "The agent's name; of a report what was found");
+  command->add_option("--name", arguments->name,
+                      "The agent's name; of a report what was found; of a script; the kind of a lesson");
   command->add_option("--kind", arguments->kind, "What it is")->check(CLI::IsMember(keys(kinds)));
   command->add_option("--at", arguments->at, std::string("X,Y or ") + place_format);
   command->add_option("--size", arguments->size,
@@ -180,6 +213,14 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--yields", arguments->yields, "It steps aside for a robot that comes at it");
   command->add_flag("--leaves-doors", arguments->leaves_doors, "It pushes no doors open");
+  command->add_option("--amount", arguments->amount,
+                      "Of a lesson: s of camera_delay, share of camera_loss and laser_dropouts");
+  command->add_option("--side", arguments->side, "Of the lesson dead_wheel")
+      ->check(CLI::IsMember({"left", "right"}));
+  command
+      ->add_option("--lasting", arguments->lasting,
+                   "Seconds that a lesson lasts; without it until lesson-over")
+      ->check(CLI::PositiveNumber);
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));
   command->add_option("--laser", arguments->laser, "Preset of its own laser, such as lms-200");
   command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
@@ -192,6 +233,12 @@ void add_inject(CLI::App& app, Exit& exit) {
       "lms-200\n"
       "         parhelion inject behave --name guide --behaviour follow --distance 2\n"
       "         parhelion inject report --name gauge_1 --at 4.2,1.5    (the trainee has found it there)\n"
+      "         parhelion inject script --name 'door slams'\n"
+      "         parhelion inject lesson --name camera_delay --amount 0.3 --lasting 30\n"
+      "         parhelion inject lesson --name dead_wheel --side left\n"
+      "         parhelion inject lesson-over --name dead_wheel\n"
+      "         parhelion inject freeze --name robot    (the trainee's: an emergency stop; unfreeze takes it "
+      "back)\n"
       "         parhelion inject reset --name trainee\n\n"
       "reset puts a robot down where it is: upright, at rest, what broke of its arm whole again.");
   command->callback([arguments, &exit] { exit = run(*arguments); });

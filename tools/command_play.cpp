@@ -6,8 +6,8 @@
 #include <optional>
 #include <thread>
 
-#include "server/hmi/foxglove/foxglove_server.hpp"
 #include "server/hmi/terminal.hpp"
+#include "tools/foxglove_option.hpp"
 #include "tools/play/play_keys.hpp"
 #include "tools/play/play_station.hpp"
 #include "tools/play/play_thread.hpp"
@@ -42,16 +42,11 @@ Result<Recording> open_recording(const std::string& path) {
   return recording;
 }
 
-Result<std::unique_ptr<FoxgloveServer>> open_foxglove(const std::string& address, const Player& player,
-                                                      MemoryBusHub& hub) {
-  const auto where = parse_host_port(address);
-  if (!where) return where.error();
+Result<std::unique_ptr<FoxgloveServer>> show_in_foxglove(const std::string& address, const Player& player,
+                                                         MemoryBusHub& hub) {
   const auto configuration = configuration_from(player.recording().session(), "the recording");
   if (!configuration) return configuration.error();
-  FoxgloveOptions options;
-  options.host = where->host;
-  options.port = where->port;
-  return FoxgloveServer::open(hub.connect(), *configuration, options);
+  return open_foxglove(address, hub.connect(), *configuration);
 }
 
 /// Until the keys or ^C end it; the end of the recording does, unless `stays`: others may still look.
@@ -115,7 +110,7 @@ Exit run(Arguments& arguments) {
   }
   std::unique_ptr<FoxgloveServer> foxglove;
   if (!arguments.foxglove.empty()) {
-    auto opened = open_foxglove(arguments.foxglove, player, hub);
+    auto opened = show_in_foxglove(arguments.foxglove, player, hub);
     if (!opened) return fail(opened.error().message);
     foxglove = std::move(*opened);
     std::printf("%s\n", foxglove->address().c_str());

@@ -1,10 +1,12 @@
 // parhelion serve: the live server, watched by a parent process that starts it again if it dies.
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
@@ -18,6 +20,7 @@
 #include "server/session_files.hpp"
 #include "server/training/briefing.hpp"
 #include "tools/command.hpp"
+#include "tools/foxglove_option.hpp"
 #include "tools/live_station.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
@@ -26,7 +29,7 @@ namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string scenario, robot, session, report, url, http, state;
+  std::string scenario, robot, session, report, url, http, state, foxglove;
   bool overwrite = false;
   bool once = false;
 };
@@ -69,8 +72,13 @@ void show_until_stopped(LiveStation& station, const Report& report, const ServeO
   while (!stop_asked()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }
 
-Exit run_once(const Arguments& arguments) {
+/// What outlives a server that dies: whether the robot was stopped, by an emergency stop that holds.
+using StopMemory = std::atomic<bool>;
+
+Exit run_once(const Arguments& arguments, StopMemory& robot_stopped) {
   ServeOptions options;
+  options.robot_stopped = robot_stopped;
+  options.robot_stop_held = [&robot_stopped](bool holds) { robot_stopped = holds; };
   options.session = arguments.session;
   options.overwrite = arguments.overwrite;
   for (const std::string& path : {arguments.session, arguments.report}) {
@@ -93,13 +101,23 @@ Exit run_once(const Arguments& arguments) {
   }
   std::unique_ptr<LiveStation> station;
   if (!arguments.http.empty()) {
-    auto opened = LiveStation::open({arguments.http, arguments.state, arguments.url, arguments.session},
-                                    *configuration);
+    auto opened = LiveStation::open(
+        {arguments.http, arguments.state, arguments.url, arguments.session, options.robot_stopped},
+        *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
     options.say(station->invitation());
     options.clock = station->clock();
     options.stop = [it = station.get()] { return stop_asked() || it->ended(); };
+  }
+  std::unique_ptr<FoxgloveServer> foxglove;
+  if (!arguments.foxglove.empty()) {
+    auto shown = open_network_bus(arguments.url);
+    if (!shown) return fail(shown.error().message);
+    auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
+    if (!opened) return fail(opened.error().message);
+    foxglove = std::move(*opened);
+    options.say("for Foxglove, which asks nobody who they are: " + foxglove->address());
   }
   const auto report = serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
@@ -153,16 +171,24 @@ pid_t start_server() {
   return 0;
 }
 
+/// Memory that this process and those it starts have in common.
+StopMemory* shared_stop_memory() {
+  void* memory = mmap(nullptr, sizeof(StopMemory), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  return memory == MAP_FAILED ? nullptr : new (memory) StopMemory(false);
+}
+
 /// A server that dies is started again at once (promise 2: within a second); one that ends by itself is not,
 /// nor one that dies after it was asked to stop.
 Exit supervise(Arguments arguments) {
   std::signal(SIGINT, pass_on);
   std::signal(SIGTERM, pass_on);
+  StopMemory* robot_stopped = shared_stop_memory();
+  if (robot_stopped == nullptr) return fail("no memory to share with the server process");
   while (true) {
     const pid_t server = start_server();
     if (server < 0) return fail("cannot start the server process");
     if (server == 0) {
-      const Exit exit = run_once(arguments);
+      const Exit exit = run_once(arguments, *robot_stopped);
       std::fflush(nullptr);
       _exit(static_cast<int>(exit));
     }
@@ -194,6 +220,8 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_option("--state-folder", arguments->state,
                       "Accounts, certificate and saved scenarios of the base station; by default "
                       "$XDG_STATE_HOME/parhelion");
+  command->add_option("--foxglove", arguments->foxglove,
+                      "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
   command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
   command->footer(
@@ -206,7 +234,8 @@ void add_serve(CLI::App& app, Exit& exit) {
       return;
     }
     catch_stop_signals();
-    exit = run_once(*arguments);
+    StopMemory robot_stopped = false;
+    exit = run_once(*arguments, robot_stopped);
   });
 }
 

@@ -35,6 +35,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   BaseStationOptions base;
   base.address = options.address;
   base.folder = options.folder.empty() ? default_site_folder() : std::filesystem::path(options.folder);
+  base.robot_stopped = options.robot_stopped;
   base.new_bus = [url = options.url] { return open_network_bus(url); };
   StationOptions& station = base.station;
   station.configuration = std::make_shared<const Configuration>(configuration);
@@ -51,7 +52,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   }
   station.controls.state = [it = live.get()] {
     ControlState state;
-    state.ended = it->ended_;
+    state.ended = it->reported_;  // pages ask for the report then
     if (!it->clock_) return state;
     state.rate = it->clock_->rate();
     state.paused = state.rate == 0;
@@ -63,10 +64,17 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   return live;
 }
 
-void LiveStation::show_report(const Report& report) {
+std::string review_page(const std::string& log) {
   ReviewPage page;
-  if (auto review = review_session(log_)) page.sessions.push_back(std::move(*review));
-  station_->set_report(to_json(report), page.sessions.empty() ? std::string() : to_html(page));
+  auto review = review_session(log);
+  if (!review) return {};
+  page.sessions.push_back(std::move(*review));
+  return to_html(page);
+}
+
+void LiveStation::show_report(const Report& report) {
+  station_->set_report(to_json(report), review_page(log_));
+  reported_ = true;
 }
 
 }  // namespace parhelion

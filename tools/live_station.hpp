@@ -12,11 +12,15 @@
 namespace parhelion {
 
 struct LiveStationOptions {
-  std::string address;  ///< ADDR:PORT
-  std::string folder;   ///< accounts, certificate, saved scenarios; empty: the user's own
-  std::string url;      ///< of the LCM network
-  std::string session;  ///< path of the session log: notes are kept beside it
+  std::string address;         ///< ADDR:PORT
+  std::string folder;          ///< accounts, certificate, saved scenarios; empty: the user's own
+  std::string url;             ///< of the LCM network
+  std::string session;         ///< path of the session log: notes are kept beside it
+  bool robot_stopped = false;  ///< an emergency stop that the server before this one was told of
 };
+
+/// The after-action page of a session, for BaseStation::set_report; empty: its log cannot be read.
+std::string review_page(const std::string& log);
 
 class LiveStation {
  public:
@@ -34,7 +38,7 @@ class LiveStation {
 
  private:
   std::string log_;
-  std::atomic<bool> ended_ = false;
+  std::atomic<bool> ended_ = false, reported_ = false;
   std::shared_ptr<SessionClock> clock_;
   std::unique_ptr<BaseStation> station_;
 };

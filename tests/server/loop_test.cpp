@@ -396,6 +396,38 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
   expect_same_bytes_again(live);
 }
 
+TEST_F(LoopTest, ARobotThatWasStoppedWhenTheServerDiedStaysStoppedAndItsLogSaysSo) {
+  std::vector<bool> held;
+  options_.robot_stopped = true;
+  options_.robot_stop_held = [&](bool holds) { held.push_back(holds); };
+  serve_in_background(test::configuration({}), seconds(10));
+  const auto say = [&](const std::string& channel, const auto& item) {
+    const Message message = test::message(channel, 0, item);
+    ASSERT_TRUE(robot_->publish(message.channel, message.payload).ok());
+  };
+  say(channel::teleop, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
+  const auto next_event = [&] {
+    Event event;
+    EXPECT_TRUE(decode("", await(channel::mr_events, 1).at(0).payload, event).ok());
+    return event;
+  };
+  Event event = next_event();
+  while (event.kind != EventKind::command_reduced) event = next_event();
+  EXPECT_EQ(event.text, "emergency_stop");
+  say(channel::teleop, TwistCommand{{wall_now().ns}, {}});
+  AgentCommand release;
+  release.request = 9;
+  release.action = AgentCommand::Action::unfreeze;
+  release.agent.name = configuration_.robot.name;
+  say(channel::mr_agent_cmd, release);
+  while (event.request != 9) event = next_event();
+  EXPECT_EQ(event.kind, EventKind::command_accepted);
+  stop();
+  EXPECT_EQ(held, (std::vector<bool>{true, false}));
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  expect_same_bytes_again(**report_);
+}
+
 TEST_F(LoopTest, APausedSessionStandsStillAnswersAndReplaysToTheSameBytes) {
   const auto clock = std::make_shared<SessionClock>();
   options_.clock = clock;

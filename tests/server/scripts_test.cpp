@@ -98,6 +98,29 @@ TEST(Scripts, WaitAsLongAsTheySayAndComeInTheOrderOfTheirInstants) {
   EXPECT_THAT(due(scripts, 2), ElementsAre("soon", "late"));
 }
 
+TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
+  Script late = on_event("late", EventKind::agent_spawned);
+  late.after = 0.5;
+  Scripts scripts({at_time("once", 1), late}, {}, kStart);
+  EXPECT_THAT(due(scripts, 1), ElementsAre("once"));
+  ASSERT_TRUE(scripts.set_off("once", kStart + seconds(2)));
+  ASSERT_TRUE(scripts.set_off("late", kStart + seconds(2)));
+  EXPECT_THAT(due(scripts, 2), ElementsAre("once"));
+  EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits as long as it says";
+  EXPECT_THAT(due(scripts, 60), IsEmpty());
+  scripts.hear(happened(EventKind::agent_spawned, 61, "a"));
+  EXPECT_THAT(due(scripts, 62), IsEmpty()) << "it has run";
+}
+
+TEST(Scripts, ThatDoNotExistAreRefusedByName) {
+  Scripts scripts({at_time("door slams", 100)}, {}, kStart), none({}, {}, kStart);
+  const Status unknown = scripts.set_off("dor slams", kStart);
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, testing::HasSubstr("door slams"));
+  EXPECT_THAT(due(scripts, 1), IsEmpty());
+  ASSERT_FALSE(none.set_off("door slams", kStart));
+}
+
 TEST(Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
   Script again = on_event("again", EventKind::command_refused);
   again.repeat = true;

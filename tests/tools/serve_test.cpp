@@ -67,6 +67,15 @@ class ServeTest : public testing::Test {
     }
     return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
   }
+  /// The server proper is the only child of the process that watches it. Empty: there is none.
+  static std::string child_of(const test::Process& server) {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream stat(entry.path() / "stat");
+      std::string pid, name, state, parent;
+      if (stat >> pid >> name >> state >> parent && parent == std::to_string(server.pid())) return pid;
+    }
+    return {};
+  }
   std::set<std::uint64_t> commands_in(const std::string& session) {
     std::set<std::uint64_t> requests;
     auto reader = LogReader::open(folder_ / session);
@@ -118,23 +127,13 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
-  // The server proper is the only child of the process that watches it.
-  std::string child;
   const WallTime deadline = steady_now() + seconds(20);
-  const auto find_child = [&] {
-    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
-      std::ifstream stat(entry.path() / "stat");
-      std::string pid, name, state, parent;
-      if (stat >> pid >> name >> state >> parent && parent == std::to_string(server.pid())) return pid;
-    }
-    return std::string();
-  };
-  child = find_child();
+  const std::string child = child_of(server);
   ASSERT_FALSE(child.empty());
   kill(std::stoi(child), SIGKILL);
   bool answered = false;
   while (!answered && steady_now() < deadline) {
-    const std::string now = find_child();
+    const std::string now = child_of(server);
     const bool again = !now.empty() && now != child;
     const Message scan = test::message(channel::scan, 0, test::scan_at(again ? 2 : 1));
     ASSERT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
@@ -158,6 +157,38 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   const auto replayed =
       test::run({"replay", folder_ / later[0], "--report", folder_ / "report.json"}, folder_ / "replay.txt");
   EXPECT_EQ(replayed.exit, 0) << replayed.output;
+}
+
+TEST_F(ServeTest, ServeThatDiesWhileTheRobotIsStoppedKeepsItStopped) {
+  auto arguments = serve("session.lcm");
+  std::erase(arguments, "--no-restart");
+  test::Process server(arguments, folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 1));
+  AgentCommand order;
+  order.request = 2;
+  order.action = AgentCommand::Action::freeze;
+  order.agent.name = test::robot().name;
+  const Message freeze = test::message(channel::mr_agent_cmd, 0, order);
+  ASSERT_TRUE(bus_->publish(freeze.channel, freeze.payload).ok());
+  ASSERT_EQ(answer(seconds(20)), 2U);
+  const std::string child = child_of(server);
+  kill(std::stoi(child), SIGKILL);
+  ASSERT_TRUE(await_server(server, 3));
+  EXPECT_NE(child_of(server), child);
+  EXPECT_NE(test::text_of(folder_ / "serve.txt").find("holds"), std::string::npos);
+  const Message drive = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
+  ASSERT_TRUE(bus_->publish(drive.channel, drive.payload).ok());
+  Event event;
+  while (event.kind != EventKind::command_reduced) {
+    Message message;
+    const auto received = bus_->receive(message, seconds(20));
+    ASSERT_TRUE(received.ok() && *received);
+    if (message.channel != channel::mr_events) continue;
+    ASSERT_TRUE(decode(message.channel, message.payload, event).ok());
+  }
+  EXPECT_EQ(event.text, "emergency_stop");
+  server.signal(SIGTERM);
+  EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
 }
 
 TEST_F(ServeTest, ServeEndsTidilyWhereItsWholeProcessGroupIsAskedToStop) {
@@ -220,6 +251,16 @@ TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
   EXPECT_NE(again.output.find("robot_9"), std::string::npos) << again.output;
   EXPECT_EQ(inject({"spawn", "--name", "x", "--at", "two"}).exit, 2);
   EXPECT_EQ(inject({"remove", "--name", "robot_9"}).exit, 0);
+  EXPECT_EQ(inject({"lesson", "--name", "camera_delay", "--amount", "0.3", "--lasting", "30"}).exit, 0);
+  EXPECT_EQ(inject({"lesson-over", "--name", "camera_delay"}).exit, 0);
+  EXPECT_EQ(inject({"lesson", "--name", "camera_delay"}).exit, 2);
+  EXPECT_EQ(inject({"lesson", "--name", "dead_wheel"}).exit, 2);
+  const auto real = inject({"lesson", "--name", "dead_wheel", "--side", "left"});
+  EXPECT_EQ(real.exit, 1);
+  EXPECT_NE(real.output.find("simulated"), std::string::npos) << real.output;
+  const auto script = inject({"script", "--name", "door slams"});
+  EXPECT_EQ(script.exit, 1);
+  EXPECT_NE(script.output.find("no script"), std::string::npos) << script.output;
   server.signal(SIGINT);
   EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
 }

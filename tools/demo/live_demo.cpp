@@ -8,11 +8,12 @@
 #include <thread>
 
 #include "protocols/channels.hpp"
-#include "server/hmi/foxglove/foxglove_server.hpp"
 #include "server/hmi/station/base_station.hpp"
 #include "server/loop.hpp"
 #include "server/wall_clock.hpp"
 #include "tools/demo/recorded_robot.hpp"
+#include "tools/foxglove_option.hpp"
+#include "tools/live_station.hpp"
 
 namespace parhelion {
 namespace {
@@ -87,9 +88,14 @@ class Relay {
   std::jthread thread_;
 };
 
+/// An instructor ends the session; then there is a report.
+struct DemoEnd {
+  std::atomic<bool> asked = false, reported = false;
+};
+
 Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configuration,
                                                   const LiveDemoOptions& options, MemoryBusHub& hub,
-                                                  std::atomic<bool>& ended) {
+                                                  DemoEnd& end) {
   BaseStationOptions base;
   base.address = options.http;
   base.folder = std::filesystem::path(options.folder) / "station";
@@ -98,26 +104,16 @@ Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configura
   station.configuration = std::make_shared<const Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
   station.scenarios = (base.folder / "scenarios").string();
-  station.controls.end = [&ended] {
-    ended = true;
+  station.controls.end = [&end] {
+    end.asked = true;
     return Status();
   };
-  station.controls.state = [&ended] {
+  station.controls.state = [&end] {
     ControlState state;
-    state.ended = ended;
+    state.ended = end.reported;
     return state;
   };
   return BaseStation::open(std::move(base));
-}
-
-Result<std::unique_ptr<FoxgloveServer>> open_foxglove(const Configuration& configuration,
-                                                      const std::string& address, MemoryBusHub& hub) {
-  const auto where = parse_host_port(address);
-  if (!where) return where.error();
-  FoxgloveOptions options;
-  options.host = where->host;
-  options.port = where->port;
-  return FoxgloveServer::open(hub.connect(), configuration, options);
 }
 
 }  // namespace
@@ -129,13 +125,13 @@ Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOpti
       channels.bus(channel::scan), ArrivalTime{wall_now().ns} + lead);
   if (!robot) return robot.error();
   MemoryBusHub hub;
-  std::atomic<bool> ended = false;
+  DemoEnd end;
   const auto server_bus = hub.connect();
-  const auto station = open_station(configuration, options, hub, ended);
+  const auto station = open_station(configuration, options, hub, end);
   if (!station) return station.error();
   std::unique_ptr<FoxgloveServer> foxglove;
   if (!options.foxglove.empty()) {
-    auto opened = open_foxglove(configuration, options.foxglove, hub);
+    auto opened = open_foxglove(options.foxglove, hub.connect(), configuration);
     if (!opened) return opened.error();
     foxglove = std::move(*opened);
     options.say("foxglove   " + foxglove->address());
@@ -151,10 +147,14 @@ Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOpti
   ServeOptions serving;
   serving.session = options.session;
   serving.overwrite = options.overwrite;
-  serving.stop = [&] { return ended || (options.stop && options.stop()); };
+  serving.stop = [&] { return end.asked || (options.stop && options.stop()); };
   auto report = serve(*server_bus, configuration, serving);
   if (!report) return report.error();
-  (*station)->set_report(to_json(*report), "");
+  if (!end.asked) return report;
+  (*station)->set_report(to_json(*report), review_page(options.session));
+  end.reported = true;
+  options.say("ended by the instructor; the page shows the report; stop with ^C");
+  while (options.stop && !options.stop()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   return report;
 }
 

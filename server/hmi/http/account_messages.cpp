@@ -46,6 +46,12 @@ Result<SetupMessage> parse_setup(std::string_view json) {
   return SetupMessage{texts->at("token"), texts->at("name"), texts->at("password")};
 }
 
+Result<PasswordMessage> parse_password(std::string_view json) {
+  const Result<Texts> texts = parse_texts(json, {"old", "new"});
+  if (!texts) return texts.error();
+  return PasswordMessage{texts->at("old"), texts->at("new")};
+}
+
 Result<AccountMessage> parse_account(std::string_view json) {
   const Result<Texts> texts = parse_texts(json, {"name"}, {"role", "password"});
   if (!texts) return texts.error();

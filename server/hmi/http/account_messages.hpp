@@ -22,10 +22,15 @@ struct AccountMessage {
   std::optional<std::string> password;
 };
 
+struct PasswordMessage {
+  std::string old_password, new_password;  ///< keys "old", "new"
+};
+
 /// Each an object with these keys, all text, and no other. Error: says what was expected; nothing of the
 /// text.
 Result<LoginMessage> parse_login(std::string_view json);
 Result<SetupMessage> parse_setup(std::string_view json);
+Result<PasswordMessage> parse_password(std::string_view json);
 Result<AccountMessage> parse_account(std::string_view json);
 
 }  // namespace parhelion

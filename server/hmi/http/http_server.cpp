@@ -158,7 +158,9 @@ struct HttpServer::Implementation {
 HttpServer::HttpServer(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 
-HttpServer::~HttpServer() {
+HttpServer::~HttpServer() { stop(); }
+
+void HttpServer::stop() {
   Implementation& server = *implementation_;
   server.core.io.stop();
   if (server.thread.joinable()) server.thread.join();

@@ -65,7 +65,6 @@ class HttpServer {
  public:
   /// Binds and listens. Connections wait until run(). Error: says what of the options does not work here.
   static Result<std::unique_ptr<HttpServer>> open(HttpOptions options);
-  /// Closes everything; handlers are told, and not called any more afterwards.
   ~HttpServer();
 
   using Handler = std::function<HttpResponse(const HttpRequest&)>;
@@ -83,6 +82,8 @@ class HttpServer {
 
   /// Starts the server's thread. Once.
   void run();
+  /// Closes everything; handlers are told, and not called any more afterwards. The destructor does it, too.
+  void stop();
   /// Runs `task` on the server's thread. Thread-safe.
   void post(std::function<void()> task);
 

@@ -53,6 +53,9 @@ void LoginDesk::serve(HttpServer& server) {
                  [this](const HttpRequest& request, const Answer& answer) { log_in(request, answer); });
   server.on_late("POST", "/api/v1/setup", Access::everyone(),
                  [this](const HttpRequest& request, const Answer& answer) { set_up(request, answer); });
+  server.on_late(
+      "POST", "/api/v1/password", Access::logged_in(),
+      [this](const HttpRequest& request, const Answer& answer) { change_password(request, answer); });
   server.on("POST", "/api/v1/logout", Access::logged_in(),
             [this](const HttpRequest& request) { return log_out(request); });
   server.on("GET", "/enter", Access::everyone(),
@@ -130,6 +133,34 @@ void LoginDesk::set_up(const HttpRequest& request, const Answer& answer) {
   });
 }
 
+/// Whoever has come by an open page does not come by the account.
+void LoginDesk::change_password(const HttpRequest& request, const Answer& answer) {
+  if (!is_json(request)) return answer(not_json());
+  const Result<PasswordMessage> message = parse_password(request.body);
+  if (!message) return answer(refusal(400, message.error().message));
+  if (const Status fine = check_password(message->new_password); !fine)
+    return answer(refusal(400, fine.error().message));
+  const std::string name = request.who->name;
+  if (accounts_.hash(name).empty())
+    return answer(refusal(403, "you came by a link: there is no password to change"));
+  if (!may_try(request, name, answer)) return;
+  later(answer, [this, request, answer, name, given = *message] {
+    if (!password_matches(accounts_.hash(name), given.old_password)) {
+      say(request, "change password", "refused", "wrong old password");
+      return answer(refusal(403, "the old password is wrong"));
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      guard_.succeeded(network_of(request.remote), name);
+    }
+    Result<std::string> hash = hash_password(given.new_password);
+    const Status put = hash ? accounts_.put(name, std::nullopt, *std::move(hash)) : Status(hash.error());
+    say(request, "change password", put ? "done" : "refused", put ? "" : put.error().message);
+    if (put) sessions_.end_all(name, request.session);
+    answer(put ? nothing_more() : refusal(503, put.error().message));
+  });
+}
+
 void LoginDesk::change_account(const HttpRequest& request, const Answer& answer) {
   if (!is_json(request)) return answer(not_json());
   const Result<AccountMessage> message = parse_account(request.body);
@@ -199,7 +230,7 @@ bool LoginDesk::may_try(const HttpRequest& request, const std::string& name, con
   }
   if (wait.ns == 0) return true;
   const std::string left = std::to_string(static_cast<long>(std::ceil(wait.seconds())));
-  say(request, "log in as " + name, "refused", "too many tries; wait " + left + " s");
+  say(request, "try a password of " + name, "refused", "too many tries; wait " + left + " s");
   HttpResponse response = refusal(429, "too many tries; wait " + left + " s");
   response.headers = {{"Retry-After", left}};
   answer(response);

@@ -37,6 +37,7 @@ class LoginDesk {
   LoginDesk(Accounts& accounts, Audit& audit, SessionLimits limits, std::function<WallTime()> steady);
   void log_in(const HttpRequest& request, const Answer& answer);
   void set_up(const HttpRequest& request, const Answer& answer);
+  void change_password(const HttpRequest& request, const Answer& answer);
   void change_account(const HttpRequest& request, const Answer& answer);
   void remove_account(const HttpRequest& request, const Answer& answer);
   HttpResponse log_out(const HttpRequest& request);

@@ -30,9 +30,11 @@ void Sessions::end(const std::string& token) {
   sessions_.erase(token_digest(token));
 }
 
-void Sessions::end_all(const std::string& name) {
+void Sessions::end_all(const std::string& name, const std::string& but) {
+  const std::string kept = but.empty() ? "" : token_digest(but);
   const std::lock_guard lock(mutex_);
-  std::erase_if(sessions_, [&name](const auto& entry) { return entry.second.who.name == name; });
+  std::erase_if(sessions_,
+                [&](const auto& entry) { return entry.second.who.name == name && entry.first != kept; });
 }
 
 std::size_t Sessions::count() const {

@@ -27,7 +27,8 @@ class Sessions {
   /// nullopt: unknown, ended or expired. Counts as use.
   std::optional<Identity> find(const std::string& token, WallTime now);
   void end(const std::string& token);
-  void end_all(const std::string& name);
+  /// But the one of this token, if any.
+  void end_all(const std::string& name, const std::string& but = {});
   std::size_t count() const;
 
  private:

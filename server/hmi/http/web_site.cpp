@@ -128,6 +128,7 @@ HttpServer& WebSite::server() { return *parts_->server; }
 Audit& WebSite::audit() { return *parts_->audit; }
 void WebSite::metrics(std::function<void(MetricsText&)> add) { parts_->metrics.push_back(std::move(add)); }
 void WebSite::run() { parts_->server->run(); }
+void WebSite::stop() { parts_->server->stop(); }
 const std::string& WebSite::fingerprint() const { return parts_->fingerprint; }
 
 std::string WebSite::address() const {

@@ -42,6 +42,8 @@ class WebSite {
   /// Before run(); `add` is called on the server's thread for each GET /metrics.
   void metrics(std::function<void(MetricsText&)> add);
   void run();
+  /// Closes everything; no handler is called any more. The audit stays.
+  void stop();
 
   /// "https://192.168.1.5:8443/": for people.
   std::string address() const;

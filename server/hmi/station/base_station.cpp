@@ -34,6 +34,20 @@ VideoOptions video_options(const StationOptions& station) {
   return video;
 }
 
+void add_video(const VideoCounts& counts, MetricsText& text) {
+  const auto count = [&text](const char* name, const char* help, std::uint64_t value) {
+    text.counter(name, help, static_cast<double>(value));
+  };
+  count("parhelion_video_pictures_total", "Pictures that came and somebody wanted.", counts.pictures);
+  count("parhelion_video_refused_total", "Pictures that could not be read.", counts.refused);
+  count("parhelion_video_coded_total", "Pictures coded as H.264.", counts.coded);
+  count("parhelion_video_keys_total", "Key pictures among them.", counts.keys);
+  count("parhelion_video_bytes_total", "Bytes of H.264.", counts.bytes);
+  count("parhelion_video_sent_total", "Pictures sent, over all pages.", counts.sent);
+  count("parhelion_video_left_out_total", "Pictures left out, over all pages.", counts.left_out);
+  text.counter("parhelion_video_coding_seconds_total", "Time spent on coding.", counts.coding_s);
+}
+
 }  // namespace
 
 Result<HostPort> parse_host_port(const std::string& text) {
@@ -55,7 +69,14 @@ Result<HostPort> parse_host_port(const std::string& text) {
 }
 
 struct BaseStation::Parts {
-  ~Parts() { site.reset(); }  // its handlers know all others, which may say a last word to the audit
+  /// The site's handlers know all others, which say their last words to its audit.
+  ~Parts() {
+    if (site) site->stop();
+    station.reset();
+    watch.reset();
+    video.reset();
+    teleop.reset();
+  }
 
   std::unique_ptr<Bus> teleop_bus;
   std::unique_ptr<TeleopDesk> teleop;
@@ -78,8 +99,10 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   teleop_options.now = [] { return steady_now(); };
   teleop_options.stamp = [] { return SensorTime{wall_now().ns}; };
   teleop_options.agent_commands = options.station.configuration->channels.bus(channel::mr_agent_cmd);
-  teleop_options.audit = [this](const std::string& who, const std::string& what) {
-    if (site) site->audit().say({who, {}, what, "done"});
+  teleop_options.robot = options.station.configuration->robot.name;
+  if (options.robot_stopped) teleop_options.held = {{teleop_options.robot, "the server that died"}};
+  teleop_options.audit = [&audit = site->audit()](const std::string& who, const std::string& what) {
+    audit.say({who, {}, what, "done"});
   };
   teleop = std::make_unique<TeleopDesk>(*teleop_bus, std::move(teleop_options));
   site->server().on_socket("/ws/teleop", Access::only({Role::trainee, Role::instructor, Role::admin}),
@@ -116,9 +139,9 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   auto bus = options.new_bus();
   if (!bus) return bus.error();
   StationOptions& told = options.station;
-  told.audit = [this](const Identity& who, const std::string& remote, const std::string& what,
-                      const std::string& outcome) {
-    if (site) site->audit().say({who.name, remote, what, outcome});
+  told.audit = [&audit = site->audit()](const Identity& who, const std::string& remote,
+                                        const std::string& what, const std::string& outcome) {
+    audit.say({who.name, remote, what, outcome});
   };
   if (teleop) {
     told.emergency_stop = [this](bool on, const std::string& robot, const Identity& who) {
@@ -129,7 +152,10 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   auto made = Station::open(std::move(*bus), site->server(), std::move(told));
   if (!made) return made.error();
   station = std::move(*made);
-  site->metrics([this](MetricsText& text) { station->add_metrics(text); });
+  site->metrics([this](MetricsText& text) {
+    station->add_metrics(text);
+    add_video(video->counts(), text);
+  });
   video->start();
   // A thread has the priority of who starts it: pages never take a core from the tick.
   std::thread([this] {

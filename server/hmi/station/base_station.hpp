@@ -15,8 +15,9 @@ namespace parhelion {
 struct BaseStationOptions {
   std::string address = "127.0.0.1:0";  ///< ADDR:PORT, [ADDR]:PORT or PORT; port 0: any that is free
   std::filesystem::path folder;         ///< accounts, certificate, audit log; empty: default_site_folder()
-  std::optional<bool> plain;  ///< without encryption; none: where only this machine's own browser can ask
-  StationOptions station;     ///< its emergency stop and audit are this class's own
+  std::optional<bool> plain;   ///< without encryption; none: where only this machine's own browser can ask
+  StationOptions station;      ///< its emergency stop and audit are this class's own
+  bool robot_stopped = false;  ///< the trainee's, by an emergency stop that a server which died was told of
   /// An endpoint of the session's bus, called a few times.
   std::function<Result<std::unique_ptr<Bus>>()> new_bus;
 };

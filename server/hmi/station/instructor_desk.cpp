@@ -16,7 +16,14 @@ constexpr Duration patience = seconds(3.0);  // for the server's answer
 constexpr double messages_per_second = 50, at_once = 100;
 constexpr std::size_t most_unanswered = 1000;
 
-bool is_command(Kind kind) { return kind == Kind::agent || kind == Kind::report; }
+/// What the server answers.
+bool is_command(Kind kind) {
+  return kind == Kind::agent || kind == Kind::script || kind == Kind::lesson || kind == Kind::report;
+}
+
+/// What is kept for good, or told to everybody, costs more of what a page may say.
+double cost(Kind kind) { return kind == Kind::chat || kind == Kind::report ? 25 : 1; }
+constexpr double spared = 20;  // of what it may say, for what costs less
 
 /// For the audit, and for people: "spawn person_1".
 std::string summary(const PageMessage& message) {
@@ -104,6 +111,13 @@ void InstructorDesk::receive(WebClient& client, std::string_view text, WallTime 
     return answer(client, request, refused, {});
   }
   if (message->kind == Kind::subscribe) return feed_.subscribe(client.id(), message->subscription);
+  if (const double more = cost(message->kind) - 1; more == 0 || page->allowance >= more + spared) {
+    page->allowance -= more;
+  } else {
+    const Status refused = Error{std::string("too fast: two a second of '") + to_string(message->kind) + "'"};
+    note(client.who(), client.remote(), to_string(message->kind), refused);
+    return answer(client, request, refused, {});
+  }
   if (is_command(message->kind)) {
     const Status sent = send(client, *message, now);
     if (sent) return;  // the server answers
@@ -163,9 +177,6 @@ Result<std::string> InstructorDesk::obey(WebClient& client, const PageMessage& m
     return std::string(on ? "stopped" : "released");
   };
   switch (message.kind) {
-    case Kind::script:
-    case Kind::lesson:
-      return Error{"scripts and lessons begin by themselves, as the scenario says"};
     case Kind::save:
       return save(message);
     case Kind::chat:

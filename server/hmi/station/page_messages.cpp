@@ -8,6 +8,7 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
+#include "protocols/lesson.hpp"
 #include "protocols/nearest_name.hpp"
 #include "server/hmi/station/page_schema.hpp"
 
@@ -157,6 +158,30 @@ Result<AgentCommand> report_command(const Json& message) {
   return command;
 }
 
+AgentCommand script_command(const Json& message) {
+  AgentCommand command;
+  command.action = AgentCommand::Action::script;
+  command.agent.name = word(message, "name");
+  return command;
+}
+
+/// Amount and seconds go where AgentCommand::Action::lesson says.
+Result<AgentCommand> lesson_command(const Json& message) {
+  AgentCommand command;
+  command.agent.name = word(message, "kind");
+  const bool begins = flag(message, "on", true);
+  command.action = begins ? AgentCommand::Action::lesson : AgentCommand::Action::lesson_over;
+  if (!begins) return command;
+  const bool wheel = command.agent.name == to_string(Lesson::Kind::dead_wheel);
+  const char* needed = wheel ? "side" : "amount";
+  if (!message.contains(needed))
+    return Error{"'lesson': '" + command.agent.name + "' needs '" + needed + "'"};
+  const double right = word(message, "side") == "right" ? 1 : 0;
+  command.agent.T_map_base = Transform<Map, Base>::planar(wheel ? right : number(message, "amount", 0),
+                                                          number(message, "lasting", 0), 0);
+  return command;
+}
+
 Status fill(const Json& message, const std::string& type, PageMessage& read) {
   const auto take = [&](Result<AgentCommand> command) -> Status {
     if (!command) return command.error();
@@ -183,6 +208,8 @@ Status fill(const Json& message, const std::string& type, PageMessage& read) {
   if (read.kind == Kind::subscribe) read.subscription = subscription(message);
   if (read.kind == Kind::agent) return take(agent_command(message));
   if (read.kind == Kind::report) return take(report_command(message));
+  if (read.kind == Kind::script) return take(script_command(message));
+  if (read.kind == Kind::lesson) return take(lesson_command(message));
   return {};
 }
 

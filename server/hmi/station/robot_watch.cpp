@@ -66,7 +66,8 @@ Status RobotWatch::start() {
   const ChannelMap& channels = configuration_->channels;
   const std::pair<std::string, int> wanted[] = {{channels.bus(channel::mr_world), 1},
                                                 {channels.bus(channel::operators), 64},
-                                                {channels.bus(channel::mr_events), 256}};
+                                                {channels.bus(channel::mr_events), 256},
+                                                {channels.bus(channel::mr_agent_cmd), 256}};
   for (const auto& [name, capacity] : wanted) {
     if (Status subscribed = bus_->subscribe(name, capacity); !subscribed) return subscribed;
   }
@@ -91,7 +92,11 @@ void RobotWatch::take(const Message& message) {
   const ChannelMap& channels = configuration_->channels;
   OperatorWord word_;
   Event event;
+  AgentCommand command;
   if (message.channel == channels.bus(channel::mr_world)) return take_world(message);
+  if (message.channel == channels.bus(channel::mr_agent_cmd) && teleop_ != nullptr &&
+      decode(message.channel, message.payload, command).ok())
+    teleop_->hear(command);
   if (message.channel == channels.bus(channel::operators) && teleop_ != nullptr &&
       decode(message.channel, message.payload, word_).ok())
     teleop_->hear(word_);

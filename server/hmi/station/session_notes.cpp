@@ -16,8 +16,11 @@ Result<SessionNotes> SessionNotes::open(const std::string& path) {
   return notes;
 }
 
-Status SessionNotes::write(const std::string& json, WallTime now) {
+Status SessionNotes::write(const std::string& by, const std::string& json, WallTime now) {
   if (!file_) return {};
+  std::size_t& said = said_[by];
+  if (said + json.size() > most_said) return Error{"'" + by + "' has said all that is kept of one person"};
+  said += json.size();
   const std::string line = "{\"at_us\":" + std::to_string(now.utime()) + "," + json.substr(1) + "\n";
   const bool written = std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size();
   if (written && std::fflush(file_.get()) == 0) return {};
@@ -27,13 +30,13 @@ Status SessionNotes::write(const std::string& json, WallTime now) {
 Status SessionNotes::add(const ChatLine& line, WallTime now) {
   chat_.push_back(line);
   if (chat_.size() > kept) chat_.pop_front();
-  return write(chat_json(line), now);
+  return write(line.from, chat_json(line), now);
 }
 
 Status SessionNotes::add(const MarkLine& line, WallTime now) {
   marks_.push_back(line);
   if (marks_.size() > kept) marks_.pop_front();
-  return write(mark_json(line), now);
+  return write(line.by, mark_json(line), now);
 }
 
 bool is_for(const ChatLine& line, const Identity& who) {

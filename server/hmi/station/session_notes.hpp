@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <deque>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -16,7 +17,8 @@ class SessionNotes {
   /// alone. Error: it cannot be written.
   static Result<SessionNotes> open(const std::string& path);
 
-  /// Error: the line was not written; it is kept in memory all the same.
+  /// Error: the line was not written, as the file cannot be or is full of this person's words; it is kept in
+  /// memory all the same.
   Status add(const ChatLine& line, WallTime now);
   Status add(const MarkLine& line, WallTime now);
 
@@ -25,14 +27,16 @@ class SessionNotes {
   const std::deque<MarkLine>& marks() const { return marks_; }
 
  private:
-  static constexpr std::size_t kept = 500;  // of each, in memory
+  static constexpr std::size_t kept = 500;             // of each, in memory
+  static constexpr std::size_t most_said = 1'000'000;  // bytes that one person's words may take of the file
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  Status write(const std::string& json, WallTime now);
+  Status write(const std::string& by, const std::string& json, WallTime now);
 
   std::string path_;
   std::unique_ptr<std::FILE, Close> file_;
+  std::map<std::string, std::size_t> said_;  // bytes, by person
   std::deque<ChatLine> chat_;
   std::deque<MarkLine> marks_;
 };

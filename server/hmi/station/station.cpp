@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "server/hmi/http/kept_content.hpp"
 #include "server/hmi/station/mailbox.hpp"
 #include "server/wall_clock.hpp"
 
@@ -23,9 +24,9 @@ void give_way() { (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), s
 struct Published {
   std::mutex mutex;
   SimulationTime start;
-  std::shared_ptr<const std::string> model;
-  std::string model_tag, robots;
+  KeptContent model, robots;
   std::string report, report_page;
+  bool ending = false;  ///< a report will come
   std::vector<std::pair<std::string, double>> status;
   std::size_t pages = 0;
 };
@@ -56,17 +57,28 @@ struct Station::Running {
         bus(std::move(bus_)),
         feed(options.configuration, feed_options(options)),
         desk(*bus, feed, std::move(notes),
-             {options.controls, options.emergency_stop, options.scenarios, options.audit}) {
+             {controls(), options.emergency_stop, options.scenarios, options.audit}) {
     feed.heard_event = [this](const Event& event) { desk.hear(event); };
     feed.restarted = [this] {
       publish_start();
       for (Page& page : feed.pages().all()) desk.greet(*page.client);
     };
-    feed.model_changed = [this](std::string model, std::uint64_t version) {
-      publish(std::move(model), version);
+    feed.model_changed = [this](std::string model, std::uint64_t) { publish(std::move(model)); };
+    publish(site_json(options.configuration->model, 0));
+    published.robots = keep_content("application/json", robots_json(*options.configuration));
+  }
+
+  /// Those of the options; that the session ends is remembered.
+  SessionControls controls() {
+    SessionControls all = options.controls;
+    if (!all.end) return all;
+    all.end = [this, end = std::move(all.end)]() -> Status {
+      if (Status ended = end(); !ended) return ended;
+      const std::lock_guard lock(published.mutex);
+      published.ending = true;
+      return {};
     };
-    publish(site_json(options.configuration->model, 0), 0);
-    published.robots = robots_json(*options.configuration);
+    return all;
   }
 
   void publish_figures() {
@@ -78,10 +90,10 @@ struct Station::Running {
     const std::lock_guard lock(published.mutex);
     published.start = feed.begun();
   }
-  void publish(std::string model, std::uint64_t version) {
+  void publish(std::string model) {
+    KeptContent kept = keep_content("application/json", std::move(model));
     const std::lock_guard lock(published.mutex);
-    published.model = std::make_shared<const std::string>(std::move(model));
-    published.model_tag = "\"" + std::to_string(opened.ns) + "-" + std::to_string(version) + "\"";
+    published.model = std::move(kept);
   }
 
   Status listen() {
@@ -93,7 +105,6 @@ struct Station::Running {
   void add_routes(HttpServer& server);
   void add_report_routes(HttpServer& server);
   void add_socket(HttpServer& server);
-  HttpResponse model(const HttpRequest& request);
   HttpResponse map() const;
   std::string hello(const Identity& who);
   void receive(const std::stop_token& stop);
@@ -101,7 +112,6 @@ struct Station::Running {
   void take(Letter& letter);
 
   const StationOptions options;
-  const WallTime opened = wall_now();
   std::unique_ptr<Bus> bus;
   Mailbox mailbox;
   StateFeed feed;
@@ -166,18 +176,6 @@ std::string Station::Running::hello(const Identity& who) {
   return hello_json(*options.configuration, who, words);
 }
 
-HttpResponse Station::Running::model(const HttpRequest& request) {
-  const std::lock_guard lock(published.mutex);
-  HttpResponse response = json({});
-  response.headers = {{"ETag", published.model_tag}, {"Cache-Control", "no-cache"}};
-  if (request.if_none_match == published.model_tag) {
-    response.status = 304;
-  } else {
-    response.shared_body = published.model;
-  }
-  return response;
-}
-
 HttpResponse Station::Running::map() const {
   if (!options.map) return refusal(404, "this session has no picture of a map");
   char resolution[32], origin[64];
@@ -190,15 +188,24 @@ void Station::Running::add_routes(HttpServer& server) {
   const Access access = Access::logged_in();
   server.on("GET", "/api/v1/session", access,
             [this](const HttpRequest& request) { return json(hello(*request.who)); });
-  server.on("GET", "/api/v1/model", access, [this](const HttpRequest& request) { return model(request); });
+  server.on("GET", "/api/v1/model", access, [this](const HttpRequest& request) {
+    const std::lock_guard lock(published.mutex);
+    return answer_with(request, published.model);
+  });
   server.on("GET", "/api/v1/map", access, [this](const HttpRequest&) { return map(); });
-  server.on("GET", "/api/v1/robots", access, [this](const HttpRequest&) { return json(published.robots); });
+  server.on("GET", "/api/v1/robots", access,
+            [this](const HttpRequest& request) { return answer_with(request, published.robots); });
   add_report_routes(server);
   add_socket(server);
 }
 
 void Station::Running::add_report_routes(HttpServer& server) {
-  const auto none = [] { return refusal(404, "the session has not ended: there is no report yet"); };
+  const auto none = [this] {
+    if (!published.ending) return refusal(404, "the session has not ended: there is no report yet");
+    HttpResponse soon = refusal(503, "the session is being graded");
+    soon.headers = {{"Retry-After", "1"}};
+    return soon;
+  };
   server.on("GET", "/api/v1/report", Access::logged_in(), [this, none](const HttpRequest&) {
     const std::lock_guard lock(published.mutex);
     return published.report.empty() ? none() : json(published.report);

@@ -18,7 +18,12 @@ bool outranks(Role one, Role other) {
 
 }  // namespace
 
-TeleopDesk::TeleopDesk(Bus& bus, TeleopOptions options) : bus_(bus), options_(std::move(options)) {}
+TeleopDesk::TeleopDesk(Bus& bus, TeleopOptions options) : bus_(bus), options_(std::move(options)) {
+  for (const auto& [robot, by] : options_.held) {
+    held_[robot] = by;
+    orders_[robot].request = next_request();
+  }
+}
 
 TeleopDesk::~TeleopDesk() {
   const std::lock_guard lock(mutex_);

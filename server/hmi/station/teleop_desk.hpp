@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,8 @@ struct TeleopOptions {
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
   std::string agent_commands = "MR_AGENT_CMD";  ///< channel on the bus
+  std::string robot = {};                ///< the trainee's, that others may stop and let go, too; empty: none
+  std::vector<EmergencyStop> held = {};  ///< from the start: of a server that died
 };
 
 /// Thread-safe: the web server's thread brings what pages say, the station's the rest. If one of them hangs,
@@ -46,6 +49,8 @@ class TeleopDesk {
   void set_robots(std::vector<TeleopRobot> robots);
   /// What a console says on the bus: other consoles drive, too.
   void hear(const OperatorWord& word);
+  /// What anybody asks of the server: other consoles stop the robot and take stops back, too.
+  void hear(const AgentCommand& command);
   /// What the server answers: an emergency stop is asked for until it is.
   void hear(const Event& event);
   /// At least every 50 ms: releases what fell silent, repeats stops, says who drives.
@@ -84,6 +89,7 @@ class TeleopDesk {
   Status move(TeleopPage& page, const TeleopRequest& request);
   void answer_ping(TeleopPage& page, const TeleopRequest& request);
   Status hold(const std::string& robot, const std::string& by);
+  void obey(const AgentCommand& command);
   Status say_stop(const TeleopRobot& robot);
   Status say_order(const std::string& robot, Order& order);
   void repeat_orders(WallTime now);
@@ -106,6 +112,8 @@ class TeleopDesk {
   std::map<std::uint64_t, std::unique_ptr<TeleopPage>> pages_;  // by client
   std::map<std::string, std::string> held_;                     // by robot: who has stopped it
   std::map<std::string, Order> orders_;                         // by robot: the last
+  std::map<std::uint64_t, AgentCommand> others_;                // orders of other consoles, by request
+  std::set<std::uint64_t> own_;                                 // our own newest requests
   std::uint64_t requests_ = 0;
   std::map<std::string, Foreign> foreign_;  // by operator: other consoles that drive
   std::vector<std::uint8_t> payload_;

@@ -7,13 +7,48 @@ namespace {
 
 constexpr Duration order_period = milliseconds(100);  // how often a stop is said again
 constexpr int most_often = 10;  // times that the server is asked at that pace: then for a stop each tenth
+constexpr std::size_t most_unanswered = 100;  // orders of others
+constexpr const char* elsewhere = "another console";
 
 }  // namespace
+
+void TeleopDesk::hear(const AgentCommand& command) {
+  using Action = AgentCommand::Action;
+  const std::lock_guard lock(mutex_);
+  const bool order = command.action == Action::freeze || command.action == Action::unfreeze;
+  if (!order || options_.robot.empty() || command.agent.name != options_.robot) return;
+  if (own_.contains(command.request)) return;
+  if (others_.size() >= most_unanswered) others_.clear();  // a server that answers nobody
+  others_[command.request] = command;
+}
 
 void TeleopDesk::hear(const Event& event) {
   const std::lock_guard lock(mutex_);
   if (event.kind != EventKind::command_accepted) return;
   for (auto& [robot, order] : orders_) order.answered = order.answered || order.request == event.request;
+  const auto other = others_.find(event.request);
+  if (other == others_.end()) return;
+  obey(other->second);
+  others_.erase(other);
+}
+
+/// The server has stopped the robot, or let it go, as somebody else asked: so it is here.
+void TeleopDesk::obey(const AgentCommand& command) {
+  const std::string& robot = command.agent.name;
+  const bool stop = command.action == AgentCommand::Action::freeze;
+  if (stop == (held_.count(robot) > 0)) return;
+  if (stop) {
+    held_[robot] = elsewhere;
+    for (auto& [id, page] : pages_) {
+      if (page->robot() == robot) refuse(*page, page->halt(now()));
+    }
+  } else {
+    held_.erase(robot);
+  }
+  orders_.erase(robot);  // it is as was asked
+  tell_all(estop_text(robot, elsewhere, stop));
+  audit(elsewhere, (stop ? "emergency stop of " : "resets the emergency stop of ") + robot);
+  if (options_.stops_changed) options_.stops_changed(held());
 }
 
 Status TeleopDesk::say_stop(const TeleopRobot& robot) {
@@ -102,7 +137,10 @@ Status TeleopDesk::reset(const std::string& robot, const std::string& by) {
 
 std::uint64_t TeleopDesk::next_request() {
   // Far from what others count: the server's answer must be to this.
-  return static_cast<std::uint64_t>(options_.stamp().ns) + ++requests_;
+  const std::uint64_t request = static_cast<std::uint64_t>(options_.stamp().ns) + ++requests_;
+  own_.insert(request);
+  if (own_.size() > most_unanswered) own_.erase(own_.begin());
+  return request;
 }
 
 std::vector<EmergencyStop> TeleopDesk::held() const {

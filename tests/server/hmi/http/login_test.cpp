@@ -103,6 +103,7 @@ TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
   const std::string unused = cookie_of("anna");
   pass(seconds(2 * 3600.0));
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", unused).status, 401) << "unused for two hours";
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/echo", unused).status, 401);
 }
 
 TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
@@ -227,6 +228,56 @@ TEST_F(LogIn, KeepsScriptInANameOutOfPagesAndLines) {
   EXPECT_NE(seen.body.find(R"(\n{\"who\":\"root\"})"), std::string::npos) << "as text within its line";
 }
 
+TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
+  make_accounts({{"anna", Role::trainee}, {"tom", Role::trainee}});
+  open();
+  const std::string here = cookie_of("anna"), elsewhere = cookie_of("anna"), other = cookie_of("tom");
+  RawClient socket(port());
+  ASSERT_EQ(socket.open_socket("/ws/echo", elsewhere).status, 101);
+  const auto change = [&](const std::string& old, const std::string& fresh, const std::string& cookie) {
+    return RawClient(port())
+        .post("/api/v1/password", R"({"old":")" + old + R"(","new":")" + fresh + "\"}", cookie)
+        .status;
+  };
+  EXPECT_EQ(change(password, "a better one", ""), 401);
+  EXPECT_EQ(change(password, "short", here), 400);
+  EXPECT_EQ(change("not that one", "a better one", here), 403);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/password", R"({"new":"a better one"})", here).status, 400);
+  EXPECT_EQ(log_in("anna", password).status, 204) << "nothing was changed so far";
+  EXPECT_EQ(change(password, "a better one", here), 204);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", here).status, 200);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", other).status, 200);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", elsewhere).status, 401);
+  const auto frame = socket.frame();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->code(), 1008);
+  EXPECT_EQ(log_in("anna", password).status, 401);
+  EXPECT_EQ(log_in("anna", "a better one").status, 204);
+  const std::string log = audit();
+  EXPECT_NE(log.find(R"("who":"anna","from":"127.0.0.1","what":"change password","outcome":"done")"),
+            std::string::npos)
+      << log;
+  EXPECT_NE(log.find("wrong old password"), std::string::npos);
+  EXPECT_EQ(log.find("better"), std::string::npos) << "no password is written down";
+}
+
+TEST_F(LogIn, PasswordIsNotGuessedThroughAnOpenPage) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  RawClient page(port());
+  int tried = 0, held = 0;
+  for (int i = 0; i < 50; ++i) {
+    const std::string guess = std::to_string(i);
+    const RawAnswer answer =
+        page.post("/api/v1/password", R"({"old":"guess )" + guess + R"(","new":"12345678"})", cookie);
+    tried += answer.status == 403;
+    held += answer.status == 429 && answer.headers.contains("retry-after");
+  }
+  EXPECT_EQ(tried, 5);
+  EXPECT_EQ(held, 45);
+}
+
 using FirstStart = SiteTest;
 
 TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
@@ -257,6 +308,10 @@ TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
   EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", cookie_in(entered)).status, 403);
   EXPECT_EQ(RawClient(port()).get("/enter?token=guessed").status, 403);
   EXPECT_EQ(RawClient(port()).get("/enter").status, 403);
+  EXPECT_EQ(
+      RawClient(port()).post("/api/v1/password", R"({"old":"","new":"12345678"})", cookie_in(entered)).status,
+      403)
+      << "a link has no password";
 }
 
 }  // namespace

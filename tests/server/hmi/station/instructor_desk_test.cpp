@@ -79,6 +79,26 @@ TEST_F(InstructorDeskTest, ARefusalOfTheServersIsPassedOnInItsWords) {
   EXPECT_EQ(page->newest("reply")["text"], "no agent 'nobody'");
 }
 
+TEST_F(InstructorDeskTest, ScriptsAndLessonsAreAskedOfTheServerAndAnsweredByIt) {
+  begin(configuration({}));
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"script","request":1,"name":"door slams"})", now());
+  desk_->receive(*page, R"({"type":"lesson","request":2,"kind":"camera_delay","amount":0.3})", now());
+  const auto sent = commands();
+  ASSERT_EQ(sent.size(), 2U);
+  EXPECT_EQ(sent[0].action, AgentCommand::Action::script);
+  EXPECT_EQ(sent[1].action, AgentCommand::Action::lesson);
+  EXPECT_TRUE(page->newest("reply").is_null());
+  answer(sent[0], EventKind::command_refused, "no script 'door slams': the scenario has none");
+  EXPECT_EQ(page->newest("reply")["request"], 1);
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+  answer(sent[1], EventKind::command_accepted);
+  EXPECT_EQ(page->newest("reply")["request"], 2);
+  EXPECT_EQ(page->newest("reply")["ok"], true);
+  EXPECT_THAT(audit_, testing::ElementsAre(HasSubstr("ada: script door slams: no script"),
+                                           "ada: lesson camera_delay: done"));
+}
+
 TEST_F(InstructorDeskTest, AServerThatDoesNotAnswerIsSaidToBeSilent) {
   begin(configuration({}));
   const auto page = open();
@@ -98,8 +118,9 @@ TEST_F(InstructorDeskTest, ATraineeMayReportButNotCommandAndBothAreWrittenDown) 
   for (const char* text :
        {R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})",
         R"({"type":"save","request":1,"name":"mine"})", R"({"type":"mark","request":1,"text":"x"})",
-        R"({"type":"lesson","request":1,"kind":"dead_wheel"})", R"({"type":"script","request":1,"name":"s"})",
-        R"({"type":"estop_reset","request":1})", R"({"type":"control","request":1,"action":"pause"})"}) {
+        R"({"type":"lesson","request":1,"kind":"dead_wheel","side":"left"})",
+        R"({"type":"script","request":1,"name":"s"})", R"({"type":"estop_reset","request":1})",
+        R"({"type":"control","request":1,"action":"pause"})"}) {
     desk_->receive(*trainee, text, now());
     EXPECT_EQ(trainee->newest("reply")["ok"], false) << text;
     EXPECT_THAT(trainee->newest("reply")["text"].get<std::string>(), HasSubstr("trainees may not")) << text;
@@ -214,6 +235,27 @@ TEST_F(InstructorDeskTest, APageThatTalksWithoutEndIsClosed) {
   const auto page = open();
   for (int i = 0; i < 200 && !page->closed; ++i) desk_->receive(*page, R"({"type":"subscribe"})", now());
   EXPECT_EQ(page->closed, 1008);
+}
+
+TEST_F(InstructorDeskTest, OneTraineeNeitherFillsTheNotesNorDrownsTheOthersWords) {
+  begin(configuration({}));
+  const auto tom = open(1, Role::trainee, "tom"), ada = open(2);
+  const std::string words(2000, 'x');
+  const std::string chat = R"({"type":"chat","request":1,"to":"all","text":")" + words + "\"}";
+  for (int i = 0; i < 20; ++i) desk_->receive(*tom, chat, now());
+  EXPECT_EQ(ada->heard("chat").size(), 3U) << "at once; then two a second";
+  EXPECT_THAT(tom->newest("reply")["text"].get<std::string>(), HasSubstr("two a second"));
+  EXPECT_FALSE(tom->closed);
+  for (int second = 0; second < 600; ++second) {
+    t_ += 1;
+    for (int i = 0; i < 5; ++i) desk_->receive(*tom, chat, now());
+  }
+  EXPECT_FALSE(tom->closed);
+  EXPECT_NEAR(static_cast<double>(ada->heard("chat").size()), 1150, 60);
+  EXPECT_LE(std::filesystem::file_size(folder_ / "notes.jsonl"), 1'100'000U);
+  desk_->receive(*ada, R"({"type":"chat","request":9,"to":"all","text":"enough"})", now());
+  EXPECT_EQ(ada->newest("reply")["ok"], true);
+  EXPECT_EQ(tom->newest("chat")["text"], "enough");
 }
 
 }  // namespace

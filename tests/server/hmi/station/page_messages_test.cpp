@@ -59,6 +59,32 @@ TEST(PageMessages, EveryActionAndKindOfTheSchemaIsKnown) {
         action);
 }
 
+TEST(PageMessages, ReadScriptsAndLessonsAsTheServerIsToldOfThem) {
+  const PageMessage script = read(R"({"type":"script","request":1,"name":"door slams"})");
+  EXPECT_EQ(script.command.action, AgentCommand::Action::script);
+  EXPECT_EQ(script.command.agent.name, "door slams");
+  const auto amount_and_seconds = [](const PageMessage& message) {
+    return Eigen::Vector2d(message.command.agent.T_map_base.translation().head<2>());
+  };
+  const PageMessage delay =
+      read(R"({"type":"lesson","kind":"camera_delay","amount":0.2,"lasting":30,"on":true})");
+  EXPECT_EQ(delay.command.action, AgentCommand::Action::lesson);
+  EXPECT_EQ(delay.command.agent.name, "camera_delay");
+  EXPECT_EQ(amount_and_seconds(delay), Eigen::Vector2d(0.2, 30));
+  EXPECT_EQ(amount_and_seconds(read(R"({"type":"lesson","kind":"dead_wheel","side":"right"})")),
+            Eigen::Vector2d(1, 0));
+  EXPECT_EQ(amount_and_seconds(read(R"({"type":"lesson","kind":"dead_wheel","side":"left","lasting":2})")),
+            Eigen::Vector2d(0, 2));
+  const PageMessage over = read(R"({"type":"lesson","kind":"camera_loss","on":false})");
+  EXPECT_EQ(over.command.action, AgentCommand::Action::lesson_over);
+  EXPECT_EQ(over.command.agent.name, "camera_loss");
+  EXPECT_THAT(fault(R"({"type":"lesson","kind":"camera_loss"})"), HasSubstr("'amount'"));
+  EXPECT_THAT(fault(R"({"type":"lesson","kind":"dead_wheel","amount":1})"), HasSubstr("'side'"));
+  EXPECT_THAT(fault(R"({"type":"lesson","kind":"earthquake","amount":1})"), HasSubstr("kind"));
+  EXPECT_THAT(fault(R"({"type":"lesson","kind":"camera_loss","amount":2})"), HasSubstr("amount"));
+  EXPECT_THAT(fault(R"({"type":"script"})"), HasSubstr("name"));
+}
+
 TEST(PageMessages, WhatDoesNotFitIsRefusedByItsKey) {
   EXPECT_THAT(fault(R"({"type":"agent","action":"spawn","name":"a","x":0,"y":0,"colour":"red"})"),
               HasSubstr("colour"));

@@ -1,0 +1,74 @@
+// What pages say on /ws/state and /ws/teleop: no crash, no hang; what is accepted is within its bounds, and
+// goes to the bus and back.
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "protocols/codec.hpp"
+#include "server/hmi/station/page_messages.hpp"
+#include "server/hmi/station/teleop_words.hpp"
+
+namespace {
+
+using namespace parhelion;
+
+void check(bool holds) {
+  if (!holds) std::abort();
+}
+
+/// A command that passed the schema is one that the server can read, or says by name why it cannot be.
+void check_command(const AgentCommand& command) {
+  std::vector<std::uint8_t> payload;
+  encode(command, payload);
+  AgentCommand again;
+  const Status read = decode("MR_AGENT_CMD", payload, again);
+  check(read.ok() || !read.error().message.empty());
+  if (!read) return;
+  check(again.action == command.action && again.agent.name == command.agent.name);
+  check(again.agent.T_map_base.translation().allFinite());
+}
+
+void check_page_message(std::string_view text) {
+  std::uint64_t request = 0;
+  const auto message = read_page_message(text, request);
+  if (!message) return check(!message.error().message.empty());
+  check(message->request == request && text.size() <= kLongestPageMessage);
+  check(std::isfinite(message->value) && message->name.size() <= 4 * 64 && message->text.size() <= 4 * 2000);
+  check(message->subscription.world_hz >= 1 && message->subscription.world_hz <= 30);
+  check(message->subscription.agent_scans.size() <= 8);
+  using Kind = PageMessage::Kind;
+  const Kind kind = message->kind;
+  if (kind == Kind::agent || kind == Kind::script || kind == Kind::lesson || kind == Kind::report)
+    check_command(message->command);
+  if (kind == Kind::save) check(message->name.find_first_of("./\\") == std::string::npos);
+}
+
+void check_teleop(std::string_view text) {
+  const auto request = read_teleop_request(text);
+  if (!request) return check(!request.error().message.empty());
+  check(std::isfinite(request->twist.vx) && std::isfinite(request->twist.vy) &&
+        std::isfinite(request->twist.wz));
+  check(request->names.size() == request->velocities.size());
+  for (const double velocity : request->velocities) check(std::isfinite(velocity));
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes), size);
+  check_page_message(text);
+  check_teleop(text);
+  // What comes after a type that there is: the schemas are behind it.
+  static constexpr const char* types[] = {"subscribe", "agent",   "script", "lesson",  "end",   "save",
+                                          "report",    "chat",    "mark",   "control", "estop", "drive",
+                                          "twist",     "release", "joints", "ping"};
+  if (text.empty()) return 0;
+  const char* type = types[bytes[0] % std::size(types)];
+  const std::string whole = std::string(R"({"type":")") + type + "\"," + std::string(text.substr(1)) + "}";
+  check_page_message(whole);
+  check_teleop(whole);
+  return 0;
+}
