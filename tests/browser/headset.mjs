@@ -19,12 +19,17 @@ try {
     return { presenting: renderer.xr.isPresenting, calibrated: headset?.calibrated, robot: at(...globalThis.fakePlace(0).slice(0, 2), 0), agent: at(...globalThis.fakePlace(1).slice(0, 2), 0), place: [globalThis.fakePlace(0), globalThis.fakePlace(1)], model: map.children[0].children.map((each) => each.visible), drawn: renderer.info.render.frame };
   });
   const until = async (what, found) => {
-    for (let i = 0; i < 200; ++i) {
+    for (let i = 0; i < 600; ++i) {
       const now = await state();
       if (found(now)) return now;
       await page.waitForTimeout(50);
     }
     assert.fail(`never: ${what}`);
+  };
+
+  const pictures = async (count) => {
+    const { drawn } = await state();
+    await until(`${count} more pictures`, (s) => s.drawn >= drawn + count);
   };
 
   await step("a press opens the headset, the robot two metres ahead", async () => {
@@ -41,9 +46,10 @@ try {
       controller.position.set(0.5, 0.9, -1.2);
       controller.quaternion.set(0, 0, 0, 1);  // points away from the wearer
     });
-    await page.waitForTimeout(200);
+    // A headset looks at its controllers once a picture.
+    await pictures(3);
     await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 1));
-    await page.waitForTimeout(200);
+    await pictures(3);
     await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 0));
     const now = await until("calibrated", (s) => s.calibrated && Math.abs(s.robot[2] + 1.2) < 0.02);
     const [[rx, ry, yaw], [ax, ay]] = now.place;
@@ -52,13 +58,12 @@ try {
     assert.ok(Math.abs(now.robot[0] - 0.5) < 0.02, `robot at ${now.robot}`);
     assert.ok(Math.hypot(now.agent[0] - (0.5 - dy), now.agent[2] - (-1.2 - dx)) < 0.02, `agent at ${now.agent}, not at ${[0.5 - dy, -1.2 - dx]}`);
     assert.ok(Math.abs(now.agent[1]) < 1e-3);
-    await page.waitForTimeout(500);
+    await pictures(3);
     await page.screenshot({ path: join(folder, "headset.png") });
   });
 
   await step("pictures go on while it is worn, and it can be taken off", async () => {
-    const { drawn } = await state();
-    await until("ten more pictures", (s) => s.drawn > drawn + 10);
+    await pictures(10);
     await page.getByRole("button", { name: "Leave the headset" }).press("Enter");
     await until("left", (s) => !s.presenting && s.calibrated === undefined);
     await button.waitFor();
