@@ -79,6 +79,24 @@ try {
     await dialogue.getByRole("row", { name: /ines/ }).first().waitFor();
     await page.keyboard.press("Escape");
     await dialogue.waitFor({ state: "detached" });
+  });
+
+  await step("a password is changed by who has it, and by nobody else", async () => {
+    const { page } = admin;
+    await page.locator("summary", { hasText: "ada" }).click();
+    await page.getByRole("button", { name: "Change my password" }).click();
+    const dialogue = page.getByRole("dialog", { name: "Change my password" });
+    const change = async (old) => {
+      await dialogue.getByLabel("The password you have now").fill(old);
+      await dialogue.getByLabel("The new one, of 8 characters at least").fill("another long word");
+      await dialogue.getByLabel("The new one again").fill("another long word");
+      await dialogue.getByRole("button", { name: "Change it" }).click();
+    };
+    await change("a wrong old word");
+    await dialogue.getByRole("alert").filter({ hasText: /\S/ }).waitFor();
+    await noViolation(page, "password");
+    await change(password);
+    await page.getByText("Your password is changed.").waitFor();
     await admin.context.close();
   });
 
@@ -205,6 +223,18 @@ try {
     await page.keyboard.press("Escape");
     const listed = (who) => who.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "person_1" });
     for (const who of [trainee, observer]) await listed(who).waitFor({ state: "attached" });
+  });
+
+  await step("the instructor sets off a script and begins a lesson; the trainee sees what comes of both", async () => {
+    const { page } = instructor;
+    await page.getByRole("button", { name: "Start visitor" }).click();
+    await trainee.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "visitor_1" }).waitFor({ state: "attached" });
+    await page.getByRole("combobox", { name: "Lessons" }).selectOption("Lost video");
+    await page.getByRole("button", { name: "Start", exact: true }).click();
+    const said = (what) => trainee.page.locator(".events li", { hasText: what }).first().waitFor();
+    await said(/lesson started.*camera_loss/);
+    await page.getByRole("button", { name: "End", exact: true }).click();
+    await said(/lesson ended.*camera_loss/);
   });
 
   await step("the observer only looks: nothing to press, and the server refuses what is said all the same", async () => {
