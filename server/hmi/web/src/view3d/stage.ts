@@ -6,6 +6,8 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 /** Pictures that take longer from being asked for to being drawn get fewer pixels, quicker ones more, ms. */
 const SLOW_MS = 33, QUICK_MS = 22;
 const COARSEST = 0.5;
+/** Pictures of news alone are at least so far apart, ms. */
+const NEWS_MS = 25;
 /** After this rest, ms, the picture is drawn once more in full. */
 const REST_MS = 250;
 
@@ -20,6 +22,8 @@ export class Stage {
   drawn = 0;
   #wanted = 0;
   #asked = 0;
+  #urgent = false;
+  #last = 0;
   #scale = 1;
   #sharp = false;
   #took = QUICK_MS;
@@ -52,9 +56,13 @@ export class Stage {
 
   /** Draws before the next screen refresh, once however often it is asked for. */
   ask() {
-    if (this.#wanted) return;
-    this.#asked = performance.now();
-    this.#wanted = requestAnimationFrame(() => this.#draw());
+    this.#urgent = true;
+    this.#request();
+  }
+
+  /** For news, which come at many rates: half as often. */
+  askForNews() {
+    this.#request();
   }
 
   resize() {
@@ -106,9 +114,18 @@ export class Stage {
     if (!this.renderer.xr.isPresenting) this.#render();
   }
 
-  #draw() {
+  #request() {
+    if (this.#wanted) return;
+    this.#asked = performance.now();
+    this.#wanted = requestAnimationFrame((now) => this.#draw(now));
+  }
+
+  #draw(now: number) {
     this.#wanted = 0;
     if (this.renderer.xr.isPresenting) return;
+    if (!this.#urgent && now - this.#last < NEWS_MS) return this.#request();
+    this.#urgent = false;
+    this.#last = now;
     if (this.#sharp) this.#resolve(false);
     this.#render();
     this.#adapt();
