@@ -15,7 +15,18 @@
 namespace parhelion {
 namespace {
 
-constexpr int server_nice = 5;
+constexpr int station_nice = 5;
+
+/// Pages never take a core from the tick: a thread has the priority of who starts it, those that read the
+/// network for each endpoint included.
+Status at_low_priority(const std::function<Status()>& task) {
+  Status done;
+  std::thread([&] {
+    (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), station_nice);
+    done = task();
+  }).join();
+  return done;
+}
 
 bool is_own_machine(const std::string& host) {
   return host == "localhost" || host == "::1" || host.starts_with("127.");
@@ -157,11 +168,7 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
     add_video(video->counts(), text);
   });
   video->start();
-  // A thread has the priority of who starts it: pages never take a core from the tick.
-  std::thread([this] {
-    (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), server_nice);
-    site->run();
-  }).join();
+  site->run();
   return {};
 }
 
@@ -169,7 +176,8 @@ BaseStation::BaseStation(std::unique_ptr<Parts> parts) : parts_(std::move(parts)
 
 Result<std::unique_ptr<BaseStation>> BaseStation::open(BaseStationOptions options) {
   auto parts = std::make_unique<Parts>();
-  if (const Status opened = parts->open(std::move(options)); !opened) return opened.error();
+  const Status opened = at_low_priority([&] { return parts->open(std::move(options)); });
+  if (!opened) return opened.error();
   return std::unique_ptr<BaseStation>(new BaseStation(std::move(parts)));
 }
 
