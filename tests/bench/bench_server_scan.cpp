@@ -128,12 +128,14 @@ Training lesson() {
     penalty.name = "rule " + std::to_string(i);
     penalty.points = 1;
     if (i % 2 == 0) {
-      penalty.when.event = EventKind::collision_started;
+      const EventKind kinds[] = {EventKind::collision_started, EventKind::collision_predicted,
+                                 EventKind::near_miss};
+      penalty.when.event = kinds[i / 2];
       penalty.when.subject = "any";
     } else {
       penalty.when.kind = Condition::Kind::near;
       penalty.when.target = "robot_" + std::to_string(i);
-      penalty.when.distance = 3;
+      penalty.when.distance = 30;  // all of the hall: charged at once, and watched on
     }
   }
   return training;
