@@ -1,6 +1,7 @@
-// The shipped level 1 scenario as a user runs it: serve as a process, driven over LCM.
-#include <gtest/gtest.h>
+// Shipped level 1 scenarios as a user runs them: serve as a process, driven over LCM.
+#include <gmock/gmock.h>
 
+#include <algorithm>
 #include <functional>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,8 @@
 
 namespace parhelion {
 namespace {
+
+using testing::HasSubstr;
 
 /// A group of its own for each test process.
 std::string url() { return "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
@@ -99,6 +102,43 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
       folder_ / "replay.txt");
   ASSERT_EQ(replayed.exit, 0) << replayed.output;
   EXPECT_EQ(report_of(folder_ / "again.json")["hash"], report_of(folder_ / "live.json")["hash"]);
+}
+
+/// Real time, so some 15 s: ahead through the door, astern back through it, and stop.
+TEST_F(Level1Test, AShippedProgrammeIsDrivenItsScoreGrowsAndTheReportSaysWhy) {
+  const std::string scenario =
+      std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/doorway.yaml";
+  const std::string log = folder_ / "session.lcm";
+  test::Process server({"serve", scenario, "-o", log, "--url", url(), "--no-restart"}, folder_ / "serve.txt");
+  const auto said = [this] { return test::text_of(folder_ / "serve.txt"); };
+  const auto scores = [this] {
+    std::vector<double> all;
+    for (const Event& event : events_) {
+      if (event.kind == EventKind::score_changed) all.push_back(event.value);
+    }
+    return all;
+  };
+  const auto at_the_start = [this] {
+    const auto last = std::find_if(events_.rbegin(), events_.rend(),
+                                   [](const Event& event) { return event.object == "start"; });
+    return last != events_.rend() && last->kind == EventKind::zone_entered;
+  };
+  ASSERT_TRUE(drive(server, {}, [this] { return count_[channel::mr_scan] > 10; })) << said();
+  EXPECT_THAT(said(), HasSubstr("through the door: 40 points, required")) << "the briefing";
+  EXPECT_TRUE(drive(server, {0.7, 0, 0}, [&] { return scores().size() == 1; })) << said();
+  EXPECT_TRUE(drive(server, {-0.7, 0, 0}, [&] { return scores().size() == 2; })) << said();
+  EXPECT_TRUE(drive(server, {-0.7, 0, 0}, at_the_start)) << said();
+  EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::grading_ended); })) << said();
+  EXPECT_EQ(scores(), (std::vector<double>{40, 80, 100}));
+  server.signal(SIGINT);
+  EXPECT_EQ(server.wait(), 0) << said();
+
+  const auto graded = test::run({"grade", log}, folder_ / "grade.txt");
+  EXPECT_EQ(graded.exit, 0) << graded.output;
+  EXPECT_THAT(graded.output, HasSubstr("100 of 100 points (100.0 %), grade excellent, passed"));
+  const auto reported = test::run({"report", log, "-o", folder_ / "report.html"}, folder_ / "report.txt");
+  EXPECT_EQ(reported.exit, 0) << reported.output;
+  EXPECT_THAT(test::text_of(folder_ / "report.html"), HasSubstr("stop at the start"));
 }
 
 }  // namespace
