@@ -22,8 +22,9 @@ constexpr const char* footer =
     "  parhelion map register room1.pcd room2.pcd --guess 1.79,0.72,0,39.7 -o room.ply\n\n"
     "SCANS are files (.ply .pcd .3d .xyz .txt .asc .pts .csv), folders of them, folders of depth images with "
     "poses\n(7-Scenes, TUM), or LCM logs with poses and DEPTH images or scan lines of a laser that is not "
-    "level.\nThe cloud is in the first scan's frame, metres, x forward, y left, z up. A scan that can't be "
-    "registered is\nnever in it: exit 1 and no cloud, or with --keep-going the cloud of the others.";
+    "level.\nThe cloud is in the first scan's frame, that of a log in the map of its poses; metres, z up. A "
+    "scan that\ncan't be registered is never in it: exit 1 and no cloud, or with --keep-going the cloud of "
+    "the others.";
 
 struct Arguments {
   std::vector<std::string> scans;
@@ -97,6 +98,13 @@ Result<RegisteredSequence> fuse(const std::vector<ScanToRegister>& scans) {
   return sequence;
 }
 
+/// From the first scan's frame to the one that the cloud is to have.
+void move(const Transform<Cloud, Scanner>& T_cloud_first, RegisteredSequence& sequence) {
+  const Transform<Cloud, Cloud> T_cloud_before(T_cloud_first.isometry());
+  sequence.cloud = transformed(T_cloud_before, sequence.cloud);
+  for (RegisteredScan& scan : sequence.scans) scan.T_cloud_scan = T_cloud_before * scan.T_cloud_scan;
+}
+
 /// Says how each scan fared; how many failed.
 std::size_t report(const std::vector<std::string>& names, const RegisteredSequence& sequence) {
   std::size_t failed = 0;
@@ -116,15 +124,15 @@ Status run(const Arguments& arguments) {
   const auto opened = open(arguments);
   if (!opened) return opened.error();
   Progress progress("register", "scans");
-  const auto sequence =
-      arguments.trust_poses
-          ? fuse(opened->scans)
-          : register_sequence(opened->scans, arguments.registration,
-                              [&](std::size_t done, std::size_t total) {
-                                progress.update(static_cast<double>(done), static_cast<double>(total));
-                              });
+  auto sequence = arguments.trust_poses
+                      ? fuse(opened->scans)
+                      : register_sequence(
+                            opened->scans, arguments.registration, [&](std::size_t done, std::size_t total) {
+                              progress.update(static_cast<double>(done), static_cast<double>(total));
+                            });
   progress.finish();
   if (!sequence) return sequence.error();
+  move(opened->T_cloud_first, *sequence);
   std::vector<std::string> names;
   for (const ScanToRegister& scan : opened->scans) names.push_back(scan.name);
   const std::size_t failed = report(names, *sequence);

@@ -74,7 +74,11 @@ Result<OpenedScans> open_scans(const std::vector<std::string>& sources, const Sc
     if (Status status = opener.open(sources[i]); !status) return status.error();
     if (progress) progress(i + 1, sources.size());
   }
-  return opener.take();
+  OpenedScans opened = opener.take();
+  const bool first_has_map = !sources.empty() && !fs::is_directory(sources[0]) && is_log(sources[0]);
+  if (first_has_map && !opened.scans.empty() && opened.scans[0].has_guess)
+    opened.T_cloud_first = opened.scans[0].guess;
+  return opened;
 }
 
 void place_guesses(std::vector<ScanToRegister>& scans) {

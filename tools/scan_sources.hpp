@@ -31,6 +31,9 @@ struct ScanSourceOptions {
 struct OpenedScans {
   std::vector<ScanToRegister> scans;  ///< in the order of the sources, then of time or name
   std::vector<std::string> notes;     ///< for people, with the file
+  /// Where the first scan is in the cloud that is to come: of a log in the map of its poses, else at its
+  /// origin.
+  Transform<Cloud, Scanner> T_cloud_first;
 };
 
 /// Opens every source. A guess is where a scan lies in the source's own world until place_guesses() was
@@ -39,7 +42,7 @@ struct OpenedScans {
 Result<OpenedScans> open_scans(const std::vector<std::string>& sources, const ScanSourceOptions& options,
                                const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// Guesses relative to the first scan, which is where the cloud's frame is.
+/// Guesses relative to the first scan.
 void place_guesses(std::vector<ScanToRegister>& scans);
 
 // One for each kind of source; they add to `opened`.

@@ -11,6 +11,7 @@
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
 #include "tests/tools/imported_log.hpp"
+#include "tests/tools/process.hpp"
 #include "tools/scan_guess.hpp"
 
 namespace parhelion {
@@ -107,6 +108,25 @@ TEST(ScanSources, scan_lines_across_the_way_become_3d_scans_of_some_metres_each)
       const double off = std::min({std::abs(std::abs(q.y()) - 1), std::abs(q.z()), std::abs(q.z() - 2.5)});
       ASSERT_LT(off, 1e-3);
     }
+  }
+}
+
+TEST(ScanSources, the_cloud_of_a_log_is_in_the_map_of_its_poses) {
+  const TemporaryFolder folder;
+  write_corridor_log(folder / "corridor.lcm");
+  for (const bool trusted : {false, true}) {
+    std::vector<std::string> words = {
+        "map", "register", folder / "corridor.lcm", "-o", folder / "c.ply", "--force", "--keep-going"};
+    if (trusted) words.push_back("--trust-poses");
+    const auto ran = test::run(words, folder / "log");
+    ASSERT_EQ(ran.exit, 0) << ran.output;
+    const auto cloud = read_scan(folder / "c.ply");
+    ASSERT_TRUE(cloud) << cloud.error().message;
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& p : cloud->cloud.points) box.extend(p);
+    EXPECT_NEAR(box.min().x(), 0.1, 0.01);
+    EXPECT_NEAR(box.min().z(), 0, 0.01);
+    EXPECT_NEAR(box.max().z(), 2.5, 0.01);
   }
 }
 
