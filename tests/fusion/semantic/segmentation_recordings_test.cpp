@@ -116,7 +116,7 @@ TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-s3dis-labelled-crop/s3dis_crop.ply"));
   const PointCloud<Cloud> cloud = scan("3d-s3dis-labelled-crop/s3dis_crop.ply");
   ASSERT_EQ(cloud.labels.size(), cloud.size());
-  const auto [levelled, found] = segmented(cloud);
+  const Segmentation found = segmented(cloud).found;
   const HorizontalSurface* const floor = widest(found, false);
   ASSERT_NE(floor, nullptr);
   const auto verticals = static_cast<std::uint32_t>(found.verticals.size());
