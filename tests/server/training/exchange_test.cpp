@@ -4,29 +4,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "server/training/iso8601.hpp"
-#include "tests/server/training/recorded_session.hpp"
+#include "tests/server/training/exported_group.hpp"
 
 namespace parhelion {
 namespace {
 
 using nlohmann::json;
+using test::group;
+using test::kMbox;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-
-const std::string kMbox(40, 'c');
-
-std::vector<TraineeHistory> group() {
-  return {{{"t-0123456789ab", "Anna \"Nan\" Schmidt, B", ""},
-           {test::recorded_session(1), test::recorded_session(2)}},
-          {{"t-ba9876543210", "", kMbox}, {test::recorded_session(3)}},
-          {{"t-000000000000", "Nobody yet", ""}, {}}};
-}
 
 std::string text_of(const std::vector<TraineeHistory>& trainees) {
   std::string text;
@@ -281,65 +273,6 @@ TEST(Exchange, InstantsAndDurationsReadBack) {
     EXPECT_FALSE(timestamp_of(bad)) << bad;
   for (const char* bad : {"", "P", "PT", "P1Y", "PT1M1H", "1S", "PTS", "PT5", "P1S", "P9999999999W"})
     EXPECT_FALSE(duration_of(bad)) << bad;
-}
-
-class Taking : public testing::Test {
- protected:
-  void SetUp() override {
-    ASSERT_NE(mkdtemp(folder_.data()), nullptr);
-    auto opened = Records::open(folder_ + "/records.db", true);
-    ASSERT_TRUE(opened.ok()) << opened.error().message;
-    records_.emplace(std::move(*opened));
-  }
-  void TearDown() override {
-    records_.reset();
-    std::filesystem::remove_all(folder_);
-  }
-
-  std::string folder_ = (std::filesystem::temp_directory_path() / "parhelion-exchange-XXXXXX").string();
-  std::optional<Records> records_;
-};
-
-TEST_F(Taking, TakingTwiceTakesOnceAndAFaultTakesNothing) {
-  Histories histories{group(), 0};
-  histories.trainees[1].trainee.mbox_sha1sum = "none";
-  EXPECT_FALSE(take(*records_, histories).ok());
-  EXPECT_TRUE(records_->trainees()->empty());
-  histories.trainees = group();
-  const auto first = take(*records_, histories), second = take(*records_, histories);
-  ASSERT_TRUE(first.ok()) << first.error().message;
-  EXPECT_EQ(first->trainees, 3U);
-  EXPECT_EQ(first->sessions, 3U);
-  EXPECT_EQ(second->trainees, 0U);
-  EXPECT_EQ(second->sessions, 0U);
-  EXPECT_EQ(second->present, 3U);
-  // What was exported elsewhere in another form is the same.
-  const auto statements = histories_from_xapi(to_xapi(group(), "https://school.example"), "a");
-  EXPECT_EQ(take(*records_, *statements)->present, 3U);
-}
-
-TEST_F(Taking, ANameInThePlaceOfAPseudonymIsKeptAsAName) {
-  const std::vector<TraineeHistory> called{{{"Anna Schmidt", "", ""}, {test::recorded_session(1)}},
-                                           {{"4711", "Ben", ""}, {}}};
-  for (const std::string& text : {to_csv(called), to_json(called)}) {
-    const auto taken = take(*records_, *histories_from(text, "a"));
-    ASSERT_TRUE(taken.ok()) << taken.error().message;
-  }
-  const auto trainees = records_->trainees();
-  ASSERT_EQ(trainees->size(), 2U) << "twice the same two";
-  for (const TraineeRecord& trainee : *trainees) EXPECT_TRUE(is_pseudonym(trainee.pseudonym));
-  EXPECT_EQ(trainees->at(0).name, "Anna Schmidt");
-  EXPECT_EQ(trainees->at(1).name, "Ben");
-}
-
-TEST_F(Taking, ASessionOfAnotherTraineeTakesNothing) {
-  ASSERT_TRUE(take(*records_, {group(), 0}).ok());
-  auto trainees = group();
-  trainees[0].trainee = {"t-999999999999", "", ""};
-  const auto taken = take(*records_, {trainees, 0});
-  ASSERT_FALSE(taken.ok());
-  EXPECT_THAT(taken.error().message, HasSubstr("another trainee's: of t-0123456789ab"));
-  EXPECT_FALSE(records_->find("t-999999999999").ok());
 }
 
 }  // namespace
