@@ -69,6 +69,11 @@ void RobotPlace::take(const PoseStamped& pose) {
   track_->add(estimate);
 }
 
+std::optional<Transform<Map, Base>> RobotPlace::base_at(SensorTime t) const {
+  const auto pose = track_->at(t);
+  return pose ? std::optional(Transform<Map, Base>(pose->T_map_base.isometry())) : std::nullopt;
+}
+
 std::optional<Transform<Map, Laser>> RobotPlace::laser_at(SensorTime t) const {
   const auto pose = track_->at(t);
   if (!pose || !configuration_.robot.laser) return std::nullopt;

@@ -33,6 +33,8 @@ class RobotPlace {
   /// POSE, where the scenario says how well it is known.
   void take(const PoseStamped& pose);
   std::optional<Transform<Map, Laser>> laser_at(SensorTime t) const;
+  /// In the plane: roll and pitch are not known here.
+  std::optional<Transform<Map, Base>> base_at(SensorTime t) const;
   void restart();
 
  private:

@@ -4,11 +4,13 @@
 #include <algorithm>
 
 #include "protocols/channels.hpp"
+#include "server/hmi/station/depth_frames.hpp"
 
 namespace parhelion {
 namespace {
 
 constexpr std::size_t kept_events = 500;
+constexpr Duration points_period = milliseconds(200);
 constexpr std::string_view agent_prefix = "MR_AGENT_", scan_suffix = "_SCAN";
 
 /// The agent of a channel MR_AGENT_<name>_SCAN; empty: it is none.
@@ -38,7 +40,7 @@ StateFeed::StateFeed(std::shared_ptr<const Configuration> configuration, FeedOpt
   add(channel::imu, Kind::watched, 64, Clock::robot);
   add(channel::joint_state, Kind::joints, 8, Clock::robot);
   add(channel::camera, Kind::watched, 4, Clock::robot);
-  add(channel::depth, Kind::watched, 4, Clock::robot);
+  add(channel::depth, Kind::depth, 1, Clock::robot);
   add(channel::hazard, Kind::hazard, 4, Clock::robot);
   add(channel::mr_scan, Kind::mr_scan, 4, Clock::robot);
   add(channel::mr_camera, Kind::watched, 4, Clock::robot);
@@ -119,6 +121,8 @@ void StateFeed::take(const Message& message, WallTime now) {
         shapes_.take(command);
       }
       return;
+    case Kind::depth:
+      return take_depth(message, now);
     case Kind::watched:
     case Kind::agent_scan:
     case Kind::none:
@@ -145,7 +149,7 @@ void StateFeed::restart(SimulationTime at) {
   hazard_.reset();
   operators_.clear();
   pose_known_ = false;
-  table_due_ = {};
+  table_due_ = depth_due_ = {};
   for (Page& page : pages_.all()) greet(page);
   if (restarted) restarted();
 }
@@ -278,6 +282,26 @@ void StateFeed::take_agent_scan(const Message& message) {
       bytes = page_text(scan_bytes(scan_, frame));
     }
     page.client->send(bytes, true, page_slot::agent_scan + static_cast<int>(at - wanted.begin()));
+  }
+}
+
+/// For those that want points, a few times a second. Of a camera on a head that turns nobody knows here where
+/// it looks.
+void StateFeed::take_depth(const Message& message, WallTime now) {
+  const auto& all = pages_.all();
+  const auto& camera = configuration_->robot.depth;
+  const bool wanted = std::any_of(all.begin(), all.end(), [](const Page& page) { return page.wants.points; });
+  if (!wanted || !camera || !camera->head.empty() || now < depth_due_) return;
+  Image image;
+  if (!decode(message.channel, message.payload, image).ok()) return;
+  const auto place = robot_.base_at(image.stamp);
+  const auto pixels = place ? decode_depth(image) : Result<DepthPixels>(Error{"no pose"});
+  if (!pixels) return;
+  depth_due_ = now + points_period;
+  const PageText bytes = page_text(
+      depth_bytes(*pixels, *camera, *place * camera->T_base_optical, t(sensors_.to_server(image.stamp))));
+  for (const Page& page : all) {
+    if (page.wants.points) page.client->send(bytes, true, page_slot::points);
   }
 }
 

@@ -88,6 +88,7 @@ class StateFeed {
     model,
     command,
     agent_scan,
+    depth,
     watched
   };
   struct Channel {
@@ -108,6 +109,7 @@ class StateFeed {
   void take_agent_scan(const Message& message);
   void take_operator(const Message& message, WallTime now);
   void take_model(const Message& message);
+  void take_depth(const Message& message, WallTime now);
   void send_world(WallTime now);
   void send_mixed_scan(const ScanInfo* info);
   void send_scan(const Scan& scan, const ScanFrame& frame, int slot);
@@ -149,7 +151,7 @@ class StateFeed {
   std::optional<HazardReading> hazard_;
   std::uint64_t model_version_ = 0;
   bool score_changed_ = false, operators_changed_ = false, injection_changed_ = false, pose_changed_ = false;
-  WallTime second_, half_, quarter_, table_due_;  ///< when what comes so often is due
+  WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< when what comes so often is due
   std::string said_control_;
 };
 

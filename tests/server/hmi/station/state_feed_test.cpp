@@ -99,6 +99,63 @@ TEST_F(FeedTest, APageGetsTheWorldAtItsOwnRate) {
   EXPECT_LE(slow->frames(1).size(), 22U);
 }
 
+TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
+  Configuration configuration = test::configuration({});
+  DepthCameraDescription camera;
+  camera.intrinsics.width = 4;
+  camera.intrinsics.height = 2;
+  camera.intrinsics.fx = camera.intrinsics.fy = 4;
+  camera.intrinsics.cx = 2;
+  camera.intrinsics.cy = 1;
+  // Looks along the robot's x axis, 0.2 m in front and 0.5 m up.
+  camera.T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 0.5}};
+  camera.range_min = 0.1;
+  camera.range_max = 8;
+  configuration.robot.depth = camera;
+  start(configuration);
+  const auto asks = open(1), other = open(2);
+  Subscription points;
+  points.points = true;
+  feed_->subscribe(1, points);
+  for (const Message& each : drive(0.5)) {
+    if (each.channel == channel::odometry || each.channel == channel::pose_cov) feed_->take(each, now());
+  }
+  Image image;
+  image.stamp = scan_at(0.3).stamp;
+  image.width = 4;
+  image.height = 2;
+  image.row_stride = 8;
+  image.format = PixelFormat::depth_mm;
+  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
+  image.bytes.assign(16, 0);
+  const auto set = [&](std::size_t pixel, int millimetres) {
+    image.bytes[2 * pixel] = static_cast<std::uint8_t>(millimetres & 0xff);
+    image.bytes[2 * pixel + 1] = static_cast<std::uint8_t>(millimetres >> 8);
+  };
+  set(6, 3000);  // u 2, v 1: on the axis
+  set(1, 9000);  // beyond the range
+  set(7, 1000);  // u 3: a quarter of its depth to the right
+  take(channel::depth, image);
+  take(channel::depth, image);  // sooner than anybody looks
+  EXPECT_TRUE(other->frames(3).empty());
+  const auto frames = asks->frames(3);
+  ASSERT_EQ(frames.size(), 1U);
+  ASSERT_EQ(number_at<std::uint32_t>(frames[0], 4), 2U);
+  ASSERT_EQ(frames[0].size(), 16U + 2 * 16U);
+  const auto T_map_base = pose_at(0.3);
+  const Eigen::Vector3d ahead = T_map_base.isometry() * Eigen::Vector3d(3.2, 0, 0.5),
+                        right = T_map_base.isometry() * Eigen::Vector3d(1.2, -0.25, 0.5);
+  for (int k = 0; k < 3; ++k) {
+    const auto at = static_cast<std::size_t>(16 + 4 * k);
+    EXPECT_NEAR(number_at<float>(frames[0], at), ahead[k], 0.02) << k;
+    EXPECT_NEAR(number_at<float>(frames[0], at + 16), right[k], 0.02) << k;
+  }
+  t_ = 0.25;
+  image.bytes.resize(3);
+  take(channel::depth, image);
+  EXPECT_EQ(asks->frames(3).size(), 1U) << "a broken image shows nothing";
+}
+
 TEST_F(FeedTest, ScansCarryWhereTheLaserWasAndWhatTheBeamsHit) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
   const auto page = open();

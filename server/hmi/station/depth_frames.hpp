@@ -1,0 +1,17 @@
+// Depth images for pages: a few thousand points where they lie in the map.
+#pragma once
+
+#include <string>
+
+#include "protocols/image.hpp"
+#include "protocols/pose.hpp"
+#include "render/depth_image.hpp"
+
+namespace parhelion {
+
+/// Binary message 3. Of the image every so many pixels, `most` points at most, those within the camera's
+/// range. The lens is taken for a pinhole, as what is shown is for people. `t`: s of the session.
+std::string depth_bytes(const DepthPixels& pixels, const DepthCameraDescription& camera,
+                        const Transform<Map, DepthOptical>& T_map_optical, double t, std::size_t most = 8000);
+
+}  // namespace parhelion
