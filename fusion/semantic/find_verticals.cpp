@@ -33,7 +33,9 @@ class TilePlan {
   TileLines search(StageImages* stages) {
     chain_.input.reset(image_pixels, image_pixels);
     for_each_point(1, [&](const Eigen::Vector3f& p, int x, int y) {
-      chain_.input.add(x, y, static_cast<int>(std::floor(static_cast<double>(p.z()) / layer_height)));
+      const double layer = std::floor(static_cast<double>(p.z()) / layer_height);
+      // A stray point may be anywhere.
+      chain_.input.add(x, y, static_cast<int>(std::clamp(layer, -1e6, 1e6)));
     });
     threshold(chain_.input, min_layers, chain_.above_threshold);
     chain_.run();
