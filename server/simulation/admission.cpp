@@ -14,6 +14,8 @@ constexpr double kSearchRange = 6.0;  // m
 constexpr double kMostSpeed = 3.0;    // m/s that a behaviour may ask for
 constexpr double kMostDistance = 50;  // m that a behaviour may keep
 constexpr double kMostPlace = 1e5;    // m from the map's origin
+constexpr double kAround =
+    50;  // m around the modelled site that an agent may be in: yards, what is not modelled
 
 bool fits_a_channel(const std::string& name) {
   return !name.empty() && name.size() <= 40 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -177,6 +179,13 @@ Status Simulation::State::check_place(const AgentDefinition& agent, const Agent*
   const Pose2 pose = planar_pose(agent.T_map_base);
   if (!agent.T_map_base.finite() || std::abs(pose.x) > kMostPlace || std::abs(pose.y) > kMostPlace) {
     return Error{who + "its place is not finite or farther than 100 km; expected metres in the map"};
+  }
+  const Eigen::AlignedBox2d& site = building->site();
+  if (!site.isEmpty() && site.exteriorDistance(pose.position()) > kAround) {
+    return Error{who + place_text(pose) + " is far outside the site, which reaches from " +
+                 place_text({site.min().x(), site.min().y(), 0}) + " to " +
+                 place_text({site.max().x(), site.max().y(), 0}) + "; expected a place at most " +
+                 metres(kAround) + " m from it"};
   }
   std::vector<Footprint> zone;
   if (now && now->T_map_base.finite() && finite(now->twist)) stop_zone(*now, zone);

@@ -53,6 +53,10 @@ Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
     building->lowest_floor_ = i == 0 ? height : std::min(building->lowest_floor_, height);
   }
   building->build_grid();
+  building->site_ = building->extent_;
+  for (const Floor& floor : building->floors_) {
+    for (const Eigen::Vector2d& corner : floor.footprint.vertices) building->site_.extend(corner);
+  }
   return building;
 }
 

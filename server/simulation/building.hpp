@@ -68,6 +68,8 @@ class Building {
             std::vector<const FixedObstacle*>& found) const;
   /// Of all obstacles in the plane; empty where there are none.
   const Eigen::AlignedBox2d& extent() const { return extent_; }
+  /// Of obstacles and floors in the plane; empty where the model has none.
+  const Eigen::AlignedBox2d& site() const { return site_; }
   /// Of a mesh, which is many obstacles with one handle, the first.
   const FixedObstacle* by_handle(PhysicsHandle handle) const;
 
@@ -108,7 +110,7 @@ class Building {
   std::vector<FixedObstacle> obstacles_;  // ascending handle
   std::vector<Floor> floors_;
   double lowest_floor_ = 0;
-  Eigen::AlignedBox2d extent_;
+  Eigen::AlignedBox2d extent_, site_;
   ModelNet net_;
   std::vector<std::size_t> door_bodies_;  // ascending index into states_
   struct Swing {

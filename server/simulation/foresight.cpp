@@ -10,7 +10,6 @@ namespace {
 constexpr double kTouch = 0.001;        // m: nearer is contact
 constexpr double kMostMargin = 0.10;    // m, as of contacts
 constexpr double kUnderfoot = 0.02;     // m over base_link: lower is driven over
-constexpr double kMostSpeed = 3.0;      // m/s of another that is seen coming
 constexpr double kMostClimb = 0.30;     // m: over their own plane steps are climbed by tracks
 constexpr double kFlight = 0.8;         // slope of the steepest stairs
 constexpr double kClosingSpeed = 0.02;  // m/s: slower, it stands
@@ -21,11 +20,11 @@ Twist2 twist_of(const RigidState& rigid) {
   return {v.x(), v.y(), rigid.rotation_rate.z()};
 }
 
-bool moves(const Footprint& local, const Twist2& twist) {
-  return fastest_point_speed(local, twist) > NearMissWatch::kCareful;
+/// No point of it is faster, m/s.
+double most_speed(const MovingFootprint& it) {
+  const double reach = it.local->center.norm() + it.local->bound;
+  return std::sqrt(it.twist.vx * it.twist.vx + it.twist.vy * it.twist.vy) + std::abs(it.twist.wz) * reach;
 }
-
-bool drives(const MovingFootprint& own) { return fastest_point_speed(*own.local, own.twist) > kClosingSpeed; }
 
 PairKind pair_of(bool a_virtual, bool b_virtual) {
   if (a_virtual != b_virtual) return PairKind::real_virtual;
@@ -44,14 +43,13 @@ void Simulation::State::look_beside(const Looking& from, const Footprint& placed
     return from.misses.touch(name, stamp_of(step));
   const Eigen::Vector2d at = nearest_point(from.placed, placed);
   const Eigen::Vector3d place(at.x(), at.y(), from.bottom - kUnderfoot);
-  from.misses.near({name, pair, unsensed, place}, gap, from.moves, stamp_of(step));
+  from.misses.near({name, pair, unsensed, place}, gap, from.moves(), stamp_of(step));
 }
 
 /// Of obstacles of the building what a contact would be said of, nearest in time.
 void Simulation::State::look_at_building(const Looking& from, std::optional<Ahead>& ahead) {
   near.clear();
-  const double range = from.own.local->bound + from.margin +
-                       fastest_point_speed(*from.own.local, from.own.twist) * CollisionPrediction::kRearm;
+  const double range = from.own.local->bound + from.margin + from.speed * CollisionPrediction::kRearm;
   building->near(from.center, range, from.bottom, from.top, near);
   for (const FixedObstacle* obstacle : near) {
     if (obstacle->label == EntityLabel::stairs && from.climb > 0) {
@@ -79,12 +77,11 @@ void Simulation::State::look_at_building(const Looking& from, std::optional<Ahea
 void Simulation::State::look_at_body(const Looking& from, const MovingFootprint& other,
                                      const Footprint& placed, const std::string& name, bool is_virtual,
                                      bool unsensed, std::optional<Ahead>& ahead) {
-  if (drives(from.own)) look_beside(from, placed, name, pair_of(from.is_virtual, is_virtual), unsensed);
+  if (from.speed > kClosingSpeed)
+    look_beside(from, placed, name, pair_of(from.is_virtual, is_virtual), unsensed);
   const double horizon = ahead ? ahead->time : CollisionPrediction::kRearm;
-  if ((placed.center - from.center).norm() >
-      placed.bound + from.own.local->bound +
-          (fastest_point_speed(*from.own.local, from.own.twist) + kMostSpeed) * horizon)
-    return;
+  const double closing = from.speed + most_speed(other);
+  if (distance_bound(from.placed, placed) - kTouch > closing * horizon) return;
   if (contacts.touched(*from.name, name) || contacts.touched(name, *from.name)) return;
   const double time = time_to_contact(from.own, other, kTouch, horizon);
   if (time > horizon || (ahead && time >= ahead->time)) return;
@@ -95,7 +92,7 @@ void Simulation::State::look_at_body(const Looking& from, const MovingFootprint&
 
 std::optional<Ahead> Simulation::State::look_ahead(const Looking& from, const Agent* self) {
   std::optional<Ahead> ahead;
-  if (drives(from.own)) look_at_building(from, ahead);
+  if (from.speed > kClosingSpeed) look_at_building(from, ahead);
   for (const auto& other : agents) {
     if (other.get() == self) continue;
     const double z = other->rigid.T_map_body.translation().z();
@@ -114,15 +111,19 @@ std::optional<Ahead> Simulation::State::look_ahead(const Looking& from, const Ag
                    real.name, false, !(real.sensed && self->shown == AgentShown::shown), ahead);
   }
   if (ahead)
-    from.misses.ahead({ahead->object, ahead->pair, ahead->unsensed, ahead->position}, ahead->time, from.moves,
-                      stamp_of(step));
+    from.misses.ahead({ahead->object, ahead->pair, ahead->unsensed, ahead->position}, ahead->time,
+                      from.moves(), stamp_of(step));
   return ahead;
 }
 
 void Simulation::State::foresee_collisions(const Looking& from, const Agent* self, const Supervised& body,
                                            const ObservedMotion& motion, Foresight& foresight) {
+  foresight.misses.look(stamp_of(step));
   const std::optional<Ahead> ahead = look_ahead(from, self);
   foresight.collision.update(body, motion, from.own.twist, ahead, events);
+  foresight.misses.touch_if([&](const std::string& name) {
+    return contacts.touched(*from.name, name) || contacts.touched(name, *from.name);
+  });
   foresight.misses.update(body, motion, events);
 }
 
@@ -133,7 +134,7 @@ void Simulation::State::foresee_real(const ObservedMotion& motion) {
   if (!real.touchable) return;
   const Twist2& twist = real.last.twist;
   const Supervised& body = real.watch.body();
-  if (foresight.collision.due(motion.stamp, twist) || foresight.misses.open()) {
+  if (foresight.collision.due(motion.stamp, twist) || foresight.misses.leaving()) {
     const double z = motion.T_map_base.translation().z();
     const double margin =
         std::isfinite(real.last.sigma) ? std::clamp(real.last.sigma, 0.0, kMostMargin) : kMostMargin;
@@ -147,9 +148,11 @@ void Simulation::State::foresee_real(const ObservedMotion& motion) {
                        0,
                        false,
                        !real.sensed,
-                       moves(real.footprint, twist),
+                       fastest_point_speed(real.footprint, twist),
                        foresight.misses};
     foresee_collisions(from, nullptr, body, motion, foresight);
+  } else if (foresight.misses.open()) {
+    foresight.misses.update(body, motion, events);
   }
   if (body.limits && motion.attitude_known)
     foresight.tipping.update(body, motion, foresight.trend.update(motion.T_map_base, *body.limits, dt),
@@ -165,7 +168,7 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
   const Eigen::Vector3d v = R_base_map * motion.velocity, w = R_base_map * motion.rotation_rate;
   const Twist2 twist{v.x(), v.y(), w.z()};
   const RobotModel& model = agent.robot->model();
-  if (foresight.collision.due(motion.stamp, twist) || foresight.misses.open()) {
+  if (foresight.collision.due(motion.stamp, twist) || foresight.misses.leaving()) {
     const double z = motion.T_map_base.translation().z();
     // On a flight of stairs the robot leans as the flight does.
     const double lean = std::hypot(R_base_map(0, 2), R_base_map(1, 2)) / std::max(0.1, R_base_map(2, 2));
@@ -180,9 +183,11 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
                        climbs ? kMostClimb + lean * agent.form.footprint.bound : 0,
                        !agent.trainee,
                        false,
-                       moves(agent.form.footprint, twist),
+                       fastest_point_speed(agent.form.footprint, twist),
                        foresight.misses};
     foresee_collisions(from, &agent, body, motion, foresight);
+  } else if (foresight.misses.open()) {
+    foresight.misses.update(body, motion, events);
   }
   const Joints& joints = agent.robot->motion().joints;
   const bool same = std::equal(joints.positions.begin(), joints.positions.end(),

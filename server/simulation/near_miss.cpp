@@ -1,6 +1,18 @@
 #include "server/simulation/near_miss.hpp"
 
+#include <algorithm>
+
 namespace parhelion {
+namespace {
+
+constexpr double kVerge = 0.05;  // m and s from away: what may be gone within some steps
+
+}  // namespace
+
+bool NearMissWatch::leaving() const {
+  return std::any_of(open_.begin(), open_.end(),
+                     [&](const auto& each) { return each.second.seen == looked_ && !each.second.stays; });
+}
 
 NearMissWatch::Encounter& NearMissWatch::meet(const Neighbour& thing, SimulationTime now) {
   auto at = open_.find(thing.name);
@@ -8,6 +20,7 @@ NearMissWatch::Encounter& NearMissWatch::meet(const Neighbour& thing, Simulation
   Encounter& encounter = at->second;
   encounter.pair = thing.pair;
   encounter.unsensed = encounter.unsensed || thing.unsensed;
+  encounter.stays = encounter.stays && encounter.seen == now;
   encounter.seen = now;
   return encounter;
 }
@@ -15,12 +28,14 @@ NearMissWatch::Encounter& NearMissWatch::meet(const Neighbour& thing, Simulation
 void NearMissWatch::near(const Neighbour& thing, double gap, bool moves, SimulationTime now) {
   Encounter& encounter = meet(thing, now);
   encounter.came = encounter.came || gap > kGap;
+  encounter.stays = encounter.stays || gap < kAway - kVerge;
   if (moves && encounter.came && gap < encounter.gap.value) encounter.gap = {gap, thing.position};
 }
 
 void NearMissWatch::ahead(const Neighbour& thing, double time, bool moves, SimulationTime now) {
   if (time > kTimeAway) return;
   Encounter& encounter = meet(thing, now);
+  encounter.stays = encounter.stays || time < kTimeAway - kVerge;
   if (moves && time < encounter.time.value) encounter.time = {time, thing.position};
 }
 

@@ -126,6 +126,11 @@ double signed_distance(const Footprint& a, const Footprint& b) {
   return std::sqrt(squared) - radii;
 }
 
+double separation(const Footprint& a, const Footprint& b) {
+  const double along = std::max(separation_along_normals(a, b), separation_along_normals(b, a));
+  return std::isfinite(along) ? along - a.radius - b.radius : signed_distance(a, b);
+}
+
 Eigen::Vector2d nearest_point(const Footprint& a, const Footprint& b) {
   double best = std::numeric_limits<double>::infinity();
   Eigen::Vector2d nearest = b.vertices.front();
@@ -147,9 +152,10 @@ Eigen::Vector2d nearest_point(const Footprint& a, const Footprint& b) {
 double fastest_point_speed(const Footprint& local, const Twist2& twist) {
   double fastest = 0;
   for (const Eigen::Vector2d& v : local.vertices) {
-    fastest = std::max(fastest, std::hypot(twist.vx - twist.wz * v.y(), twist.vy + twist.wz * v.x()));
+    const double x = twist.vx - twist.wz * v.y(), y = twist.vy + twist.wz * v.x();
+    fastest = std::max(fastest, x * x + y * y);
   }
-  return fastest + std::abs(twist.wz) * local.radius;
+  return std::sqrt(fastest) + std::abs(twist.wz) * local.radius;
 }
 
 }  // namespace parhelion

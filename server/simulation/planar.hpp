@@ -40,6 +40,9 @@ void place(const Footprint& local, const Pose2& pose, Footprint& placed);
 /// Distance between two footprints, m; where they overlap, minus the smallest translation that parts them
 /// (separating axes).
 double signed_distance(const Footprint& a, const Footprint& b);
+/// A lower bound of signed_distance() that is as small only where that is, within a factor of sqrt(2), and
+/// takes half the time.
+double separation(const Footprint& a, const Footprint& b);
 /// The point of b's outline (without its radius) that is nearest to a.
 Eigen::Vector2d nearest_point(const Footprint& a, const Footprint& b);
 /// A lower bound of signed_distance(), at the price of one square root.

@@ -69,7 +69,8 @@ double time_to_contact(const MovingFootprint& a, const MovingFootprint& b, doubl
   if (!(closing > 0) || distance_bound(placed_a, placed_b) - touch > closing * horizon) return kInfinity;
   for (double t = 0; t <= horizon;) {
     const double bound = distance_bound(placed_a, placed_b) - touch;
-    const double gap = bound > kFar ? bound : signed_distance(placed_a, placed_b) - touch;
+    double gap = bound > kFar ? bound : separation(placed_a, placed_b) - touch;
+    if (gap <= 0) gap = signed_distance(placed_a, placed_b) - touch;
     if (gap <= 0) return t > 0 ? t : kInfinity;
     t += std::max(gap / closing, kLeastAdvance);
     if (!still(a.twist)) place(*a.local, advance(a.pose, a.twist, t), placed_a);
@@ -83,7 +84,7 @@ bool CollisionPrediction::due(SimulationTime now, const Twist2& twist) const {
   const double since = (now - *looked_).seconds();
   const double change = std::max(
       {std::abs(twist.vx - twist_.vx), std::abs(twist.vy - twist_.vy), std::abs(twist.wz - twist_.wz)});
-  return change > kSameTwist || since >= kPeriod || time_ - since <= kWarn;
+  return since >= kPeriod || (!said_ && (change > kSameTwist || time_ - since <= kWarn));
 }
 
 void CollisionPrediction::update(const Supervised& body, const ObservedMotion& motion, const Twist2& twist,
@@ -106,6 +107,7 @@ void CollisionPrediction::update(const Supervised& body, const ObservedMotion& m
       events.push_back(std::move(event));
     }
   }
+  said_ = ahead && warned_.contains(ahead->object);
   std::erase_if(warned_, [&](const auto& each) { return (motion.stamp - each.second).seconds() > kHold; });
 }
 

@@ -47,7 +47,8 @@ class CollisionPrediction {
   static constexpr double kRearm = 2.6;     // s; how far ahead one looks
   static constexpr double kHold = 0.5;      // s
   static constexpr double kPeriod = 0.016;  // s: others may change their motion
-  /// Whether what is ahead is to be looked for again: the motion changed, or what was far may be near now.
+  /// Whether what is ahead is to be looked for again: kPeriod is over; or before a warning that may come now,
+  /// since the motion changed or what was far may be near.
   bool due(SimulationTime now, const Twist2& twist) const;
   void update(const Supervised& body, const ObservedMotion& motion, const Twist2& twist,
               const std::optional<Ahead>& ahead, std::vector<Event>& events);
@@ -57,7 +58,8 @@ class CollisionPrediction {
       warned_;  ///< object, and when it was last ahead within kRearm
   std::optional<SimulationTime> looked_;
   Twist2 twist_;
-  double time_ = 0;  ///< s, of what was ahead when it looked; kRearm where nothing was
+  double time_ = 0;    ///< s, of what was ahead when it looked; kRearm where nothing was
+  bool said_ = false;  ///< it was warned of
 };
 
 /// How near a body is to tipping over.

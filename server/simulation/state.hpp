@@ -301,8 +301,10 @@ struct Simulation::State {
     double bottom, top;  ///< m, z of what it can hit
     double climb;        ///< m over `bottom` up to which steps beside it are no obstacle
     bool is_virtual, unsensed;
-    bool moves;  ///< so fast that a near miss is its own
+    double speed;  ///< m/s of its fastest point
     NearMissWatch& misses;
+    /// So fast that a near miss is its own.
+    bool moves() const { return speed > NearMissWatch::kCareful; }
   };
   void foresee_real(const ObservedMotion& motion);
   void foresee(Agent& agent, const ObservedMotion& motion);

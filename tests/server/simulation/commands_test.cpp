@@ -63,6 +63,21 @@ TEST(Commands, WallsAndOtherAgentsAndUnexplainedReturnsAreInTheWay) {
   EXPECT_THAT(refusal(simulation, agent("rover", AgentKind::robot, 2, 2)), HasSubstr("does not explain"));
 }
 
+TEST(Commands, APlaceFarOutsideTheSiteIsRefusedWithTheSitesBounds) {
+  Simulation simulation = make(room(6));
+  const std::string message = refusal(simulation, agent("walker", AgentKind::person, 500, 0));
+  EXPECT_THAT(message, HasSubstr("(500.00, 0.00) is far outside the site"));
+  EXPECT_THAT(message, HasSubstr("from (-3.50, -3.50) to (3.50, 3.50)"));
+  EXPECT_EQ(refusal(simulation, agent("walker", AgentKind::person, 30, 0)), "(not refused)") << "the yard";
+  const Status moved = simulation.command(
+      command(AgentCommand::Action::move, agent("walker", AgentKind::person, 0, -54)), std::nullopt);
+  ASSERT_FALSE(moved.ok());
+  EXPECT_THAT(moved.error().message, HasSubstr("far outside the site"));
+  Simulation open = make();
+  EXPECT_EQ(refusal(open, agent("walker", AgentKind::person, 500, 0)), "(not refused)")
+      << "a model without anything has no bounds";
+}
+
 TEST(Commands, WhatHangsAboveAnAgentIsNotInItsWay) {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("lintel", EntityLabel::unknown, {0, 0, 2.2}, {2, 0.3, 0.4}));
