@@ -13,6 +13,7 @@ constexpr double kUnderfoot = 0.02;     // m over base_link: lower is driven ove
 constexpr double kMostClimb = 0.30;     // m: over their own plane steps are climbed by tracks
 constexpr double kFlight = 0.8;         // slope of the steepest stairs
 constexpr double kClosingSpeed = 0.02;  // m/s: slower, it stands
+constexpr std::uint64_t kTurns = 4;     // in which robots look ahead
 constexpr double kSameJoints = 0.005;   // rad and m: less is the same stance
 
 Twist2 twist_of(const RigidState& rigid) {
@@ -163,6 +164,7 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
   Foresight& foresight = agent.foresight;
   if (foresight.epoch != motion.epoch) foresight = Foresight{};
   foresight.epoch = motion.epoch;
+  foresight.collision.stagger(static_cast<double>(agent.key % kTurns + 1) / kTurns);
   const Supervised& body = agent.watch.body();
   const Eigen::Matrix3d R_base_map = motion.T_map_base.rotation().transpose();
   const Eigen::Vector3d v = R_base_map * motion.velocity, w = R_base_map * motion.rotation_rate;

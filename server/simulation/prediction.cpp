@@ -84,11 +84,12 @@ bool CollisionPrediction::due(SimulationTime now, const Twist2& twist) const {
   const double since = (now - *looked_).seconds();
   const double change = std::max(
       {std::abs(twist.vx - twist_.vx), std::abs(twist.vy - twist_.vy), std::abs(twist.wz - twist_.wz)});
-  return since >= kPeriod || (!said_ && (change > kSameTwist || time_ - since <= kWarn));
+  return since >= wait_ || (!said_ && (change > kSameTwist || time_ - since <= kWarn));
 }
 
 void CollisionPrediction::update(const Supervised& body, const ObservedMotion& motion, const Twist2& twist,
                                  const std::optional<Ahead>& ahead, std::vector<Event>& events) {
+  if (looked_) wait_ = kPeriod;
   looked_ = motion.stamp;
   twist_ = twist;
   time_ = ahead ? ahead->time : kRearm;

@@ -47,6 +47,11 @@ class CollisionPrediction {
   static constexpr double kRearm = 2.6;     // s; how far ahead one looks
   static constexpr double kHold = 0.5;      // s
   static constexpr double kPeriod = 0.016;  // s: others may change their motion
+  /// Before the first look: `share` of kPeriod after that comes the second. Robots that begin at once look by
+  /// turns.
+  void stagger(double share) {
+    if (!looked_) wait_ = share * kPeriod;
+  }
   /// Whether what is ahead is to be looked for again: kPeriod is over; or before a warning that may come now,
   /// since the motion changed or what was far may be near.
   bool due(SimulationTime now, const Twist2& twist) const;
@@ -58,8 +63,9 @@ class CollisionPrediction {
       warned_;  ///< object, and when it was last ahead within kRearm
   std::optional<SimulationTime> looked_;
   Twist2 twist_;
-  double time_ = 0;    ///< s, of what was ahead when it looked; kRearm where nothing was
-  bool said_ = false;  ///< it was warned of
+  double time_ = 0;        ///< s, of what was ahead when it looked; kRearm where nothing was
+  bool said_ = false;      ///< it was warned of
+  double wait_ = kPeriod;  ///< s until the next look
 };
 
 /// How near a body is to tipping over.
