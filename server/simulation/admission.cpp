@@ -31,6 +31,15 @@ std::string metres(double value) {
 
 std::string place_text(const Pose2& pose) { return "(" + metres(pose.x) + ", " + metres(pose.y) + ")"; }
 
+/// What is wrong with a place that is too far from all that is modelled; empty where it is not.
+std::string off_site(const Building& building, const Eigen::Vector2d& p) {
+  const Eigen::AlignedBox2d& site = building.site();
+  if (site.isEmpty() || site.exteriorDistance(p) <= kAround) return {};
+  const auto text = [](const Eigen::Vector2d& at) { return place_text({at.x(), at.y(), 0}); };
+  return text(p) + " is far outside the site, which reaches from " + text(site.min()) + " to " +
+         text(site.max()) + "; expected a place at most " + metres(kAround) + " m from it";
+}
+
 }  // namespace
 
 bool finite(const Twist2& twist) {
@@ -60,6 +69,8 @@ Status Simulation::State::check_behaviour(const AgentDefinition& agent) const {
   for (const Eigen::Vector2d& waypoint : behaviour.waypoints) {
     if (!waypoint.allFinite() || waypoint.lpNorm<Eigen::Infinity>() > kMostPlace)
       return Error{who + "a waypoint is not finite or farther than 100 km; expected x, y in metres"};
+    if (const std::string wrong = off_site(*building, waypoint); !wrong.empty())
+      return Error{who + "its waypoint " + wrong};
   }
   if (behaviour.kind == BehaviourKind::go) return check_goals(agent);
   const bool has_target = behaviour.kind == BehaviourKind::follow || behaviour.kind == BehaviourKind::flee ||
@@ -180,13 +191,8 @@ Status Simulation::State::check_place(const AgentDefinition& agent, const Agent*
   if (!agent.T_map_base.finite() || std::abs(pose.x) > kMostPlace || std::abs(pose.y) > kMostPlace) {
     return Error{who + "its place is not finite or farther than 100 km; expected metres in the map"};
   }
-  const Eigen::AlignedBox2d& site = building->site();
-  if (!site.isEmpty() && site.exteriorDistance(pose.position()) > kAround) {
-    return Error{who + place_text(pose) + " is far outside the site, which reaches from " +
-                 place_text({site.min().x(), site.min().y(), 0}) + " to " +
-                 place_text({site.max().x(), site.max().y(), 0}) + "; expected a place at most " +
-                 metres(kAround) + " m from it"};
-  }
+  if (const std::string wrong = off_site(*building, pose.position()); !wrong.empty())
+    return Error{who + wrong};
   std::vector<Footprint> zone;
   if (now && now->T_map_base.finite() && finite(now->twist)) stop_zone(*now, zone);
   // Where the robot is not known now, it is still somewhere near its last place.

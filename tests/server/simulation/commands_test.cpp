@@ -73,6 +73,9 @@ TEST(Commands, APlaceFarOutsideTheSiteIsRefusedWithTheSitesBounds) {
       command(AgentCommand::Action::move, agent("walker", AgentKind::person, 0, -54)), std::nullopt);
   ASSERT_FALSE(moved.ok());
   EXPECT_THAT(moved.error().message, HasSubstr("far outside the site"));
+  AgentDefinition sent = moving("runner", AgentKind::person, 1, 1, BehaviourKind::patrol);
+  sent.behaviour.waypoints = {{0, 1}, {0, 200}};
+  EXPECT_THAT(refusal(simulation, sent), HasSubstr("its waypoint (0.00, 200.00) is far outside the site"));
   Simulation open = make();
   EXPECT_EQ(refusal(open, agent("walker", AgentKind::person, 500, 0)), "(not refused)")
       << "a model without anything has no bounds";
