@@ -81,11 +81,21 @@ endfunction()
 
 parhelion_precompile(precompiled tools/cmake/precompiled.hpp)
 
-# parhelion_library(name SOURCES... [PUBLIC targets] [PRIVATE targets] [SYSTEM include dirs])
+# parhelion_library(name SOURCES... [PUBLIC targets] [PRIVATE targets] [SYSTEM include dirs]
+#                   [PRECOMPILED by parhelion_precompile, where it is not what all rooms have])
 function(parhelion_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE;SYSTEM" ${ARGN})
+  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;PUBLIC;PRIVATE;SYSTEM" ${ARGN})
+  if(NOT ARG_PRECOMPILED)
+    set(ARG_PRECOMPILED precompiled)
+  endif()
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC parhelion_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   target_include_directories(${name} SYSTEM PRIVATE ${ARG_SYSTEM})
-  parhelion_use_precompiled(${name} precompiled)
+  parhelion_use_precompiled(${name} ${ARG_PRECOMPILED})
+endfunction()
+
+# parhelion_cold(SOURCES...): seldom run, long to compile. GCC takes the level of optimisation from the precompiled
+# header where there is one.
+function(parhelion_cold)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1> SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
