@@ -170,7 +170,9 @@ TEST_F(ServeTest, ServeThatDiesWhileTheRobotIsStoppedKeepsItStopped) {
   order.agent.name = test::robot().name;
   const Message freeze = test::message(channel::mr_agent_cmd, 0, order);
   ASSERT_TRUE(bus_->publish(freeze.channel, freeze.payload).ok());
-  ASSERT_EQ(answer(seconds(20)), 2U);
+  std::uint64_t answered = 1;
+  while (answered == 1) answered = answer(seconds(20));  // it may have been asked more than once
+  ASSERT_EQ(answered, 2U);
   const std::string child = child_of(server);
   kill(std::stoi(child), SIGKILL);
   ASSERT_TRUE(await_server(server, 3));

@@ -39,6 +39,7 @@ class Pages {
   /// nullptr: it has been closed.
   Page* find(std::uint64_t id);
   std::vector<Page>& all() { return pages_; }
+  const std::vector<Page>& all() const { return pages_; }
   bool empty() const { return pages_.empty(); }
 
   /// Text to everyone.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/hmi/station/operator_name.hpp"
 #include "server/hmi/station/state_feed.hpp"
 #include "server/wall_clock.hpp"
 
@@ -145,9 +146,15 @@ void StateFeed::forget_silent_operators(WallTime now) {
   operators_changed_ = operators_changed_ || gone > 0;
 }
 
+/// People among themselves go by their own names.
 void StateFeed::tell_operators() const {
   std::vector<OperatorWord> words;
-  for (const auto& [name, word] : operators_) words.push_back(word.first);
+  for (const auto& [name, word] : operators_) {
+    words.push_back(word.first);
+    for (const Page& page : pages_.all()) {
+      if (operator_name(page.client->who()) == name) words.back().name = page.client->who().name;
+    }
+  }
   pages_.tell(operators_json(words), page_slot::operators);
 }
 

@@ -1,9 +1,10 @@
 #include "server/hmi/station/teleop_page.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <utility>
+
+#include "server/hmi/station/operator_name.hpp"
 
 namespace parhelion {
 namespace {
@@ -12,15 +13,6 @@ constexpr Duration said_stopped = milliseconds(300);  // a stop is said this lon
 constexpr Duration stop_period = milliseconds(50);
 constexpr int most_a_second = 300;               // messages of one page
 constexpr Duration page_silence = seconds(2.0);  // of a page that drives: its console is lost
-
-/// Operators' names on the bus have letters, digits, '_' and '-' alone.
-std::string operator_name(const std::string& account) {
-  std::string name = account;
-  for (char& c : name) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
-  }
-  return name.empty() ? "page" : name;
-}
 
 /// Scaled as a whole, so that a curve stays the same curve.
 Twist2 within(const TeleopRobot& robot, Twist2 twist) {
@@ -35,7 +27,7 @@ Twist2 within(const TeleopRobot& robot, Twist2 twist) {
 }  // namespace
 
 TeleopPage::TeleopPage(Bus& bus, std::shared_ptr<WebClient> client, WallTime now)
-    : client_(std::move(client)), console_(bus, operator_name(client_->who().name), "browser"), heard_(now) {}
+    : client_(std::move(client)), console_(bus, operator_name(client_->who()), "browser"), heard_(now) {}
 
 void TeleopPage::set_robots(const std::vector<TeleopRobot>& robots) {
   std::vector<DrivenRobot> driven;

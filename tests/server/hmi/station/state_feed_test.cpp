@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "server/hmi/station/operator_name.hpp"
 #include "server/simulation/simulation.hpp"
 #include "tests/server/hmi/station/feed_fixture.hpp"
 
@@ -23,6 +24,21 @@ TEST_F(FeedTest, APageIsToldHowThingsStandWhenItOpens) {
   EXPECT_EQ(hello["session"]["mode"], "live");
   EXPECT_EQ(page->newest("events")["list"].size(), 1U);
   EXPECT_FALSE(page->newest("status").is_null());
+}
+
+TEST_F(FeedTest, WhoDrivesGoesByTheNameOfTheAccountOnPagesAlone) {
+  start(configuration({}));
+  const auto page = open(1, Role::trainee, "tess");
+  OperatorWord word;
+  word.stamp = sensor_time();
+  word.name = operator_name({"tess", Role::trainee});
+  word.robot = "trainee";
+  word.state = OperatorWord::State::drives;
+  word.text = "browser";
+  take(channel::operators, word);
+  pass(0.6);
+  ASSERT_EQ(page->newest("operators")["list"].size(), 1U);
+  EXPECT_EQ(page->newest("operators")["list"][0]["name"], "tess");
 }
 
 TEST_F(FeedTest, EntitiesAreToldWithTheirShapesAndFramesWithTheirPoses) {

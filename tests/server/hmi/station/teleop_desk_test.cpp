@@ -11,6 +11,7 @@
 
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "server/hmi/station/operator_name.hpp"
 #include "tests/server/hmi/station/stand_in_client.hpp"
 
 namespace parhelion {
@@ -124,7 +125,8 @@ TEST_F(TeleopDeskTest, SendsWhatThePageAsksForTheRobotItDrives) {
   EXPECT_EQ(heard()[channel::teleop], std::vector<double>{0.5});
   EXPECT_EQ(page->texts(R"("type":"sent")").size(), 1U);
   EXPECT_EQ(words_.front().robot, "trainee");
-  EXPECT_EQ(words_.front().name, "anna");
+  EXPECT_EQ(words_.front().name, operator_name({"anna", Role::trainee}));
+  EXPECT_EQ(words_.front().name.find("anna"), std::string::npos) << "nothing personal goes to the bus";
   EXPECT_EQ(audited_, std::vector<std::string>{"anna drives trainee"});
 }
 
