@@ -40,15 +40,15 @@ TEST_F(WorkshopTest, ATraineeOpensTheDoorClimbsTheStairsAndTipsOver) {
   for (const char* step : {"step 1", "step 2", "step 3", "step 4"})
     EXPECT_TRUE(happened(EventKind::step_climbed, step)) << step;
   EXPECT_NEAR(motion().T_map_base.translation().z(), 0.68, 0.05);
-  EXPECT_FALSE(happened(EventKind::tipped_over));
+  EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));
   EXPECT_FALSE(happened(EventKind::fell));
 
   // Over the platform's open side.
-  drive_to({11, 1.5}, 0.6, 20, [this] { return happened(EventKind::tipped_over); });
+  drive_to({11, 1.5}, 0.6, 20, [this] { return happened(EventKind::tipped_over, "trainee"); });
   wait(2);
   EXPECT_TRUE(happened(EventKind::fell));
   EXPECT_TRUE(happened(EventKind::pitch_limit));
-  EXPECT_TRUE(happened(EventKind::tipped_over));
+  EXPECT_TRUE(happened(EventKind::tipped_over, "trainee"));
   EXPECT_FALSE(happened(EventKind::pose_lost));
 }
 
