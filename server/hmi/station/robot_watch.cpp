@@ -102,7 +102,7 @@ void RobotWatch::take(const Message& message) {
     teleop_->hear(word_);
   if (message.channel == channels.bus(channel::mr_events) &&
       decode(message.channel, message.payload, event).ok()) {
-    take_lesson(event);
+    if (lessons_.hear(event)) video_.impair(lessons_.delay(), lessons_.loss());
     if (teleop_ != nullptr) teleop_->hear(event);
   }
 }
@@ -122,14 +122,6 @@ void RobotWatch::take_world(const Message& message) {
   std::vector<TeleopRobot> drivables;
   for (const DrivenRobot& robot : robots) drivables.push_back(drivable(robot, *configuration_));
   teleop_->set_robots(std::move(drivables));
-}
-
-void RobotWatch::take_lesson(const Event& event) {
-  if (event.kind != EventKind::lesson_started && event.kind != EventKind::lesson_ended) return;
-  const double amount = event.kind == EventKind::lesson_started ? event.value : 0;
-  if (event.object == to_string(Lesson::Kind::camera_delay)) delay_ = amount;
-  if (event.object == to_string(Lesson::Kind::camera_loss)) loss_ = amount;
-  video_.impair(delay_, loss_);
 }
 
 }  // namespace parhelion

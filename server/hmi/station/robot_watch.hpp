@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "server/configuration.hpp"
+#include "server/hmi/station/camera_lessons.hpp"
 #include "server/hmi/station/teleop_desk.hpp"
 #include "server/hmi/station/video_feed.hpp"
 
@@ -24,7 +25,6 @@ class RobotWatch {
   void run(const std::stop_token& stop);
   void take(const Message& message);
   void take_world(const Message& message);
-  void take_lesson(const Event& event);
 
   std::unique_ptr<Bus> bus_;
   std::shared_ptr<const Configuration> configuration_;
@@ -32,7 +32,7 @@ class RobotWatch {
   TeleopDesk* teleop_;
   WallTime world_due_;              ///< robots come and go seldom: not every world is read
   std::vector<std::string> names_;  ///< that were told last
-  double delay_ = 0, loss_ = 0;     ///< lessons of the camera
+  CameraLessons lessons_;
   std::jthread thread_;
 };
 
