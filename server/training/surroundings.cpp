@@ -6,6 +6,7 @@
 #include "protocols/line_in_box.hpp"
 
 namespace parhelion {
+
 Surroundings::Surroundings(const SemanticModel& model, const RobotDescription& description, std::string robot)
     : model_(model), description_(description), robot_(std::move(robot)) {}
 
