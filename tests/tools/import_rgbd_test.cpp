@@ -330,6 +330,39 @@ TEST(ImportRgbd, StairsWithoutGravityFileStandUpright) {
   EXPECT_GT(densest, points / 20);
 }
 
+TEST(ImportRgbd, WhatIsLeftOutIsNeitherWrittenNorDescribed) {
+  const auto stairs = test::recording("rgbd-7scenes-stairs/seq-01");
+  PARHELION_NEEDS_RECORDING(stairs);
+  TemporaryFolder folder;
+  const auto imported = [&](const std::map<std::string, std::string>& topics) {
+    ImportOptions options = test::import_options(stairs, folder / "stairs.lcm");
+    options.topics = topics;
+    options.overwrite = true;
+    return import_recording(options, {});
+  };
+  auto report = imported({{"DEPTH", "none"}, {"REFERENCE_POSE", "none"}});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->find(channel::depth), nullptr);
+  EXPECT_EQ(report->find(channel::reference_pose), nullptr);
+  EXPECT_EQ(report->find(channel::scan)->kept, 3U) << "it is cut out of depth that is not written";
+  EXPECT_EQ(report->find(channel::camera)->kept, 3U);
+  EXPECT_FALSE(ImportedLog(folder / "stairs.lcm").robot().depth.has_value());
+  report = imported({{"SCAN", "none"}, {"CAMERA", "none"}});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->find(channel::scan), nullptr);
+  EXPECT_EQ(report->find(channel::camera), nullptr);
+  EXPECT_EQ(report->find(channel::depth)->kept, 3U);
+  const RobotDescription robot = ImportedLog(folder / "stairs.lcm").robot();
+  EXPECT_FALSE(robot.laser.has_value());
+  EXPECT_FALSE(robot.camera.has_value());
+  EXPECT_TRUE(robot.depth.has_value());
+  report = imported({{"DEPTH", "/camera/depth"}});
+  ASSERT_FALSE(report.ok()) << "a folder has no topics";
+  EXPECT_THAT(report.error().message, ::testing::HasSubstr("DEPTH=/camera/depth"));
+  EXPECT_FALSE(imported({{"ODOMETRY", "/odom"}}).ok());
+  EXPECT_TRUE(imported({{"ODOMETRY", "none"}}).ok());
+}
+
 TEST(ImportRgbd, DamagedFilesAreRefusedWithTheirName) {
   PARHELION_NEEDS_RECORDING(kitchen());
   TemporaryFolder folder;

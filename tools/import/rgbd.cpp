@@ -19,6 +19,34 @@ namespace {
 constexpr double sigma_position = 0.01;                       // m
 constexpr double sigma_angle = 0.3 * std::numbers::pi / 180;  // rad
 
+/// What of a folder goes into the log.
+struct Wanted {
+  bool colour = false, depth = false, scan = false, reference = false;
+};
+
+/// All that a folder gives, but for what --topics leaves out.
+Result<Wanted> wanted_of(const ImportOptions& options) {
+  struct Source {
+    std::string channel;
+    std::vector<std::string> names;
+    std::string what;
+  };
+  std::vector<bool> taken;
+  for (const Source& source :
+       {Source{channel::camera, {"color"}, "frames"}, Source{channel::depth, {"depth"}, "frames"},
+        Source{channel::scan, {"depth"}, "frames to cut a scan from"},
+        Source{channel::reference_pose, {"pose"}, "poses"},
+        Source{channel::odometry, {}, "odometry in a folder of RGB-D frames"},
+        Source{channel::teleop, {}, "commands in a folder of RGB-D frames"},
+        Source{"CAMERA_INFO", {}, "topic in a folder of RGB-D frames"},
+        Source{"DEPTH_INFO", {}, "topic in a folder of RGB-D frames"}}) {
+    const auto chosen = choose_topic(options, source.channel, source.names, source.what);
+    if (!chosen) return chosen.error();
+    taken.push_back(chosen->has_value());
+  }
+  return Wanted{taken[0], taken[1], taken[2], taken[3]};
+}
+
 /// The poses decide about the map frame: other poses, other id.
 std::string map_id(const RgbdFolder& folder, const RgbdPlacement& placement) {
   std::string text;
@@ -37,21 +65,21 @@ std::string map_id(const RgbdFolder& folder, const RgbdPlacement& placement) {
   return "rgbd-" + hash.hex().substr(0, 16);
 }
 
-RobotDescription describe(const ImportOptions& options, const RgbdFolder& folder,
+RobotDescription describe(const ImportOptions& options, const Wanted& wanted, const RgbdFolder& folder,
                           const RgbdPlacement& placement, const DepthScanOptions& band,
                           std::vector<std::string>& notes) {
   std::optional<LaserDescription> laser;
-  if (!folder.depth.empty()) laser = describe_depth_scan(folder.cameras.depth, band);
+  if (wanted.scan && !folder.depth.empty()) laser = describe_depth_scan(folder.cameras.depth, band);
   RobotDescription robot = describe_robot(options, laser, notes);
   robot.height = placement.camera_height + 0.1;
-  if (!folder.colour.empty()) {
+  if (wanted.colour && !folder.colour.empty()) {
     CameraDescription& camera = robot.camera.emplace();
     camera.intrinsics = folder.cameras.colour;
     camera.T_base_optical =
         Transform<Base, CameraOptical>(placement.T_base_depth.isometry() * placement.T_depth_colour);
     camera.source = folder.cameras.source;
   }
-  if (!folder.depth.empty()) {
+  if (wanted.depth && !folder.depth.empty()) {
     DepthCameraDescription& camera = robot.depth.emplace();
     camera.intrinsics = folder.cameras.depth;
     camera.T_base_optical = placement.T_base_depth;
@@ -71,13 +99,13 @@ struct Step {
   std::size_t index;
 };
 
-std::vector<Step> steps_of(const RgbdFolder& folder) {
+std::vector<Step> steps_of(const RgbdFolder& folder, const Wanted& wanted) {
   std::vector<Step> steps;
   for (std::size_t i = 0; i < folder.poses.size(); ++i)
     steps.push_back({folder.poses[i].stamp, Step::Kind::pose, i});
-  for (std::size_t i = 0; i < folder.colour.size(); ++i)
+  for (std::size_t i = 0; wanted.colour && i < folder.colour.size(); ++i)
     steps.push_back({folder.colour[i].stamp, Step::Kind::colour, i});
-  for (std::size_t i = 0; i < folder.depth.size(); ++i)
+  for (std::size_t i = 0; (wanted.depth || wanted.scan) && i < folder.depth.size(); ++i)
     steps.push_back({folder.depth[i].stamp, Step::Kind::depth, i});
   std::stable_sort(steps.begin(), steps.end(), [](const Step& a, const Step& b) {
     return a.stamp != b.stamp ? a.stamp < b.stamp : a.kind < b.kind;
@@ -99,9 +127,10 @@ double total_bytes(const RgbdFolder& folder) {
 
 class Copy {
  public:
-  Copy(RecordingWriter& writer, const RgbdFolder& folder, const RgbdPlacement& placement,
-       const DepthScanOptions& band)
+  Copy(RecordingWriter& writer, const Wanted& wanted, const RgbdFolder& folder,
+       const RgbdPlacement& placement, const DepthScanOptions& band)
       : writer_(writer),
+        wanted_(wanted),
         folder_(folder),
         placement_(placement),
         band_(band),
@@ -133,7 +162,7 @@ class Copy {
     same.stamp = pose.stamp;
     same.T_map_base = estimate.T_map_base;
     if (Status done = writer_.put(channel::pose, same, pose.number); !done) return done;
-    return writer_.put(channel::reference_pose, same, pose.number);
+    return wanted_.reference ? writer_.put(channel::reference_pose, same, pose.number) : Status{};
   }
 
   Status refuse(const RgbdFile& file, const Error& error) {
@@ -162,11 +191,14 @@ class Copy {
     if (depth->width != folder_.cameras.depth.width || depth->height != folder_.cameras.depth.height) {
       return refuse(file, Error{"of another size than the first"});
     }
-    const auto image = depth->as_written
-                           ? depth_image(std::move(*bytes), depth->width, depth->height, file.stamp)
-                           : depth_image(*depth, file.stamp);
-    if (!image) return refuse(file, image.error());
-    if (Status done = writer_.put(channel::depth, *image, file.number); !done) return done;
+    if (wanted_.depth) {
+      const auto image = depth->as_written
+                             ? depth_image(std::move(*bytes), depth->width, depth->height, file.stamp)
+                             : depth_image(*depth, file.stamp);
+      if (!image) return refuse(file, image.error());
+      if (Status done = writer_.put(channel::depth, *image, file.number); !done) return done;
+    }
+    if (!wanted_.scan) return {};
     const auto pose = pose_at(folder_.poses, file.stamp);
     if (!pose) {
       writer_.leave_out("scan of a depth frame without pose");
@@ -178,6 +210,7 @@ class Copy {
   }
 
   RecordingWriter& writer_;
+  const Wanted wanted_;
   const RgbdFolder& folder_;
   const RgbdPlacement& placement_;
   const DepthScanOptions& band_;
@@ -187,21 +220,23 @@ class Copy {
 }  // namespace
 
 Result<ImportReport> import_rgbd(const ImportOptions& options, const ImportProgress& progress) {
+  const auto wanted = wanted_of(options);
+  if (!wanted) return wanted.error();
   const auto folder = read_rgbd_folder(options);
   if (!folder) return folder.error();
   std::vector<std::string> notes = folder->notes;
   const auto placement = place_rgbd(*folder, notes);
   if (!placement) return Error{options.input.string() + ": " + placement.error().message};
   const DepthScanOptions band{options.scan_low, options.scan_high};
-  const RobotDescription robot = describe(options, *folder, *placement, band, notes);
+  const RobotDescription robot = describe(options, *wanted, *folder, *placement, band, notes);
   auto writer = RecordingWriter::create(
       options, options.input.lexically_normal().filename().string() + ", frame ", "images");
   if (!writer) return writer.error();
   for (std::string& note : notes) writer->note(std::move(note));
   for (const Refusal& refusal : folder->refused) writer->refuse_at(refusal);
-  const std::vector<Step> steps = steps_of(*folder);
+  const std::vector<Step> steps = steps_of(*folder, *wanted);
   if (const Status written = writer->describe(robot, steps.front().stamp); !written) return written.error();
-  Copy copy(*writer, *folder, *placement, band);
+  Copy copy(*writer, *wanted, *folder, *placement, band);
   const double bytes = total_bytes(*folder);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (const Status written = copy(steps[i]); !written) return written.error();
