@@ -170,6 +170,8 @@ Status run(const Arguments& a) {
   if (!note.empty()) say(note);
   std::fprintf(stderr, "%s: %zu entities, %zu relations from %zu points in %.1f s\n", a.output.c_str(),
                built->model.entities.size(), built->model.relations.size(), built->cloud.size(), seconds);
+  if (const std::string words = in_words(built->heights); !words.empty())
+    std::fprintf(stderr, "%s: %s\n", a.output.c_str(), words.c_str());
   return {};
 }
 

@@ -11,15 +11,26 @@ using Json = nlohmann::ordered_json;
 /// A tenth of a millimetre, or as fine an angle: no digits of floating point in a file that people read.
 double tidy(double value) { return std::round(value * 1e4) / 1e4; }
 
-/// The underside of the largest ceiling.
-Json ceiling_of(const BuiltModel& built) {
-  const ModelEntity* largest = nullptr;
-  for (const ModelEntity& e : built.model.entities) {
-    if (e.label != EntityLabel::ceiling || e.deleted) continue;
-    if (largest == nullptr || e.size.x() * e.size.y() > largest->size.x() * largest->size.y()) largest = &e;
+Json tidy_or_null(const std::optional<double>& value) { return value ? Json(tidy(*value)) : Json(nullptr); }
+
+Json level_of(const std::optional<LevelHeights>& level) {
+  if (!level) return nullptr;
+  return {{"p5", tidy(level->low)},
+          {"median", tidy(level->median)},
+          {"p95", tidy(level->high)},
+          {"lean_rad", tidy(level->lean)}};
+}
+
+/// How sharply heights can be said, and what they are where the scanners stood.
+Json heights_of(const SiteHeights& heights) {
+  Json json = {{"floor_m", level_of(heights.floor)}, {"ceiling_m", level_of(heights.ceiling)}};
+  json["scanners"] = Json::array();
+  for (const ScannerHeights& scanner : heights.scanners) {
+    json["scanners"].push_back({{"z_m", tidy(scanner.z)},
+                                {"floor_m", tidy_or_null(scanner.floor)},
+                                {"ceiling_m", tidy_or_null(scanner.ceiling)}});
   }
-  if (largest == nullptr) return nullptr;
-  return tidy(largest->T_map_body.translation().z() - largest->size.z() / 2 - built.shift);
+  return json;
 }
 
 Json upright(const ModelEntity& e, const char* along, double shift) {
@@ -42,9 +53,13 @@ Json rounded(const std::vector<double>& values) {
 
 std::string model_summary(const BuiltModel& built, double seconds) {
   Json json;
-  const auto floor = ground_floor(built.model);
-  json["floor_m"] = floor ? Json(tidy(*floor - built.shift)) : Json(nullptr);
-  json["ceiling_m"] = ceiling_of(built);
+  auto floor = ground_floor(built.model), ceiling = largest_ceiling(built.model);
+  if (floor) *floor -= built.shift;
+  if (ceiling) *ceiling -= built.shift;
+  json["floor_m"] = tidy_or_null(floor);
+  json["ceiling_m"] = tidy_or_null(ceiling);
+  json["room_height_m"] = floor && ceiling ? Json(tidy(*ceiling - *floor)) : Json(nullptr);
+  json["heights"] = heights_of(built.heights);
   json["walls"] = Json::array();
   json["doors"] = Json::array();
   for (const ModelEntity& e : built.model.entities) {

@@ -8,7 +8,8 @@
 namespace parhelion {
 
 /// Heights in the levelled cloud's coordinates, whatever the model was moved by; lengths in m, yaws in rad.
-/// floor_m and ceiling_m are null where none was found.
+/// floor_m, ceiling_m and room_height_m (between them) are null where none was found. heights: of the points
+/// of both (5, 50, 95 percent, lean against level), and near each scanner.
 std::string model_summary(const BuiltModel& built, double seconds);
 
 }  // namespace parhelion

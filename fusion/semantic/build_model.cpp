@@ -158,6 +158,11 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   built.cloud.labels = std::move(built.net.labels);
   const auto floor = ground_floor(built.model);
   built.floor = floor.value_or(0);
+  built.heights = site_heights(built.cloud, floor, largest_ceiling(built.model));
+  if (const std::string& stages = options.segmentation.stages; !stages.empty()) {
+    if (Status written = write_heights(built.cloud, built.model.T_map_cloud, built.heights, stages); !written)
+      return written.error();
+  }
   if (options.floor_to_zero) {
     if (!floor) return Error{"--floor-to-zero: no floor was found in the cloud"};
     raise(built, -*floor);

@@ -10,6 +10,7 @@
 #include "fusion/semantic/evidence.hpp"
 #include "fusion/semantic/segmentation.hpp"
 #include "fusion/semantic/semantic_net.hpp"
+#include "fusion/semantic/site_heights.hpp"
 #include "fusion/semantic/unknown_mesh.hpp"
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
@@ -34,9 +35,10 @@ struct BuiltModel {
   PointCloud<Map> cloud;  ///< levelled, in the model's frame; labels: EntityLabel per point
   SemanticNet net;        ///< its entities are in `model`
   std::vector<std::string>
-      notes;         ///< what a person should know: a unit that looks wrong, a mesh made coarser
-  double floor = 0;  ///< m, top of the ground floor in the levelled cloud's coordinates
-  double shift = 0;  ///< m, added to the levelled cloud's heights: map z = levelled z + shift
+      notes;            ///< what a person should know: a unit that looks wrong, a mesh made coarser
+  double floor = 0;     ///< m, top of the ground floor in the levelled cloud's coordinates
+  SiteHeights heights;  ///< in the levelled cloud's coordinates
+  double shift = 0;     ///< m, added to the levelled cloud's heights: map z = levelled z + shift
 };
 
 /// `progress` (may be empty) is told the stage that begins: its name and how many are done of five.
@@ -48,5 +50,8 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
 /// Height of the ground floor's top: the lowest floor of the model with at least half of the largest
 /// one's area; nullopt where the model has no floor.
 std::optional<double> ground_floor(const SemanticModel& model);
+
+/// Height of the underside of the largest ceiling; nullopt where the model has none.
+std::optional<double> largest_ceiling(const SemanticModel& model);
 
 }  // namespace parhelion

@@ -27,4 +27,14 @@ std::optional<double> ground_floor(const SemanticModel& model) {
   return height;
 }
 
+std::optional<double> largest_ceiling(const SemanticModel& model) {
+  const ModelEntity* largest = nullptr;
+  for (const ModelEntity& e : model.entities) {
+    if (e.label != EntityLabel::ceiling || e.deleted) continue;
+    if (largest == nullptr || e.size.x() * e.size.y() > largest->size.x() * largest->size.y()) largest = &e;
+  }
+  if (largest == nullptr) return std::nullopt;
+  return largest->T_map_body.translation().z() - largest->size.z() / 2;
+}
+
 }  // namespace parhelion
