@@ -43,6 +43,7 @@ class Session {
           std::optional<LogWriter> log)
       : configuration_(configuration),
         options_(options),
+        real_time_(options.real_time),
         sent_(configuration),
         outbox_(&bus, std::move(log), &sent_),
         mr_scan_(configuration.channels.bus(channel::mr_scan)),
@@ -82,6 +83,7 @@ class Session {
 
   const Configuration& configuration_;
   const ServeOptions& options_;
+  const RealTimeScope real_time_;  // before the threads that scans wait for: they take it over
   SentMessages sent_;
   Outbox outbox_;
   const std::string mr_scan_;
@@ -136,6 +138,7 @@ void Session::tell_robot_stop() {
 }
 
 Result<Report> Session::operator()() {
+  if (options_.real_time == RealTime::on && !real_time_.holds()) return Error{real_time_.note()};
   if (const Status begun = start(); !begun) return begun.error();
   if (options_.say) options_.say("serving; stop with ^C");
   const std::string fault = run_until_stopped();
@@ -347,6 +350,7 @@ void Session::note_foreign_messages() {
 
 /// On a thread of its own: a slow disk holds up no scan.
 void Session::sync_each_second(const std::stop_token& stop) {
+  give_way(0);
   std::mutex mutex;
   std::condition_variable_any woken;
   std::unique_lock lock(mutex);
@@ -375,6 +379,7 @@ Report Session::report() {
   tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
+  report.notes["priority"] = real_time_.note();
   if (configuration_.scenario.mapping)
     report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";
   if (const std::string slam = slam_note(*state_); !slam.empty()) report.notes["slam"] = slam;

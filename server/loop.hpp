@@ -12,6 +12,7 @@
 #include "server/inbox.hpp"
 #include "server/report.hpp"
 #include "server/site_mapper.hpp"
+#include "server/thread_priority.hpp"
 
 namespace parhelion {
 
@@ -20,6 +21,7 @@ struct ServeOptions {
   bool overwrite = false;
   Duration guard = milliseconds(20);
   InboxLimits inbox;
+  RealTime real_time = RealTime::off;         ///< what scans wait for: receiving, the tick, the guard
   std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only where the robot is simulated
   UpdateSite update_site;                     ///< where the scenario says mapping: true; empty: none is done
   /// The robot's emergency stop held when the server before this one died: it holds from the start.

@@ -1,11 +1,8 @@
 #include "server/render_thread.hpp"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <utility>
 
+#include "server/thread_priority.hpp"
 #include "server/wall_clock.hpp"
 
 namespace parhelion {
@@ -122,7 +119,7 @@ void RenderThread::note_fault(const Painter& painter) {
 }
 
 void RenderThread::run(const SemanticModel& building, bool simulates, int nice) {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+  give_way(nice);
   auto painter = std::make_unique<Painter>(building, simulates);
   note_fault(*painter);
   std::shared_ptr<const SemanticModel> model;

@@ -1,12 +1,9 @@
 #include "server/site_mapper.hpp"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <exception>
 #include <utility>
 
+#include "server/thread_priority.hpp"
 #include "server/wall_clock.hpp"
 
 namespace parhelion {
@@ -74,7 +71,7 @@ std::string to_text(const SiteMapper::Counts& counts) {
 }
 
 void SiteMapper::run(int nice) {
-  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+  give_way(nice);
   std::uint64_t version = 1;
   std::unique_lock lock(mutex_);
   while (true) {

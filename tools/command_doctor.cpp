@@ -25,10 +25,12 @@ const char* verdict_text(MachineCheck::Verdict verdict) {
 }
 
 Exit examine(const std::string& url, const std::string& folder) {
-  const MachineCheck checks[] = {check_multicast(url),    check_receive_buffer("/proc/sys/net/core/rmem_max"),
-                                 check_big_messages(url), check_egl(),
-                                 check_processors(),      check_disk(folder),
-                                 check_shipped_files(),   check_recording(sena_rawlog)};
+  const MachineCheck checks[] = {
+      check_multicast(url),        check_receive_buffer("/proc/sys/net/core/rmem_max"),
+      check_big_messages(url),     check_egl(),
+      check_processors(),          check_real_time(),
+      check_disk(folder),          check_shipped_files(),
+      check_recording(sena_rawlog)};
   Exit exit = Exit::done;
   for (const MachineCheck& check : checks) {
     std::printf("%-5s %-20s %s%s%s\n", verdict_text(check.verdict), check.name.c_str(), check.finding.c_str(),

@@ -30,6 +30,7 @@ namespace {
 
 struct Arguments {
   std::string scenario, robot, session, report, url, http, state, foxglove;
+  std::string real_time = "auto";
   bool overwrite = false;
   bool once = false;
 };
@@ -65,6 +66,12 @@ Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, co
   return configure(files->scenario, **robot, files->model, files->robot_models);
 }
 
+/// What reads the network goes before others as the loop does.
+Result<std::unique_ptr<Bus>> open_urgent_bus(const std::string& url, RealTime real_time) {
+  const RealTimeScope scope(real_time);
+  return open_network_bus(url);
+}
+
 /// An instructor has ended the session: the report is there for who looks, until the server is stopped.
 void show_until_stopped(LiveStation& station, const Report& report, const ServeOptions& options) {
   station.show_report(report);
@@ -85,9 +92,10 @@ Exit run_once(const Arguments& arguments, StopMemory& robot_stopped) {
     if (const Status writable = check_writable(path, arguments.overwrite); !writable)
       return fail(writable.error().message);
   }
+  options.real_time = *parse_real_time(arguments.real_time);
   options.stop = stop_asked;
   options.say = [](const std::string& news) { std::fprintf(stderr, "parhelion serve: %s\n", news.c_str()); };
-  auto bus = open_network_bus(arguments.url);
+  auto bus = open_urgent_bus(arguments.url, options.real_time);
   if (!bus) return fail(bus.error().message);
   const auto configuration = configuration_for(arguments, **bus, options);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
@@ -222,6 +230,12 @@ void add_serve(CLI::App& app, Exit& exit) {
                       "$XDG_STATE_HOME/parhelion");
   command->add_option("--foxglove", arguments->foxglove,
                       "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
+  command
+      ->add_option("--real-time", arguments->real_time,
+                   "Whether what scans wait for goes before all other programs (SCHED_FIFO): on, off, or "
+                   "auto, where this user may")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->capture_default_str();
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
   command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
   command->footer(

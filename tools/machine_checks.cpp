@@ -9,6 +9,7 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/share.hpp"
+#include "server/thread_priority.hpp"
 
 namespace parhelion {
 namespace {
@@ -94,6 +95,13 @@ MachineCheck check_processors() {
   const std::string finding = std::to_string(count) + (count == 1 ? " processor" : " processors");
   if (count >= 2) return {"processors", Verdict::ok, finding, ""};
   return {"processors", Verdict::warn, finding, "two are needed for scans in time beside video"};
+}
+
+MachineCheck check_real_time() {
+  const RealTimeScope scope(RealTime::on);
+  if (scope.holds()) return {"real-time", Verdict::ok, "scans go before other programs", ""};
+  return {"real-time", Verdict::warn, "scans wait for other programs where cores are few",
+          RealTimeScope::remedy()};
 }
 
 MachineCheck check_recording(const std::filesystem::path& rawlog) {

@@ -27,6 +27,8 @@ MachineCheck check_egl();
 /// Room for session logs in `folder`.
 MachineCheck check_disk(const std::filesystem::path& folder);
 MachineCheck check_processors();
+/// Whether this user's programs may go before others: `serve --real-time`.
+MachineCheck check_real_time();
 /// The recording that `parhelion demo` plays.
 MachineCheck check_recording(const std::filesystem::path& rawlog);
 /// Files that ship with the program.

@@ -3,34 +3,15 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <optional>
-#include <regex>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/bus/channel_pattern.hpp"
 #include "protocols/bus/queues.hpp"
 
 namespace parhelion {
 namespace {
 
 constexpr std::size_t max_channel = 63;
-
-struct Pattern {
-  std::string text;
-  std::optional<std::regex> expression;  ///< absent: `text` is a plain channel name
-
-  bool matches(std::string_view channel) const {
-    return expression ? std::regex_match(channel.begin(), channel.end(), *expression) : text == channel;
-  }
-};
-
-Result<Pattern> make_pattern(const std::string& text) {
-  if (text.find_first_of(".*+?()[]{}|^$\\") == std::string::npos) return Pattern{text, {}};
-  try {
-    return Pattern{text, std::regex(text)};
-  } catch (const std::regex_error& error) {
-    return Error{"subscribe to '" + text + "': not a regular expression: " + error.what()};
-  }
-}
 
 ArrivalTime now() {
   const auto since_epoch = std::chrono::system_clock::now().time_since_epoch();
@@ -59,7 +40,7 @@ Status check_capacity(const std::string& pattern, int capacity) {
 
 struct MemoryBusHub::Shared {
   struct Endpoint {
-    std::vector<Pattern> patterns;
+    std::vector<ChannelPattern> patterns;
     SubscriptionQueues queues;
     std::condition_variable came;
   };

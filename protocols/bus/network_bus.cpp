@@ -110,6 +110,7 @@ class NetworkBus : public Bus {
       return Error{"subscribe to '" + pattern + "' over " + url_ + ": not a channel or regular expression"};
     }
     lcm_subscription_set_queue_capacity(subscription->handle, subscription->liblcm_capacity);
+    const std::lock_guard lock(mutex_);
     subscriptions_.push_back(std::move(subscription));
     return {};
   }
@@ -140,15 +141,17 @@ class NetworkBus : public Bus {
   /// Moves all that liblcm holds into our queues. A queue of liblcm that was full has dropped an unknown
   /// number: counted as one.
   Status drain() {
-    for (auto& subscription : subscriptions_) subscription->drained = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      for (auto& subscription : subscriptions_) subscription->drained = 0;
+    }
     pollfd waiting{file_, POLLIN, 0};
     for (int handled = 0; handled < max_drain && poll(&waiting, 1, 0) > 0; ++handled) {
       if (lcm_handle(lcm_) != 0) return Error{"receive from " + url_ + ": liblcm could not handle a message"};
     }
+    const std::lock_guard lock(mutex_);
     for (const auto& subscription : subscriptions_) {
-      if (subscription->drained < subscription->liblcm_capacity) continue;
-      const std::lock_guard lock(mutex_);
-      queues_.count_dropped(1);
+      if (subscription->drained >= subscription->liblcm_capacity) queues_.count_dropped(1);
     }
     return {};
   }
@@ -158,7 +161,7 @@ class NetworkBus : public Bus {
   lcm_t* lcm_;
   int file_;
   std::string url_;
-  mutable std::mutex mutex_;
+  mutable std::mutex mutex_;  // one thread may subscribe while another receives
   SubscriptionQueues queues_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
 };

@@ -1,6 +1,7 @@
 // Bounded queues of one endpoint, one a subscription: a full queue drops its oldest message and counts it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <span>
@@ -50,6 +51,10 @@ class SubscriptionQueues {
     return true;
   }
 
+  bool empty() const {
+    return std::all_of(queues_.begin(), queues_.end(),
+                       [](const Queue& queue) { return queue.waiting.empty(); });
+  }
   std::uint64_t dropped() const { return dropped_; }
   void count_dropped(std::uint64_t n) { dropped_ += n; }
 

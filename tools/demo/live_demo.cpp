@@ -99,7 +99,7 @@ Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configura
   BaseStationOptions base;
   base.address = options.http;
   base.folder = std::filesystem::path(options.folder) / "station";
-  base.new_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
+  base.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
   StationOptions& station = base.station;
   station.configuration = std::make_shared<const Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();

@@ -47,7 +47,7 @@ Result<std::unique_ptr<BaseStation>> open_play_station(const std::string& addres
   options.station.recorded = true;
   options.station.controls = controls_of(player, thread);
   options.station.clock = [&player] { return player.clock(); };
-  options.new_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
+  options.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
   return BaseStation::open(std::move(options));
 }
 

@@ -1,32 +1,19 @@
 #include "server/hmi/station/base_station.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <charconv>
-#include <thread>
 
 #include "protocols/channels.hpp"
 #include "server/hmi/http/web_site.hpp"
 #include "server/hmi/station/robot_watch.hpp"
+#include "server/hmi/station/shared_endpoint.hpp"
 #include "server/hmi/web/page_files.hpp"
+#include "server/thread_priority.hpp"
 #include "server/wall_clock.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr int station_nice = 5;
-
-/// Pages never take a core from the tick: a thread has the priority of who starts it, those that read the
-/// network for each endpoint included.
-Status at_low_priority(const std::function<Status()>& task) {
-  Status done;
-  std::thread([&] {
-    (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), station_nice);
-    done = task();
-  }).join();
-  return done;
-}
+constexpr int station_nice = 5;  // pages never take a core from the tick
 
 bool is_own_machine(const std::string& host) {
   return host == "localhost" || host == "::1" || host.starts_with("127.");
@@ -89,6 +76,7 @@ struct BaseStation::Parts {
     teleop.reset();
   }
 
+  std::unique_ptr<SharedEndpoint> bus;
   std::unique_ptr<Bus> teleop_bus;
   std::unique_ptr<TeleopDesk> teleop;
   std::unique_ptr<VideoFeed> video;
@@ -103,9 +91,7 @@ struct BaseStation::Parts {
 
 Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   if (options.station.recorded) return {};
-  auto bus = options.new_bus();
-  if (!bus) return bus.error();
-  teleop_bus = std::move(*bus);
+  teleop_bus = bus->connect();
   TeleopOptions teleop_options;
   teleop_options.now = [] { return steady_now(); };
   teleop_options.stamp = [] { return SensorTime{wall_now().ns}; };
@@ -122,14 +108,10 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
 }
 
 Status BaseStation::Parts::open_video(const BaseStationOptions& options) {
-  auto pictures = options.new_bus(), robots = options.new_bus();
-  if (!pictures) return pictures.error();
-  if (!robots) return robots.error();
-  video = std::make_unique<VideoFeed>(std::move(*pictures), video_options(options.station));
+  video = std::make_unique<VideoFeed>(bus->connect(), video_options(options.station));
   site->server().on_socket("/ws/video", Access::logged_in(), video->socket());
   site->server().on_stream("/video.mjpg", Access::logged_in(), VideoFeed::stream_type, video->stream());
-  watch =
-      std::make_unique<RobotWatch>(std::move(*robots), options.station.configuration, *video, teleop.get());
+  watch = std::make_unique<RobotWatch>(bus->connect(), options.station.configuration, *video, teleop.get());
   return watch->start();
 }
 
@@ -145,10 +127,11 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
   auto opened = WebSite::open(std::move(web));
   if (!opened) return opened.error();
   site = std::move(*opened);
+  auto network = options.open_bus();
+  if (!network) return network.error();
+  bus = std::make_unique<SharedEndpoint>(std::move(*network));
   if (Status driving = open_driving(options); !driving) return driving;
   if (Status pictures = open_video(options); !pictures) return pictures;
-  auto bus = options.new_bus();
-  if (!bus) return bus.error();
   StationOptions& told = options.station;
   told.audit = [&audit = site->audit()](const Identity& who, const std::string& remote,
                                         const std::string& what, const std::string& outcome) {
@@ -160,7 +143,7 @@ Status BaseStation::Parts::open(BaseStationOptions options) {
     };
     told.stopped = [this] { return !teleop->stops().empty(); };
   }
-  auto made = Station::open(std::move(*bus), site->server(), std::move(told));
+  auto made = Station::open(bus->connect(), site->server(), std::move(told));
   if (!made) return made.error();
   station = std::move(*made);
   site->metrics([this](MetricsText& text) {
@@ -176,7 +159,7 @@ BaseStation::BaseStation(std::unique_ptr<Parts> parts) : parts_(std::move(parts)
 
 Result<std::unique_ptr<BaseStation>> BaseStation::open(BaseStationOptions options) {
   auto parts = std::make_unique<Parts>();
-  const Status opened = at_low_priority([&] { return parts->open(std::move(options)); });
+  const Status opened = while_giving_way(station_nice, [&] { return parts->open(std::move(options)); });
   if (!opened) return opened.error();
   return std::unique_ptr<BaseStation>(new BaseStation(std::move(parts)));
 }

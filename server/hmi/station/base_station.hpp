@@ -18,8 +18,8 @@ struct BaseStationOptions {
   std::optional<bool> plain;   ///< without encryption; none: where only this machine's own browser can ask
   StationOptions station;      ///< its emergency stop and audit are this class's own
   bool robot_stopped = false;  ///< the trainee's, by an emergency stop that a server which died was told of
-  /// An endpoint of the session's bus, called a few times.
-  std::function<Result<std::unique_ptr<Bus>>()> new_bus;
+  /// An endpoint of the session's bus, called once, on a thread whose priority its own threads take.
+  std::function<Result<std::unique_ptr<Bus>>()> open_bus;
 };
 
 class BaseStation {

@@ -1,8 +1,5 @@
 #include "server/hmi/station/station.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <cstdio>
 #include <mutex>
 #include <thread>
@@ -15,10 +12,7 @@
 namespace parhelion {
 namespace {
 
-constexpr int station_nice = 5;  // pages never take a core from the tick
 constexpr Duration bus_poll = milliseconds(50), look_period = milliseconds(20);
-
-void give_way() { (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), station_nice); }
 
 /// For handlers on the server's thread.
 struct Published {
@@ -121,7 +115,6 @@ struct Station::Running {
 };
 
 void Station::Running::receive(const std::stop_token& stop) {
-  give_way();
   while (!stop.stop_requested()) {
     Message message;
     const auto received = bus->receive(message, bus_poll);
@@ -135,7 +128,6 @@ void Station::Running::receive(const std::stop_token& stop) {
 }
 
 void Station::Running::work(const std::stop_token& stop) {
-  give_way();
   WallTime looked;
   Letter letter;
   while (!stop.stop_requested()) {

@@ -1,9 +1,5 @@
 #include "server/hmi/station/video_feed.hpp"
 
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +7,7 @@
 
 #include "protocols/codec.hpp"
 #include "server/hmi/http/http_message.hpp"
+#include "server/thread_priority.hpp"
 
 namespace parhelion {
 namespace {
@@ -130,7 +127,7 @@ VideoCounts VideoFeed::counts() const {
 
 void VideoFeed::start() {
   thread_ = std::thread([this] {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), nice);
+    give_way(nice);
     while (true) {
       turn(milliseconds(100));
       std::unique_lock lock(mutex_);

@@ -39,7 +39,7 @@ class BaseStationTest : public ::testing::Test {
     options.station.notes = folder_ / "notes.jsonl";
     options.station.scenarios = folder_ / "scenarios";
     options.station.controls.end = [this] { return ended_ = true, Status(); };
-    options.new_bus = [this] { return Result<std::unique_ptr<Bus>>(hub_.connect()); };
+    options.open_bus = [this] { return Result<std::unique_ptr<Bus>>(hub_.connect()); };
     auto opened = BaseStation::open(std::move(options));
     ASSERT_TRUE(opened) << opened.error().message;
     station_ = std::move(*opened);

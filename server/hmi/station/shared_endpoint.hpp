@@ -1,0 +1,36 @@
+// One endpoint of the bus for all parts of the station. The network copies each packet to each endpoint of a
+// machine, on the sender's time: several of them would cost the scan path more than all that is done with it.
+#pragma once
+
+#include <memory>
+#include <stop_token>
+#include <thread>
+
+#include "protocols/bus/bus.hpp"
+
+namespace parhelion {
+
+/// What comes is handed on 2 ms after the first of a burst, in order: by then a scan that came with it has
+/// been answered, and the two do not share a core. Thread-safe.
+class SharedEndpoint {
+ public:
+  explicit SharedEndpoint(std::unique_ptr<Bus> bus);
+  /// Endpoints may outlive it: they hear nothing any more, and still publish.
+  ~SharedEndpoint();
+  SharedEndpoint(const SharedEndpoint&) = delete;
+  SharedEndpoint& operator=(const SharedEndpoint&) = delete;
+
+  /// An endpoint that hears what it subscribes to. Patterns that overlap without being equal hear what is on
+  /// both twice.
+  std::unique_ptr<Bus> connect();
+
+ private:
+  struct Shared;
+  class Endpoint;
+  void hand_on(const std::stop_token& stop);
+
+  std::shared_ptr<Shared> shared_;
+  std::jthread thread_;
+};
+
+}  // namespace parhelion
