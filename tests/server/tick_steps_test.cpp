@@ -2,10 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
-#include "protocols/sha256.hpp"
 #include "tests/server/tick_fixture.hpp"
 
 namespace parhelion {
@@ -14,54 +15,68 @@ namespace {
 using test::agent;
 using test::TickTest;
 
+/// A tick driven by messages and by a timer; keeps what goes out on each channel, in order.
+class TimedTick {
+ public:
+  using Sent = std::map<std::string, std::vector<std::vector<std::uint8_t>>>;
+
+  TimedTick(const AgentDefinition& other, StageObserver& observer)
+      : configuration_(test::configuration({other})),
+        state_(*make_state(configuration_, last_)),
+        observer_(observer) {}
+
+  void take(const Message& input) {
+    last_ = input.arrival;
+    outputs_.clear();
+    tick(configuration_, input, *state_, outputs_, observer_);
+    keep();
+  }
+  void advance_to(ArrivalTime time) {
+    outputs_.clear();
+    advance(configuration_, time, *state_, outputs_, observer_);
+    keep();
+  }
+  /// The timer of a live loop, from the last input to the next.
+  void tick_until(ArrivalTime next) {
+    for (ArrivalTime time = last_; time < next; time = time + microseconds(777)) advance_to(time);
+  }
+
+  const Sent& sent() const { return sent_; }
+  const State& state() const { return *state_; }
+  ArrivalTime last() const { return last_; }
+
+ private:
+  void keep() {
+    for (const Outputs::Entry& entry : outputs_.entries()) sent_[entry.channel].push_back(entry.payload);
+  }
+
+  ArrivalTime last_ = ArrivalTime::from_utime(test::start_us - 2000);
+  Configuration configuration_;
+  std::unique_ptr<State> state_;
+  StageObserver& observer_;
+  Outputs outputs_;
+  Sent sent_;
+};
+
 TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicks) {
   const auto run = [](bool with_timer) {
-    const Configuration configuration =
-        test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)});
-    auto state = *make_state(configuration, ArrivalTime::from_utime(test::start_us - 2000));
-    Outputs outputs;
     StageObserver observer;
-    std::map<std::string, Sha256> hashes;
-    const auto keep = [&] {
-      for (const Outputs::Entry& entry : outputs.entries()) hashes[entry.channel].add(entry.payload);
-    };
-    ArrivalTime last = ArrivalTime::from_utime(test::start_us - 2000);
+    TimedTick ticks(agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander), observer);
     for (const Message& each : test::drive(3)) {
-      for (; with_timer && last < each.arrival; last = last + microseconds(777)) {
-        outputs.clear();
-        advance(configuration, last, *state, outputs, observer);
-        keep();
-      }
-      last = each.arrival;
-      outputs.clear();
-      tick(configuration, each, *state, outputs, observer);
-      keep();
+      if (with_timer) ticks.tick_until(each.arrival);
+      ticks.take(each);
     }
-    std::map<std::string, std::string> hex;
-    for (auto& [channel, hash] : hashes) hex[channel] = hash.hex();
-    return hex;
+    return ticks.sent();
   };
   EXPECT_EQ(run(false), run(true));
 }
 
-/// A drive whose loop falls 0.6 s behind after 1 s; gives the hashes of what goes out on each channel.
+/// A drive whose loop falls 0.6 s behind after 1 s.
 /// `live`: the timer had done all steps until then, and how a scan was answered is noted when the disk lets
 /// it. Otherwise from the log alone.
-std::map<std::string, std::string> outputs_of_a_late_loop(bool live) {
-  const Configuration configuration =
-      test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)});
-  auto state = *make_state(configuration, ArrivalTime::from_utime(test::start_us - 2000));
-  Outputs outputs;
+TimedTick::Sent sent_by_a_late_loop(bool live) {
   StageObserver observer;
-  std::map<std::string, Sha256> hashes;
-  const auto keep = [&] {
-    for (const Outputs::Entry& entry : outputs.entries()) hashes[entry.channel].add(entry.payload);
-    outputs.clear();
-  };
-  const auto take = [&](const Message& input) {
-    tick(configuration, input, *state, outputs, observer);
-    keep();
-  };
+  TimedTick ticks(agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander), observer);
   const auto decision = [](std::int64_t us, LoopDecision::Kind kind, std::int64_t count) {
     return test::message(channel::loop, us, LoopDecision{SensorTime::from_utime(us), kind, count});
   };
@@ -70,25 +85,21 @@ std::map<std::string, std::string> outputs_of_a_late_loop(bool live) {
     if (us >= 900'000 && us < 1'600'000) continue;
     if (us >= 1'600'000 && us < 1'610'000) {
       if (live) {
-        advance(configuration, ArrivalTime::from_utime(test::start_us + 1'000'000), *state, outputs,
-                observer);
-        keep();
+        ticks.advance_to(ArrivalTime::from_utime(test::start_us + 1'000'000));
       } else {
-        take(decision(test::start_us + 1'590'000, LoopDecision::Kind::guard_fired, 9));
+        ticks.take(decision(test::start_us + 1'590'000, LoopDecision::Kind::guard_fired, 9));
       }
       // At 240 Hz 143 steps are due since 1.0 s; the newest is done.
-      take(decision(test::start_us + 1'595'000, LoopDecision::Kind::steps_skipped, 142));
+      ticks.take(decision(test::start_us + 1'595'000, LoopDecision::Kind::steps_skipped, 142));
     }
-    take(each);
+    ticks.take(each);
   }
-  std::map<std::string, std::string> hex;
-  for (auto& [channel, hash] : hashes) hex[channel] = hash.hex();
-  return hex;
+  return ticks.sent();
 }
 
 TEST_F(TickTest, TickSkipsTheStepsThatALateLoopSkippedAndDoesThoseThatItsTimerDid) {
-  const auto live = outputs_of_a_late_loop(true);
-  EXPECT_EQ(outputs_of_a_late_loop(false), live);
+  const auto live = sent_by_a_late_loop(true);
+  EXPECT_EQ(sent_by_a_late_loop(false), live);
   EXPECT_TRUE(live.contains(channel::mr_world));
 }
 
@@ -105,24 +116,15 @@ class FaultyPhysics : public StageObserver {
 
 TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicksWherePhysicsIsFaulty) {
   const auto run = [](bool with_timer) {
-    const Configuration configuration =
-        test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)});
-    auto state = *make_state(configuration, ArrivalTime::from_utime(test::start_us - 2000));
-    Outputs outputs;
     FaultyPhysics observer;
-    std::map<std::string, std::vector<std::vector<std::uint8_t>>> all;
-    ArrivalTime last = ArrivalTime::from_utime(test::start_us - 2000);
+    TimedTick ticks(agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander), observer);
     for (const Message& each : test::drive(1)) {
-      outputs.clear();
-      for (; with_timer && last < each.arrival; last = last + microseconds(777))
-        advance(configuration, last, *state, outputs, observer);
-      last = each.arrival;
-      tick(configuration, each, *state, outputs, observer);
-      for (const Outputs::Entry& entry : outputs.entries()) all[entry.channel].push_back(entry.payload);
+      if (with_timer) ticks.tick_until(each.arrival);
+      ticks.take(each);
     }
-    EXPECT_GT(state->tally.refused_inputs, 30U);
-    EXPECT_LT(state->simulation.next_step().ns - last.ns, 5'000'000) << "it keeps up";
-    return all;
+    EXPECT_GT(ticks.state().tally.refused_inputs, 30U);
+    EXPECT_LT(ticks.state().simulation.next_step().ns - ticks.last().ns, 5'000'000) << "it keeps up";
+    return ticks.sent();
   };
   EXPECT_EQ(run(false), run(true));
 }
