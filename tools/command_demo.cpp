@@ -99,7 +99,8 @@ void add_demo(CLI::App& app, Exit& exit) {
   command->add_flag("--force", options.overwrite, "Overwrite what an earlier demo left");
   command->footer(
       "Example:\n  parhelion demo\n  parhelion demo --headless --fast -o session.lcm --report report.json\n\n"
-      "Prints a link: whoever opens it on this machine is the instructor. It ends there, or with ^C.");
+      "Prints links: whoever opens the first on this machine is the instructor, who ends it (or ^C does);\n"
+      "the others are for a trainee, who drives a virtual robot and is graded, and for an observer.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

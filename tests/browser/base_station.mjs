@@ -96,6 +96,20 @@ export async function noViolation(page, what) {
   assert.deepEqual(found.violations.map((each) => `${what}: ${each.id}: ${each.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join(" | ")}`), []);
 }
 
+/** Steps of a test with several people's pages, said as they are done; where one fails, each page is left as a picture in `folder`. */
+export function stepsOf(people, folder) {
+  const picture = (page, name) => page.screenshot({ path: join(folder, `${name}.png`) });
+  const step = async (name, act) => {
+    const began = performance.now();
+    await act().catch(async (error) => {
+      for (const [role, { page }] of Object.entries(people)) await picture(page, `failed-${role}`).catch(() => {});
+      throw new Error(`${name}: ${error.message}`, { cause: error });
+    });
+    console.log(`ok  ${name} (${((performance.now() - began) / 1000).toFixed(1)} s)`);
+  };
+  return { step, picture };
+}
+
 /** Until `look` resolves to something true; `what` is for the one who reads why it never did. */
 export async function until(what, look, patience = PATIENCE_MS) {
   const last = performance.now() + patience;

@@ -5,21 +5,13 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { listen, readTwist } from "./lcm.mjs";
-import { logIn, noViolation, openBrowser, person, run, until, url, writeLesson } from "./base_station.mjs";
+import { logIn, noViolation, openBrowser, person, run, stepsOf, until, url, writeLesson } from "./base_station.mjs";
 
 const [program, sources, folder] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-"));
 const password = "a long enough word";
 const pages = {};
-const step = async (name, act) => {
-  const began = performance.now();
-  await act().catch(async (error) => {
-    for (const [role, { page }] of Object.entries(pages)) await page.screenshot({ path: join(folder, `failed-${role}.png`) }).catch(() => {});
-    throw new Error(`${name}: ${error.message}`, { cause: error });
-  });
-  console.log(`ok  ${name} (${((performance.now() - began) / 1000).toFixed(1)} s)`);
-};
-const picture = (page, name) => page.screenshot({ path: join(folder, `${name}.png`) });
+const { step, picture } = stepsOf(pages, folder);
 
 const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
   "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));

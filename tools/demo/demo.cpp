@@ -8,6 +8,7 @@
 #include "protocols/codec.hpp"
 #include "server/preview.hpp"
 #include "server/replay.hpp"
+#include "tools/demo/driven_lesson.hpp"
 #include "tools/demo/live_demo.hpp"
 #include "tools/demo/pictures.hpp"
 #include "tools/demo/place_agents.hpp"
@@ -146,6 +147,11 @@ Status Demo::make_scenario() {
   const auto agents = place_agents(map_, map_.path);
   if (!agents) return agents.error();
   scenario.agents = *agents;
+  // Where nobody looks, nobody drives.
+  if (!options_.http.empty()) {
+    if (const Status added = add_driven_lesson(map_, scenario.agents.front().name, scenario); !added)
+      say("not graded  " + added.error().message);
+  }
   std::string names;
   for (const AgentDefinition& agent : scenario.agents) {
     names += (names.empty() ? "" : ", ") + agent.name + " (" + to_string(agent.behaviour.kind) + ")";

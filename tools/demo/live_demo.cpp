@@ -143,6 +143,8 @@ Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOpti
     relay.emplace(std::move(outputs), *options.bus);
   }
   options.say("open this  " + (*station)->link(Role::instructor, "guest"));
+  options.say("trainee    " + (*station)->link(Role::trainee, "trainee"));
+  options.say("observer   " + (*station)->link(Role::observer, "observer"));
   const Speaker speaker(std::move(*robot), hub.connect());
   ServeOptions serving;
   serving.session = options.session;

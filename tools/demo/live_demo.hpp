@@ -1,5 +1,5 @@
-// The recorded robot through the live server, with a base station: whoever opens the link injects agents,
-// drives virtual robots and looks at the video.
+// The recorded robot through the live server, with a base station: whoever opens its first link injects
+// agents, drives virtual robots and looks at the video; a trainee and an observer have links of their own.
 #pragma once
 
 #include <functional>

@@ -14,7 +14,8 @@ export default defineConfig({
       output: {
         // Served with an ETag: names need no hash, and a rebuild changes files rather than renaming them.
         entryFileNames: "assets/[name].js",
-        chunkFileNames: "assets/[name].js",
+        // What three.js is part of is not for the first load: tools/page counts the rest.
+        chunkFileNames: ({ name, moduleIds }) => (!name.startsWith("View3d") && moduleIds.some((id) => id.includes("/three/")) ? "assets/View3d[name].js" : "assets/[name].js"),
         assetFileNames: "assets/[name][extname]",
       },
     },

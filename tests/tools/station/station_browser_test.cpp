@@ -1,10 +1,11 @@
-// The base station's page in a real browser, as each role uses it: tests/browser/station.mjs says what is
-// done.
+// The base station's page in a real browser, as each role uses it: tests/browser/station.mjs and demo.mjs say
+// what is done.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <filesystem>
 
+#include "tests/recordings.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion {
@@ -12,19 +13,35 @@ namespace {
 
 const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
-TEST(StationBrowserTest, EachRoleDoesItsWorkFromLogInToTheGradedSession) {
-  if (!std::filesystem::exists(browser_folder + "/node_modules/playwright-core")) {
-    // tools/test has installed it: there this is a failure.
-    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
-    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
-  }
+bool has_packages() { return std::filesystem::exists(browser_folder + "/node_modules/playwright-core"); }
+
+/// Runs the script to its last step; pictures are left beside what it said.
+void play(const std::string& script, std::vector<std::string> options) {
   const char* kept = std::getenv("PARHELION_BROWSER_PICTURES");
   const std::string pictures = kept ? std::string(kept) : testing::TempDir();
-  const auto ran =
-      test::run({browser_folder + "/station.mjs", test::program(), PARHELION_SOURCE_DIR, pictures},
-                pictures + "/station.txt", "/usr/bin/node");
+  options.insert(options.begin(), browser_folder + "/" + script);
+  options.push_back(pictures);
+  const auto ran = test::run(options, pictures + "/" + script + ".txt", "/usr/bin/node");
   EXPECT_EQ(ran.exit, 0) << ran.output;
   EXPECT_NE(ran.output.find("ok  nothing went wrong in any page"), std::string::npos) << ran.output;
+}
+
+/// tools/test has installed them: there it is a failure that they are not here.
+#define PARHELION_NEEDS_BROWSER_PACKAGES()                                                       \
+  if (!has_packages()) {                                                                         \
+    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder; \
+    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;                                      \
+  }
+
+TEST(StationBrowserTest, EachRoleDoesItsWorkFromLogInToTheGradedSession) {
+  PARHELION_NEEDS_BROWSER_PACKAGES();
+  play("station.mjs", {test::program(), PARHELION_SOURCE_DIR});
+}
+
+TEST(StationBrowserTest, ADemoIsDrivenInjectedAndGradedByWhoeverOpensItsLinks) {
+  PARHELION_NEEDS_BROWSER_PACKAGES();
+  PARHELION_NEEDS_RECORDING(test::sena_rawlog());
+  play("demo.mjs", {test::program()});
 }
 
 }  // namespace

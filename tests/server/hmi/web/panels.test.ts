@@ -1,6 +1,7 @@
 import { clockText, leftText } from "../../../../server/hmi/web/src/events/clock_text";
 import { eventGroups, filtered, groupOf, seekMarks, weightOf } from "../../../../server/hmi/web/src/events/kinds";
 import { countsOf, stagesOf } from "../../../../server/hmi/web/src/events/stages";
+import { doorAt } from "../../../../server/hmi/web/src/instructor/doors";
 import { outline, placement, wayWith } from "../../../../server/hmi/web/src/instructor/gestures";
 import { lessonCommand } from "../../../../server/hmi/web/src/instructor/lessons";
 import { door, freeName, palette, spawn, standing } from "../../../../server/hmi/web/src/instructor/palette";
@@ -19,6 +20,7 @@ describe("events", () => {
   test("are found by group and by all the words that are typed", () => {
     expect(filtered(events, { groups: new Set(["contact"] as const), all: true, text: "" }).map((each) => each.t)).toEqual([1]);
     expect(filtered(events, { groups: every, all: true, text: "Door rover" }).map((each) => each.t)).toEqual([4]);
+    expect(filtered(events, { groups: every, all: true, text: "put in" }).map((each) => each.t)).toEqual([3]);
   });
   test("a kind of a newer server is shown, not lost", () => {
     expect(groupOf("volcano")).toBe("session");
@@ -77,6 +79,12 @@ describe("what an instructor does", () => {
   test("a door is open so far, or as it is sensed", () => {
     expect(door("door 1", 1.5)).toMatchObject({ action: "door", opening: 1.5 });
     expect(door("door 1", undefined)).toEqual({ type: "agent", action: "door_unknown", name: "door 1" });
+  });
+  test("the door that is meant is the nearest within reach", () => {
+    const doors = [{ name: "door 1", x: 0, y: 0 }, { name: "door 2", x: 2, y: 0 }];
+    expect(doorAt(doors, { x: 1.2, y: 0.3 })?.name).toBe("door 2");
+    expect(doorAt(doors, { x: 0, y: 1.6 })).toBeNull();
+    expect(doorAt([], { x: 0, y: 0 })).toBeNull();
   });
   test("lessons go out in seconds and shares, within their bounds", () => {
     expect(lessonCommand({ kind: "camera_delay", amount: 200, side: "left", lasting: 30 })).toEqual({ type: "lesson", kind: "camera_delay", on: true, amount: 0.2, lasting: 30 });

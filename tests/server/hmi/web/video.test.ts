@@ -23,6 +23,17 @@ describe("frame", () => {
     expect(readFrame(frame())!.bytes.length).toBe(3);
     expect(readFrame(frame((view) => view.setUint8(1, 1)))!.codec).toBe("jpeg");
   });
+  test("of a newer kind also says when the picture had been drawn", () => {
+    const buffer = new ArrayBuffer(39), view = new DataView(buffer);
+    new Uint8Array(buffer).set(new Uint8Array(frame(), 0, 24));
+    view.setUint8(0, 5);
+    view.setBigInt64(24, 1_700_000_000_015_000n, true);
+    view.setUint16(32, 320, true);
+    view.setUint16(34, 240, true);
+    expect(readFrame(buffer)).toMatchObject({ serverUs: 1_700_000_000_020_000, drawnUs: 1_700_000_000_015_000, width: 320, height: 240 });
+    expect(readFrame(buffer)!.bytes.length).toBe(3);
+    expect(readFrame(buffer.slice(0, 36))).toBeNull();
+  });
   test("what is none is refused", () => {
     expect(readFrame(new ArrayBuffer(0))).toBeNull();
     expect(readFrame(new ArrayBuffer(28))).toBeNull();

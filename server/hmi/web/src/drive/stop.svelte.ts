@@ -1,6 +1,7 @@
 /** The emergency stop: on every screen of every role that may, by a button, Escape and Space. It goes out on both connections,
  * so that one that is lost does not matter. */
 import { dialogues } from "../parts/dialogue.svelte";
+import { inPopup } from "../parts/popup";
 import { plan } from "../plan/tool.svelte";
 import { session } from "../session/session.svelte";
 import { isTyping, takesKeys } from "./keys";
@@ -28,8 +29,8 @@ class StopKeys {
     if (event.ctrlKey || event.altKey || event.metaKey) return false;
     if (event.code === "Tab") this.tabbed = true;
     else if (/^(Key[WASD]|Arrow)/.test(event.code) && !takesKeys(event.target as HTMLElement | null)) this.tabbed = false;
-    // Nothing is driven while a dialogue is open, which Escape closes.
-    if (event.code === "Escape") return plan.tool === null && dialogues.open === null;
+    // Nothing is driven while a dialogue is open or the focus is in a menu: Escape closes them.
+    if (event.code === "Escape") return plan.tool === null && dialogues.open === null && !inPopup(event.target);
     return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
   }
   point() {

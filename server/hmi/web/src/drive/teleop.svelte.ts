@@ -4,11 +4,12 @@ import type { RobotJoint } from "./joints";
 import type { TeleopMessage } from "./sender";
 import type { Twist } from "./twist";
 
-export interface TeleopRobot { name: string; joints: RobotJoint[]; most: Twist; video: boolean }
+/** `drivable` false: it is there, and `why` says in words why nobody can drive it. */
+export interface TeleopRobot { name: string; joints: RobotJoint[]; most: Twist; video: boolean; drivable: boolean; why: string }
 
 interface Said {
   type: string; robot?: string; by?: string; you?: boolean; text?: string; rearm?: boolean; on?: boolean; at_ms?: number; server_us?: number;
-  list?: { name: string; joints?: (string | RobotJoint)[]; max?: Partial<Twist>; video?: boolean }[];
+  list?: { name: string; joints?: (string | RobotJoint)[]; max?: Partial<Twist>; video?: boolean; drivable?: boolean; why?: string }[];
 }
 
 /** Where a robot does not say: slow. */
@@ -59,8 +60,8 @@ class Teleop {
     if (robot) this.#send({ type: "drive", robot });
   }
   driveNext() {
-    const at = this.robots.findIndex((each) => each.name === this.driven);
-    const next = this.robots[(at + 1) % this.robots.length];
+    const drivable = this.robots.filter((each) => each.drivable);
+    const next = drivable[(drivable.findIndex((each) => each.name === this.driven) + 1) % drivable.length];
     if (next) this.drive(next.name);
   }
   send(messages: TeleopMessage[]) {
@@ -122,11 +123,13 @@ class Teleop {
     }
   }
   #robots({ list }: Said) {
-    this.robots = (list ?? []).map(({ name, joints, max, video }) => ({
+    this.robots = (list ?? []).map(({ name, joints, max, video, drivable, why }) => ({
       name,
       joints: (joints ?? []).map((joint) => (typeof joint === "string" ? { name: joint } : joint)),
       most: { ...modest, ...max },
       video: video ?? false,
+      drivable: drivable ?? true,
+      why: why ?? "",
     }));
     if (!this.robots.some((each) => each.name === this.driven)) this.driven = "";
   }

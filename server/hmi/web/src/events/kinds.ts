@@ -1,5 +1,6 @@
 /** What the kinds of events (protocols/event.hpp) are about, and how much each matters. */
 import type { SessionEvent } from "../session/protocol";
+import { strings } from "../strings.en";
 
 export type EventGroup = "contact" | "motion" | "task" | "robot" | "session" | "agent";
 export const eventGroups: EventGroup[] = ["contact", "motion", "task", "robot", "session", "agent"];
@@ -48,7 +49,7 @@ export function filtered(events: readonly SessionEvent[], filter: EventFilter): 
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const passes = (event: SessionEvent): boolean => {
     if (!filter.groups.has(groupOf(event.kind)) || (!filter.all && (chatter.has(event.kind) || idle(event)))) return false;
-    const said = `${event.kind.replaceAll("_", " ")} ${event.subject} ${event.object} ${event.text ?? ""}`.toLowerCase();
+    const said = `${event.kind.replaceAll("_", " ")} ${strings.eventKinds[event.kind] ?? ""} ${event.subject} ${event.object} ${event.text ?? ""}`.toLowerCase();
     return words.every((word) => said.includes(word));
   };
   return events.filter(passes).reverse();

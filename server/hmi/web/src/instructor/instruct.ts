@@ -1,4 +1,5 @@
 /** Commands of the instructor: each is answered, and what the server says of it is shown. */
+import { hints } from "../layout/hints.svelte";
 import { notices } from "../session/notices.svelte";
 import type { Ask } from "../session/protocol";
 import { session } from "../session/session.svelte";
@@ -8,6 +9,7 @@ export async function instruct(command: Ask, done = ""): Promise<boolean> {
   const reply = await session.ask(command);
   if (!reply.ok) notices.say(reply.text, "wrong");
   else if (done || reply.text) notices.say(done || reply.text);
+  if (reply.ok && command.action === "spawn") hints.see("instructor");
   return reply.ok;
 }
 

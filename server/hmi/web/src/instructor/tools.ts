@@ -1,5 +1,6 @@
 /** Tools for the plan: put something somewhere, or draw a way. Each lasts until it is done or something else takes over. */
 import { plan, type MapPoint, type PlanTool } from "../plan/tool.svelte";
+import { doorAt, type DoorPlace } from "./doors";
 import { outline, placement, wayWith, type Placement } from "./gestures";
 
 interface Placing { label: string; size: readonly number[]; yaw: number; done(placement: Placement): void }
@@ -25,6 +26,25 @@ export function placeTool({ label, size, yaw, done }: Placing): PlanTool {
       from = null;
       plan.drafts = [];
       done(placed);
+    },
+    cancel() {
+      plan.drafts = [];
+    },
+  };
+}
+
+/** A press says which door is meant: the one that is marked while the pointer is near. */
+export function doorTool(label: string, how: string, places: () => DoorPlace[], done: (at: MapPoint) => void): PlanTool {
+  const show = (at: MapPoint): void => {
+    const found = doorAt(places(), at);
+    plan.drafts = found ? [{ points: outline({ at: found, yaw: 0 }, [1, 1]), closed: true, label: found.name, refused: false }] : [];
+  };
+  return {
+    label, how, cursor: "pointer",
+    down: show, move: show,
+    up(at) {
+      plan.drafts = [];
+      done(at);
     },
     cancel() {
       plan.drafts = [];

@@ -13,7 +13,7 @@ const cell = (share: number, ...panels: PanelName[]): Cell => ({ share, panels }
 const column = (share: number, ...cells: Cell[]): Column => ({ share, cells });
 
 const all: Record<LayoutName, Layout> = {
-  drive: [column(2.1, cell(1, "video")), column(1.25, cell(1.5, "plan", "view3d"), cell(1, "drive", "joints")), column(0.85, cell(1, "score", "briefing"), cell(1, "events", "chat", "status"))],
+  drive: [column(1.8, cell(1.75, "video"), cell(1, "drive", "joints")), column(1.3, cell(1, "plan", "view3d")), column(0.85, cell(1, "score", "briefing"), cell(1, "events", "chat", "status"))],
   plan: [column(2, cell(1, "plan", "view3d")), column(1, cell(1, "video"), cell(1, "drive", "score", "events", "chat", "status"))],
   direct: [column(0.8, cell(1, "instructor", "briefing")), column(2, cell(1, "plan", "view3d")), column(1.1, cell(1, "video"), cell(1.2, "events", "score", "chat", "status"))],
   scene: [column(2.4, cell(1, "view3d")), column(1, cell(1, "video"), cell(1, "plan"), cell(1, "events", "score", "chat", "status"))],

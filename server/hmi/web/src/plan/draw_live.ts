@@ -34,7 +34,10 @@ export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent"
 
 const heads = (entity: Entity) => entity.kind === "robot" || entity.kind === "person";
 
-export interface Crowd { entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; selected: string; follows: string }
+/** `footprintOf`: corners in the frame of the robot, m; empty where nobody said them. */
+export interface Crowd {
+  entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; footprintOf(name: string): readonly [number, number][]; selected: string; follows: string;
+}
 
 /** All of one owner are one path: a thousand of them are three fills. */
 export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) {
@@ -57,6 +60,8 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       const pose = flatPose(world, row);
       const [px, py] = toScreen(c, pose.x, pose.y);
       if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
+      // A real robot may be known by the panels of its hull alone, seen from above mere lines.
+      if (!small && entity.owner === "robot") trace(bodies.robot, c, { polygon: placed(crowd.footprintOf(entity.name), pose) });
       shown.push({ entity, x: pose.x, y: pose.y, px, py });
       if (small && heads(entity)) dart(bodies[entity.owner], px, py, pose.yaw, length);
       else if (small) bodies[entity.owner].rect(px - dot / 2, py - dot / 2, dot, dot);
@@ -85,6 +90,11 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
     if (entity.owner === "building" && !chosen) continue;
     if (chosen || entity.name === crowd.follows || (shown.length <= NAMED && c.scale > NAMED_SCALE)) label(g, c, x, y, entity.name, chosen ? ink.accent : inkOf(entity, ink), ink.canvas, Math.max(16, 0.42 * c.scale + 9));
   }
+}
+
+function placed(corners: readonly [number, number][], { x, y, yaw }: { x: number; y: number; yaw: number }): number[] {
+  const cos = Math.cos(yaw), sin = Math.sin(yaw);
+  return corners.flatMap(([ahead, left]) => [x + cos * ahead - sin * left, y + sin * ahead + cos * left]);
 }
 
 function dart(path: Path2D, x: number, y: number, yaw: number, length: number) {

@@ -40,7 +40,7 @@ export function paint(canvas: HTMLCanvasElement, camera: Camera, trails: Trails,
   if (layers.has("paths")) drawTrails(g, camera, trails, new Map(entities.map((each) => [each.name, each])), live);
   drawWays(g, camera, session.plans, layers.has("paths"), layers.has("motion"), live);
   if (world && layers.has("robots"))
-    drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), selected: selection.entity, follows: robot }, live);
+    drawEntities(g, camera, { entities, world, shapesOf: (part) => session.shapesOf(part), footprintOf: (name) => site.robots.find((each) => each.name === name)?.footprint ?? [], selected: selection.entity, follows: robot }, live);
   if (mixed && layers.has("virtual")) drawScan(g, camera, mixed, "virtual", live.virtual, scanStrength(mixed, now));
   for (const [key, scan] of Object.entries(scans))
     if (key.startsWith("2:") && layers.has("scan")) drawScan(g, camera, scan, "real", live.soft, scanStrength(scan, now));

@@ -4,6 +4,8 @@ export interface MapPoint { x: number; y: number }
 export interface PlanTool {
   /** What the pointer does now, in a few words; shown over the plan and read out. */
   label: string;
+  /** What to do, where that is not to press, and drag to turn. */
+  how?: string;
   cursor: string;
   down(p: MapPoint, event: PointerEvent | KeyboardEvent): void;
   move(p: MapPoint, event: PointerEvent | KeyboardEvent): void;
@@ -26,12 +28,20 @@ class PlanState {
 
 export const plan = new PlanState();
 
-/** Set by the plan view while it is shown; null outside it. */
-let converter: ((clientX: number, clientY: number) => MapPoint | null) | null = null;
-export function showsPlan(convert: typeof converter) {
-  converter = convert;
+/** Where on the map a point of the window is; null: not in this view. */
+type Converter = (clientX: number, clientY: number) => MapPoint | null;
+const converters = new Set<Converter>();
+
+/** Said by each view of the site while it is shown; returns what takes it back. */
+export function showsSite(convert: Converter): () => void {
+  converters.add(convert);
+  return () => { converters.delete(convert); };
 }
-/** Where on the map a point of the window is; null: not on the plan. */
+/** null: in no view of the site. */
 export function toMap(clientX: number, clientY: number): MapPoint | null {
-  return converter?.(clientX, clientY) ?? null;
+  for (const convert of converters) {
+    const at = convert(clientX, clientY);
+    if (at) return at;
+  }
+  return null;
 }

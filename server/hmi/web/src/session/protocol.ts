@@ -4,8 +4,9 @@
 export type Role = "observer" | "trainee" | "instructor" | "admin";
 export interface Who { name: string; role: Role }
 
+/** `robot`: the trainee's; `graded`: the one that tasks are about, where it is another. */
 export interface SessionInfo {
-  name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string;
+  name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string; graded?: string;
   simulated: boolean; started_us: number; mapped: boolean;
 }
 export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }

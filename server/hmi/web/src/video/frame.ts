@@ -1,4 +1,4 @@
-/** One frame of /ws/video as it comes: a header of 28 bytes, little-endian, and the picture. */
+/** One frame of /ws/video as it comes: a header, little-endian, and the picture. */
 
 export type FrameState = "live" | "original" | "simulated";
 
@@ -9,20 +9,23 @@ export interface Frame {
   sequence: number;
   stampUs: number;   // of the camera, us since the epoch
   serverUs: number;  // when the server sent it, its clock
+  drawnUs?: number;  // when the picture had been drawn and came to be coded, its clock; a server before kind 5 does not say
   width: number;
   height: number;
   bytes: Uint8Array;
 }
 
-const headerBytes = 28;
+/** By its kind, the first byte. */
+const headerBytes: Record<number, number> = { 4: 28, 5: 36 };
 const states: FrameState[] = ["live", "original", "simulated"];
 
 /** null: not a frame that this page knows. */
 export function readFrame(buffer: ArrayBuffer): Frame | null {
-  if (buffer.byteLength <= headerBytes) return null;
   const view = new DataView(buffer);
+  const kind = buffer.byteLength ? view.getUint8(0) : 0, header = headerBytes[kind];
+  if (!header || buffer.byteLength <= header) return null;
   const codec = view.getUint8(1), state = states[view.getUint8(3)];
-  if (view.getUint8(0) !== 4 || codec > 1 || !state) return null;
+  if (codec > 1 || !state) return null;
   const frame: Frame = {
     codec: codec === 0 ? "h264" : "jpeg",
     key: view.getUint8(2) !== 0,
@@ -31,9 +34,10 @@ export function readFrame(buffer: ArrayBuffer): Frame | null {
     // Microseconds since the epoch stay exact in a double until the year 2255.
     stampUs: Number(view.getBigInt64(8, true)),
     serverUs: Number(view.getBigInt64(16, true)),
-    width: view.getUint16(24, true),
-    height: view.getUint16(26, true),
-    bytes: new Uint8Array(buffer, headerBytes),
+    ...(kind === 5 ? { drawnUs: Number(view.getBigInt64(24, true)) } : {}),
+    width: view.getUint16(header - 4, true),
+    height: view.getUint16(header - 2, true),
+    bytes: new Uint8Array(buffer, header),
   };
   return frame.width && frame.height ? frame : null;
 }

@@ -1,0 +1,39 @@
+/** A button of a palette: pressed, it takes its tool or puts it away; dragged on to the plan, what it stands for is put there. */
+import { plan, toMap, type MapPoint } from "../plan/tool.svelte";
+
+export interface DragOut {
+  taken: boolean;
+  /** Takes the tool, or puts it away where it is taken. */
+  take(): void;
+  drop(at: MapPoint): void;
+}
+
+export function dragOut(button: HTMLElement, use: DragOut) {
+  let now = use, fresh = false;
+  const listening = new AbortController(), { signal } = listening;
+  button.addEventListener("pointerdown", (event) => {
+    button.setPointerCapture(event.pointerId);
+    fresh = !now.taken;
+    if (fresh) now.take();
+  }, { signal });
+  const under = (event: PointerEvent): MapPoint | null => {
+    const over = document.elementFromPoint(event.clientX, event.clientY);
+    return over && button.contains(over) ? null : toMap(event.clientX, event.clientY);
+  };
+  button.addEventListener("pointermove", (event) => {
+    const at = event.buttons & 1 ? under(event) : null;
+    if (at) plan.tool?.move(at, event);
+  }, { signal });
+  button.addEventListener("pointerup", (event) => {
+    const at = under(event);
+    if (!at) return;
+    plan.drafts = [];
+    now.drop(at);
+  }, { signal });
+  button.addEventListener("click", (event) => {
+    // A press has taken it already; Enter and Space come without one. A second press puts it down.
+    if (event.detail === 0 || !fresh) now.take();
+    fresh = false;
+  }, { signal });
+  return { update(next: DragOut) { now = next; }, destroy: () => listening.abort() };
+}

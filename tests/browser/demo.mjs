@@ -1,0 +1,100 @@
+// `parhelion demo` as people come to it, each by a link that it prints: node demo.mjs PROGRAM FOLDER
+// PROGRAM: the built parhelion. Pictures are left in FOLDER.
+import assert from "node:assert/strict";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { noViolation, openBrowser, person, run, stepsOf, until } from "./base_station.mjs";
+
+const [program, folder] = process.argv.slice(2);
+const scratch = mkdtempSync(join(tmpdir(), "parhelion-"));
+const people = {};
+const { step, picture } = stepsOf(people, folder);
+
+const demo = run(program, ["demo", "--silent", "--folder", join(scratch, "demo")], join(scratch, "demo.txt"));
+const browser = await openBrowser();
+try {
+  const link = async (who) => (await demo.said(new RegExp(`^${who} +(https?://\\S+)`, "m")))[1];
+  const links = { instructor: await link("open this"), trainee: await link("trainee"), observer: await link("observer") };
+  const address = new URL(links.instructor).origin;
+  const arrive = async (role) => {
+    people[role] = await person(browser, address);
+    await people[role].page.goto(links[role]);
+    await people[role].page.locator("main#panels").waitFor();
+    assert.match(new URL(people[role].page.url()).hash, new RegExp(`^#${role}/`));
+    return people[role].page;
+  };
+
+  await step("whoever opens the link is the instructor, and the first thing to press puts a person before the robot", async () => {
+    const page = await arrive("instructor");
+    const put = page.getByRole("button", { name: "Put a person ahead" });
+    await until("the robot is seen", () => put.isEnabled());
+    await picture(page, "demo-opened");
+    await noViolation(page, "the instructor's first look");
+    await put.click();
+    await page.getByRole("combobox", { name: "Choose", exact: true }).locator("option", { hasText: "person_1" }).waitFor({ state: "attached" });
+    await put.waitFor({ state: "detached" });  // it is known now
+  });
+
+  await step("a thing is dragged from the palette to where it is to stand", async () => {
+    const { page } = people.instructor;
+    const plan = await page.getByRole("application").boundingBox(), barrel = await page.getByRole("button", { name: "Barrel" }).boundingBox();
+    await page.mouse.move(barrel.x + 20, barrel.y + 10);
+    await page.mouse.down();
+    await page.mouse.move(plan.x + plan.width * 0.4, plan.y + plan.height * 0.3, { steps: 4 });
+    await page.mouse.up();
+    await page.getByRole("combobox", { name: "Choose", exact: true }).locator("option", { hasText: "barrel_1" }).waitFor({ state: "attached" });
+    await page.keyboard.press("Escape");
+    await picture(page, "demo-injected");
+  });
+
+  await step("the observer sees what was put in, and has nothing to press that changes it", async () => {
+    const page = await arrive("observer");
+    await page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "barrel_1" }).waitFor({ state: "attached" });
+    for (const name of [/^Emergency stop/, "Remove all", "End and grade"]) assert.equal(await page.getByRole("button", { name }).count(), 0);
+  });
+
+  await step("the trainee has a virtual robot at once, is told what to do with it, and a key drives it into the zone", async () => {
+    const page = await arrive("trainee");
+    await page.getByText("Dead-man released").waitFor();
+    await page.getByText("no camera: drawn by this page").waitFor();
+    await noViolation(page, "the trainee's first look");
+    await picture(page, "demo-trainee");
+    const [driving, done] = [page.getByText("Dead-man held"), page.locator(".score li.done").first()];
+    await until("into the zone", async () => {
+      await page.keyboard.down("w");
+      // A machine that is busy may let the robot go: then the key is pressed anew.
+      await driving.waitFor({ timeout: 2000 }).then(() => done.waitFor({ timeout: 4000 }), () => {}).catch(() => {});
+      if (await done.count()) return true;
+      return page.keyboard.up("w").then(() => false);
+    });
+    await page.keyboard.up("w");
+    await until("it stands", async () => (await page.locator(".score li.done").count()) === 2);
+    await picture(page, "demo-driven");
+  });
+
+  await step("the instructor ends and grades, and everybody reads how it went", async () => {
+    const { page } = people.instructor;
+    await page.getByRole("button", { name: "End and grade" }).click();
+    await page.getByRole("button", { name: "Press again to end" }).click();
+    for (const [role, { page }] of Object.entries(people)) {
+      const end = page.getByRole("region", { name: "The session has ended." });
+      await end.getByText(/^\d+ of 100 points$/).waitFor();
+      await end.getByText("passed", { exact: true }).waitFor();
+      await picture(page, `demo-ended-${role}`);
+    }
+    const report = await people.trainee.page.request.get(`${address}/report`);
+    assert.equal(report.status(), 200);
+  });
+
+  await step("nothing went wrong in any page, and none asked another server", async () => {
+    for (const [role, { wrong, asked }] of Object.entries(people)) {
+      assert.deepEqual(wrong, [], role);
+      assert.deepEqual(asked.filter((each) => !each.startsWith(address) && !/^(data|blob):/.test(each)), [], role);
+    }
+  });
+} finally {
+  await browser.close();
+  await demo.stop();
+  rmSync(scratch, { recursive: true });
+}

@@ -1,0 +1,86 @@
+#include "tools/demo/driven_lesson.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tools/demo/free_floor.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr int headings = 32;
+constexpr double step = 0.05, shortest = 1.5, longest = 3;  // m
+constexpr double beside = 0.55;                             // m, a robot that does not drive quite straight
+constexpr double half_zone = 0.6;                           // m
+
+double free_run(const GridMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {
+  double run = 0;
+  while (run + step <= longest + half_zone && is_free(map, from + (run + step) * along, beside)) run += step;
+  return std::min(run, longest);
+}
+
+Zone zone_at(const Eigen::Vector2d& centre, double yaw) {
+  const Eigen::Rotation2Dd turn(yaw);
+  Zone zone;
+  zone.name = "gate";
+  for (const auto& [x, y] : {std::pair{1, 1}, {-1, 1}, {-1, -1}, {1, -1}})
+    zone.outline.push_back(centre + turn * Eigen::Vector2d(half_zone * x, half_zone * y));
+  zone.bottom = -1;
+  zone.top = 2;
+  return zone;
+}
+
+Condition when(Condition::Kind kind) {
+  Condition condition;
+  condition.kind = kind;
+  return condition;
+}
+
+Condition when(EventKind event) {
+  Condition condition = when(Condition::Kind::event);
+  condition.event = event;
+  return condition;
+}
+
+Training lesson(const std::string& robot) {
+  Training training;
+  training.robot = robot;
+  training.text =
+      "Drive " + robot +
+      ", a virtual robot, into the marked zone ahead of it, and stop there. The real robot drives as "
+      "it was recorded and will not make way: keep clear of it, of the others and of the walls.";
+  training.pass_mark = 0.6;
+  Task drive{"drive into the zone", "", 60, true, {}, when(Condition::Kind::reach), {}, {}};
+  drive.done.target = "gate";
+  Task stop{"stop", "", 40, false, {}, when(Condition::Kind::still), {}, {}};
+  stop.done.duration = 2;
+  training.tasks = {std::move(drive), std::move(stop)};
+  training.penalties = {{"collision", 20, 0, 60, when(EventKind::collision_started)},
+                        {"near miss", 10, 0, 30, when(EventKind::near_miss)}};
+  return training;
+}
+
+}  // namespace
+
+Status add_driven_lesson(const GridMap& map, const std::string& robot, Scenario& scenario) {
+  const auto agent = std::find_if(scenario.agents.begin(), scenario.agents.end(),
+                                  [&](const AgentDefinition& each) { return each.name == robot; });
+  if (agent == scenario.agents.end()) return Error{"no agent " + robot + " to be driven"};
+  const Eigen::Vector2d from = agent->T_map_base.translation().head<2>();
+  double best = 0, best_yaw = 0;
+  for (int i = 0; i < headings; ++i) {
+    const double yaw = wrap_angle(agent->T_map_base.yaw() + 2 * std::numbers::pi * i / headings);
+    const double run = free_run(map, from, {std::cos(yaw), std::sin(yaw)});
+    if (run > best + step / 2) std::tie(best, best_yaw) = std::pair(run, yaw);
+  }
+  if (best < shortest) return Error{"no free floor ahead of " + robot + " to be driven over"};
+  agent->T_map_base = Transform<Map, Base>::planar(from.x(), from.y(), best_yaw);
+  agent->behaviour.kind = BehaviourKind::teleop;
+  scenario.zones.push_back(
+      zone_at(from + best * Eigen::Vector2d(std::cos(best_yaw), std::sin(best_yaw)), best_yaw));
+  scenario.training = lesson(robot);
+  return {};
+}
+
+}  // namespace parhelion
