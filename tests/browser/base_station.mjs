@@ -90,9 +90,10 @@ export async function logIn({ page, address }, name, password, hash = "") {
   await page.locator("main#panels").waitFor();
 }
 
-export async function noViolation(page, what) {
-  await page.evaluate(axe.source);
-  const found = await page.evaluate(() => globalThis.axe.run(document));
+/** `rules`: only those of axe; none: all. */
+export async function noViolation(page, what, ...rules) {
+  if (!(await page.evaluate(() => "axe" in globalThis))) await page.evaluate(axe.source);
+  const found = await page.evaluate((only) => globalThis.axe.run(document, { ...(only.length ? { runOnly: only } : {}), resultTypes: ["violations"] }), rules);
   assert.deepEqual(found.violations.map((each) => `${what}: ${each.id}: ${each.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join(" | ")}`), []);
 }
 

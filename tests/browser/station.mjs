@@ -6,6 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { listen, readTwist } from "./lcm.mjs";
 import { logIn, noViolation, openBrowser, person, run, stepsOf, until, url, writeLesson } from "./base_station.mjs";
+import { walkByKeys } from "./walk.mjs";
 
 const [program, sources, folder] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-"));
@@ -224,9 +225,9 @@ try {
     await page.getByRole("combobox", { name: "Lessons" }).selectOption("Lost video");
     await page.getByRole("button", { name: "Start", exact: true }).click();
     const said = (what) => trainee.page.locator(".events li", { hasText: what }).first().waitFor();
-    await said(/lesson started.*camera_loss/);
+    await said(/lesson begins.*Lost video/);
     await page.getByRole("button", { name: "End", exact: true }).click();
-    await said(/lesson ended.*camera_loss/);
+    await said(/lesson ends.*Lost video/);
   });
 
   await step("the observer only looks: nothing to press, and the server refuses what is said all the same", async () => {
@@ -247,9 +248,20 @@ try {
     observer.wrong.length = 0;  // the browser says that the socket was refused
   });
 
-  await step("axe finds nothing in any role's layout, in three dimensions, and in the list of keys", async () => {
+  await step("Tab comes by everything that can be pressed, and one sees where it is", async () => {
+    for (const [role, { page }] of Object.entries(everyone)) await walkByKeys(page, role);
+  });
+
+  await step("axe finds nothing in any role's layout in any theme, in three dimensions, and in the list of keys", async () => {
     for (const [role, { page }] of Object.entries(everyone)) {
+      await page.evaluate(() => document.activeElement?.blur());
       await noViolation(page, role);
+      for (const theme of ["light", "dark", "contrast"]) {
+        await page.keyboard.press("t");
+        await page.locator(`html[data-theme="${theme}"]`).waitFor();
+        await noViolation(page, `${role}, ${theme}`, "color-contrast");
+      }
+      await page.keyboard.press("t");  // as the system again
       await picture(page, role);
     }
     const { page } = observer;

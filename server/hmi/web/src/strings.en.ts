@@ -280,7 +280,7 @@ export const strings = {
     remove: "Remove", freeze: "Freeze", unfreeze: "Let go", drive: "Drive it", apply: "Do so",
     doors: "Doors", noDoors: "This site has no doors.",
     doorStates: { closed: "closed", ajar: "ajar", open: "open", unknown: "as sensed" },
-    makeDoor: { closed: "Close a door", ajar: "Door ajar", open: "Open a door", unknown: "Door as sensed" },
+    makeDoor: { closed: "Close door", ajar: "Door ajar", open: "Open door", unknown: "As sensed" },
     whichDoor: "Press on a door", noDoorHere: "No door is near there. Press on a door.",
     session: "Session",
     pause: "Pause", resume: "Go on", noPause: "A live robot is not paused.",
@@ -313,6 +313,7 @@ export const strings = {
     command_accepted: "done", command_refused: "refused", deadman_pressed: "dead-man pressed", deadman_released: "dead-man released",
     injection_degraded: "virtual things held back", injection_restored: "virtual things in its sensors again", pose_lost: "place not known", pose_recovered: "place known again",
     relocalized: "place corrected", agent_spawned: "put in", agent_moved: "moved", agent_removed: "taken out", foreign_publisher: "somebody else publishes",
+    operator_switched: "takes the controls", console_lost: "console lost", lesson_started: "lesson begins", lesson_ended: "lesson ends", script_started: "script begins",
     agent_withheld: "not shown to the robot", agent_shown: "shown to the robot",
   } as Record<string, string>,
 };

@@ -1,39 +1,31 @@
 /** A menu that hangs from its button: it is open only while somebody is in it. Escape closes it and means nothing else. */
 
-/** What has the focus is in one: its Escape is not the emergency stop. */
-export const inPopup = (target: EventTarget | null): boolean => target instanceof Element && target.closest("[data-popup]") !== null;
+/** As the page stands now: a `details`, or what holds a button that says it has expanded. */
+const isOpen = (root: Element): boolean => (root instanceof HTMLDetailsElement ? root.open : root.querySelector("[aria-expanded=true]") !== null);
+
+/** What has the focus is in an open one: its Escape is not the emergency stop. */
+export function inPopup(target: EventTarget | null): boolean {
+  const root = target instanceof Element ? target.closest("[data-popup]") : null;
+  return root !== null && isOpen(root);
+}
 
 const drives = /^Key[WASD]$/;
 
-/** On the element that holds the button and what hangs from it; `close` is called while it is open, too often at the worst. */
-export function popup(root: HTMLElement, { open, close }: { open: boolean; close(): void }) {
-  let now = { open, close };
-  const mark = () => root.toggleAttribute("data-popup", now.open);
+/** On the element that holds the button and what hangs from it. */
+export function popup(root: HTMLElement, close: () => void) {
+  const listening = new AbortController(), { signal } = listening;
   const inside = (target: EventTarget | null) => target instanceof Node && root.contains(target);
-  const leave = (event: FocusEvent) => { if (now.open && event.relatedTarget && !inside(event.relatedTarget)) now.close(); };
-  const press = (event: PointerEvent) => { if (now.open && !inside(event.target)) now.close(); };
-  const key = (event: KeyboardEvent) => {
-    if (!now.open) return;
-    if (drives.test(event.code)) return now.close();  // whoever drives is no more in a menu
+  root.toggleAttribute("data-popup", true);
+  root.addEventListener("focusout", ({ relatedTarget }) => { if (isOpen(root) && relatedTarget && !inside(relatedTarget)) close(); }, { signal });
+  addEventListener("pointerdown", ({ target }) => { if (isOpen(root) && !inside(target)) close(); }, { signal });
+  root.addEventListener("keydown", (event) => {
+    if (!isOpen(root)) return;
+    if (drives.test(event.code)) return close();  // whoever drives is no more in a menu
     if (event.key !== "Escape") return;
     event.preventDefault();
     event.stopPropagation();
-    now.close();
+    close();
     root.querySelector<HTMLElement>("button, summary")?.focus();
-  };
-  mark();
-  root.addEventListener("focusout", leave);
-  root.addEventListener("keydown", key);
-  addEventListener("pointerdown", press);
-  return {
-    update(next: { open: boolean; close(): void }) {
-      now = next;
-      mark();
-    },
-    destroy() {
-      root.removeEventListener("focusout", leave);
-      root.removeEventListener("keydown", key);
-      removeEventListener("pointerdown", press);
-    },
-  };
+  }, { signal });
+  return { destroy: () => listening.abort() };
 }

@@ -1,0 +1,45 @@
+// A page by the keyboard alone: Tab goes round everything that can be pressed, shows where it is, and is caught nowhere.
+import assert from "node:assert/strict";
+
+/** Runs in the page: what has the focus, and whether one sees that. */
+function focused() {
+  let here = document.activeElement;
+  if (!here || here === document.body) return null;
+  const style = getComputedStyle(here), box = here.getBoundingClientRect();
+  globalThis.walkIds ??= new WeakMap();
+  globalThis.walkCount ??= 0;
+  if (!globalThis.walkIds.has(here)) globalThis.walkIds.set(here, ++globalThis.walkCount);
+  return {
+    id: globalThis.walkIds.get(here),
+    what: `${here.tagName.toLowerCase()} "${(here.getAttribute("aria-label") ?? here.textContent ?? "").trim().slice(0, 40)}"`,
+    marked: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 1,
+    onScreen: box.right > 0 && box.bottom > 0 && box.left < innerWidth && box.top < innerHeight,
+  };
+}
+
+/** Runs in the page: what can be pressed, seen and was not come by. Of tabs and radios the chosen one stands for all. */
+function missed(reached) {
+  const ids = new Set(reached), pressable = "button, a[href], input, select, textarea, summary, [tabindex]";
+  return [...document.querySelectorAll(pressable)].filter((each) => {
+    if (each.disabled || each.tabIndex < 0 || !each.checkVisibility({ visibilityProperty: true })) return false;
+    return !ids.has(globalThis.walkIds.get(each));
+  }).map((each) => `${each.tagName.toLowerCase()} "${(each.getAttribute("aria-label") ?? each.textContent ?? "").trim().slice(0, 40)}"`);
+}
+
+/** Round once, wherever it begins; what was come by, in order. `most`: presses until it is a trap. */
+export async function walkByKeys(page, what, most = 250) {
+  const seen = [];
+  for (let presses = 0; ; ++presses) {
+    assert.ok(presses < most, `${what}: Tab does not come round; it goes by ${seen.slice(-4).map((each) => each.what).join(", ")}`);
+    await page.keyboard.press("Tab");
+    const now = await page.evaluate(focused);
+    if (!now) continue;  // out of the page: the next comes in at its top
+    if (now.id === seen[0]?.id) break;
+    assert.notEqual(now.id, seen.at(-1)?.id, `${what}: Tab stays on ${now.what}`);
+    assert.ok(now.marked, `${what}: nobody sees that ${now.what} has the focus`);
+    assert.ok(now.onScreen, `${what}: ${now.what} has the focus and is off the screen`);
+    seen.push(now);
+  }
+  assert.deepEqual(await page.evaluate(missed, seen.map((each) => each.id)), [], `${what}: Tab never comes by`);
+  return seen;
+}
