@@ -68,7 +68,8 @@ export async function openBrowser() {
 
 /** One person: a browser of their own, and what went wrong in it. */
 export async function person(browser, address, viewport = { width: 1366, height: 768 }) {
-  const context = await browser.newContext({ viewport, ignoreHTTPSErrors: true });
+  // Colours change at once: one that fades has no contrast on its way.
+  const context = await browser.newContext({ viewport, ignoreHTTPSErrors: true, reducedMotion: "reduce" });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE_MS);
   const wrong = [];
@@ -88,6 +89,17 @@ export async function logIn({ page, address }, name, password, hash = "") {
   await page.keyboard.type(password);
   await page.keyboard.press("Enter");
   await page.locator("main#panels").waitFor();
+}
+
+/** Holds W until `done` is there. A machine that is busy may let the robot go: then the key is pressed anew. */
+export async function driveUntil(page, done) {
+  await until("driven there", async () => {
+    await page.keyboard.down("w");
+    await page.getByText("Dead-man held").waitFor({ timeout: 2000 }).then(() => done.waitFor({ timeout: 4000 })).catch(() => {});
+    if (await done.count()) return true;
+    return page.keyboard.up("w").then(() => false);
+  });
+  await page.keyboard.up("w");
 }
 
 /** `rules`: only those of axe; none: all. */

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { noViolation, openBrowser, person, run, stepsOf, until } from "./base_station.mjs";
+import { driveUntil, noViolation, openBrowser, person, run, stepsOf, until } from "./base_station.mjs";
 
 const [program, folder] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-"));
@@ -60,15 +60,7 @@ try {
     await page.getByText("no camera: drawn by this page").waitFor();
     await noViolation(page, "the trainee's first look");
     await picture(page, "demo-trainee");
-    const [driving, done] = [page.getByText("Dead-man held"), page.locator(".score li.done").first()];
-    await until("into the zone", async () => {
-      await page.keyboard.down("w");
-      // A machine that is busy may let the robot go: then the key is pressed anew.
-      await driving.waitFor({ timeout: 2000 }).then(() => done.waitFor({ timeout: 4000 }), () => {}).catch(() => {});
-      if (await done.count()) return true;
-      return page.keyboard.up("w").then(() => false);
-    });
-    await page.keyboard.up("w");
+    await driveUntil(page, page.locator(".score li.done").first());
     await until("it stands", async () => (await page.locator(".score li.done").count()) === 2);
     await picture(page, "demo-driven");
   });

@@ -17,17 +17,21 @@ function focused() {
   };
 }
 
-/** Runs in the page: what can be pressed, seen and was not come by. Of tabs and radios the chosen one stands for all. */
+/** Runs in the page: what can be pressed now; of tabs the chosen one stands for all. */
+function note() {
+  globalThis.walkFrom = [...document.querySelectorAll("button, a[href], input, select, textarea, summary, [tabindex]")];
+}
+
+/** Runs in the page: what could be pressed from the first to the last, and was not come by. */
 function missed(reached) {
-  const ids = new Set(reached), pressable = "button, a[href], input, select, textarea, summary, [tabindex]";
-  return [...document.querySelectorAll(pressable)].filter((each) => {
-    if (each.disabled || each.tabIndex < 0 || !each.checkVisibility({ visibilityProperty: true })) return false;
-    return !ids.has(globalThis.walkIds.get(each));
-  }).map((each) => `${each.tagName.toLowerCase()} "${(each.getAttribute("aria-label") ?? each.textContent ?? "").trim().slice(0, 40)}"`);
+  const ids = new Set(reached);
+  const pressable = (each) => each.isConnected && !each.disabled && each.tabIndex >= 0 && each.checkVisibility({ visibilityProperty: true });
+  return globalThis.walkFrom.filter((each) => pressable(each) && !ids.has(globalThis.walkIds.get(each))).map((each) => `${each.tagName.toLowerCase()} "${(each.getAttribute("aria-label") ?? each.textContent ?? "").trim().slice(0, 40)}"`);
 }
 
 /** Round once, wherever it begins; what was come by, in order. `most`: presses until it is a trap. */
 export async function walkByKeys(page, what, most = 250) {
+  await page.evaluate(note);
   const seen = [];
   for (let presses = 0; ; ++presses) {
     assert.ok(presses < most, `${what}: Tab does not come round; it goes by ${seen.slice(-4).map((each) => each.what).join(", ")}`);

@@ -140,7 +140,7 @@ export const strings = {
     title: "First steps",
     steps: {
       instructor: "New here? Choose what to put in its way on the left, then press on the plan. Or:",
-      trainee: "New here? Hold W to drive and let go to stop; A and D turn, S goes back, Space is the emergency stop. What to do is under Score and Briefing.",
+      trainee: "New here? Hold W to drive, let go to stop; A and D turn, S goes back, Space stops at once. Score and Briefing say what to do.",
       observer: "New here? You look on: nothing you press changes the session. 3D, Check and the tabs show other sides of it.",
       recorded: "New here? Space goes on and pauses, the arrows step and change the speed; drag the bar below to any moment.",
     },
@@ -311,7 +311,7 @@ export const strings = {
     hazard_set_off: "set off", command_reduced: "held back", command_restored: "free again", task_started: "task begins", task_done: "task done",
     task_failed: "task failed", penalty_charged: "penalty", score_changed: "score", grading_ended: "graded", object_reported: "reported",
     command_accepted: "done", command_refused: "refused", deadman_pressed: "dead-man pressed", deadman_released: "dead-man released",
-    injection_degraded: "virtual things held back", injection_restored: "virtual things in its sensors again", pose_lost: "place not known", pose_recovered: "place known again",
+    injection_degraded: "virtual things held back", injection_restored: "virtual things in its sensors", pose_lost: "place not known", pose_recovered: "place known",
     relocalized: "place corrected", agent_spawned: "put in", agent_moved: "moved", agent_removed: "taken out", foreign_publisher: "somebody else publishes",
     operator_switched: "takes the controls", console_lost: "console lost", lesson_started: "lesson begins", lesson_ended: "lesson ends", script_started: "script begins",
     agent_withheld: "not shown to the robot", agent_shown: "shown to the robot",

@@ -6,7 +6,7 @@ import type { PanelName } from "./panels";
 export type LayoutName = keyof typeof strings.layouts;
 /** Shares of width and height are relative to the others'; panels of one cell are tabs, the first shown. */
 export interface Cell { share: number; panels: PanelName[] }
-export interface Column { share: number; cells: Cell[] }
+export interface Column { share: number; cells: Cell[]; upright?: number }  // its share where columns are rows
 export type Layout = Column[];
 
 const cell = (share: number, ...panels: PanelName[]): Cell => ({ share, panels });
@@ -15,7 +15,7 @@ const column = (share: number, ...cells: Cell[]): Column => ({ share, cells });
 const all: Record<LayoutName, Layout> = {
   drive: [column(1.8, cell(1.75, "video"), cell(1, "drive", "joints")), column(1.3, cell(1, "plan", "view3d")), column(0.85, cell(1, "score", "briefing"), cell(1, "events", "chat", "status"))],
   plan: [column(2, cell(1, "plan", "view3d")), column(1, cell(1, "video"), cell(1, "drive", "score", "events", "chat", "status"))],
-  direct: [column(0.8, cell(1, "instructor", "briefing")), column(2, cell(1, "plan", "view3d")), column(1.1, cell(1, "video"), cell(1.2, "events", "score", "chat", "status"))],
+  direct: [{ ...column(0.8, cell(1, "instructor", "briefing")), upright: 1.4 }, column(2, cell(1, "plan", "view3d")), column(1.1, cell(1, "video"), cell(1.2, "events", "score", "chat", "status"))],
   scene: [column(2.4, cell(1, "view3d")), column(1, cell(1, "video"), cell(1, "plan"), cell(1, "events", "score", "chat", "status"))],
   watch: [column(1.5, cell(1, "video"), cell(1, "score", "briefing")), column(1.5, cell(1, "plan", "view3d"), cell(0.7, "events", "chat", "status"))],
   check: [column(1, cell(1, "status"), cell(1, "events")), column(1.4, cell(1, "plan"), cell(1, "view3d")), column(1, cell(1, "video"), cell(1, "score", "chat"))],
