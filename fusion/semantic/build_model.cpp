@@ -9,6 +9,7 @@
 #include "fusion/semantic/drop_doubles.hpp"
 #include "fusion/semantic/net_graph.hpp"
 #include "fusion/semantic/observed_floors.hpp"
+#include "fusion/semantic/sagging_floors.hpp"
 
 namespace parhelion {
 namespace {
@@ -146,16 +147,17 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   built.model.relations = std::move(built.net.relations);
   if (const std::size_t doubles = drop_doubles(built.model); doubles > 0)
     built.notes.push_back(std::to_string(doubles) + " entities left out: in the place of surer ones");
+  built.cloud.labels = std::move(built.net.labels);
+  join_sagging_floors(built.cloud, built.model);
   begin("mesh", 3);
   cut_floors(EvidenceGrid(built.cloud, options.evidence), built.model);
-  auto mesh = unknown_mesh(built.cloud, built.net.labels, options.mesh);
+  auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh);
   if (!mesh) return mesh.error();
   if (mesh->cube > options.mesh.cube * 1.001)
     built.notes.push_back("the mesh of what is unknown has cubes of " + metres(mesh->cube) +
                           " to stay small");
   if (!mesh->mesh.empty()) built.model.meshes.push_back(std::move(mesh->mesh));
   begin("finish", 4);
-  built.cloud.labels = std::move(built.net.labels);
   const auto floor = ground_floor(built.model);
   built.floor = floor.value_or(0);
   built.heights = site_heights(built.cloud, floor, largest_ceiling(built.model));

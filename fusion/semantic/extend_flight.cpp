@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "fusion/semantic/find_stairs.hpp"
+#include "fusion/semantic/flight_strip.hpp"
 
 namespace parhelion {
 namespace {
@@ -31,27 +32,6 @@ struct Seen {
   double s, height;  ///< m; height counts from the end's tread, onwards
   std::uint32_t surface;
 };
-
-/// A rectangle of the plan along a flight's direction, m.
-struct Strip {
-  double from, to, left, right;
-};
-
-/// Calls visit(index in `sorted`) for the points of all blocks that the strip may reach into.
-template <class Visit>
-void for_each_on_strip(const PlanBlocks& points, const Eigen::Vector2d& direction, const Strip& strip,
-                       Visit&& visit) {
-  const Eigen::Vector2d across(-direction.y(), direction.x());
-  Eigen::AlignedBox2d box;
-  for (const double s : {strip.from, strip.to}) {
-    for (const double t : {strip.left, strip.right}) box.extend((s * direction + t * across).eval());
-  }
-  points.for_each_in(points.coordinate(box.min().x() - kCell), points.coordinate(box.min().y() - kCell),
-                     points.coordinate(box.max().x() + kCell), points.coordinate(box.max().y() + kCell),
-                     [&](const PlanBlocks::Block& block, std::size_t) {
-                       for (std::uint32_t i = block.begin; i < block.end; ++i) visit(i);
-                     });
-}
 
 /// Points beside the end, by cell of the plan. `height` is up for the upper end, down for the lower one.
 using Cells = std::map<std::pair<int, int>, std::vector<Seen>>;
@@ -155,12 +135,11 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
 
 }  // namespace
 
-void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
-  constexpr double kThick = 0.03;               // m, of a surface that has more in it than noise: a riser
-  constexpr double kBand = 0.06, kEdge = 0.04;  // m
-  constexpr std::size_t kEnough = 15;           // points
+std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& points, const Flight& flight,
+                                                          double band) {
+  constexpr double kEdge = 0.04;  // m
   const Eigen::Vector2d across(-flight.direction.y(), flight.direction.x());
-  std::vector<std::vector<double>> heights(flight.steps.size());
+  std::vector<std::vector<Eigen::Vector2d>> treads(flight.steps.size());
   Strip all{flight.steps.front().near, flight.steps.front().far, flight.steps.front().left,
             flight.steps.front().right};
   for (const Step& step : flight.steps) {
@@ -170,7 +149,7 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
   for_each_on_strip(points, flight.direction, all, [&](std::uint32_t k) {
     const Eigen::Vector3f& point = points.sorted()[k];
     const double z = point.z();
-    if (z < flight.steps.front().z - kBand || z > flight.steps.back().z + kBand) return;
+    if (z < flight.steps.front().z - band || z > flight.steps.back().z + band) return;
     const Eigen::Vector2d p = point.head<2>().cast<double>();
     const double s = flight.direction.dot(p), t = across.dot(p);
     for (std::size_t i = 0; i < flight.steps.size(); ++i) {
@@ -179,14 +158,24 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
       const double begin = i > 0 ? 0.5 * (flight.steps[i - 1].far + step.near) + kEdge : step.near;
       const double end =
           i + 1 < flight.steps.size() ? 0.5 * (step.far + flight.steps[i + 1].near) - kEdge : step.far;
-      if (s > begin && s < end && t > step.left && t < step.right && std::abs(z - step.z) < kBand)
-        heights[i].push_back(z);
+      if (s > begin && s < end && t > step.left && t < step.right && std::abs(z - step.z) < band)
+        treads[i].emplace_back(s, z);
     }
   });
+  return treads;
+}
+
+void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
+  constexpr double kThick = 0.03, kBand = 0.06;  // m, of a surface that has more in it than noise: a riser
+  constexpr std::size_t kEnough = 15;            // points
+  const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);
   for (std::size_t i = 0; i < flight.steps.size(); ++i) {
     const std::uint32_t surface = flight.steps[i].horizontal;
     if (surface != no_surface && segmentation.horizontals[surface].thickness < kThick) continue;
-    if (heights[i].size() >= kEnough) flight.steps[i].z = median(std::move(heights[i]));
+    if (treads[i].size() < kEnough) continue;
+    std::vector<double> heights;
+    for (const Eigen::Vector2d& p : treads[i]) heights.push_back(p.y());
+    flight.steps[i].z = median(std::move(heights));
   }
 }
 

@@ -171,6 +171,7 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
     if (!points) points.emplace(cloud.points, kBlock);
     extend(*points, segmentation, best);
     refine_heights(*points, segmentation, best);
+    even_rises(*points, best);
     if (best.steps.size() <= kLeastRises) continue;
     for (std::size_t i = 0; i < treads.size(); ++i) used[i] = used[i] || has_step(best, treads[i].horizontal);
     judge(best);

@@ -38,4 +38,8 @@ void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& 
 /// Heights of sparse treads without the risers beside them.
 void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight);
 
+/// Weighs the measured heights against rises that are built alike, each by how well it is known: a tread that
+/// leans in the cloud says its height badly. Well measured ones stay where they are, unequal rises included.
+void even_rises(const PlanBlocks& points, Flight& flight);
+
 }  // namespace parhelion

@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kThinnest = 0.04;  ///< m, of a wall's box: its measured face in the middle
 constexpr double kLeaf = 0.04;      ///< m, of a door
-constexpr double kReaches = 0.4;    ///< m, a wall that ends this far below the ceiling goes up to it
 constexpr double kShortest = 0.05;  ///< m, of a piece of a wall
 
 double round_millimetre(double v) { return std::round(v * 1000) / 1000; }
@@ -183,7 +182,7 @@ void Entities::add_wall(std::size_t w) {
   const bool round = wall.curve != no_curve;
   if (round && round_.count(wall.curve) == 0) round_[wall.curve] = {numbered("wall"), 0};
   const std::string name = round ? round_[wall.curve].first : numbered("wall");
-  const double top = wall.ceiling - wall.z_high < kReaches ? wall.ceiling : wall.z_high;
+  const double top = top_of(candidates_, labelling_, w);
   const WallStretch stretch = without_risers(wall, flights_);
   const std::vector<std::size_t> cuts = openings_that_cut(candidates_, labelling_, w, stretch);
   std::vector<std::string> pieces(cuts.size() + 1);

@@ -48,6 +48,21 @@ WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::ve
   return wall;
 }
 
+/// Where what can be seen of a wall begins: over the counter or the table that stands along it.
+double visible_from(const Segmentation& segmentation, const WallCandidate& wall) {
+  constexpr double kHighest = 1.2, kBeside = 0.4, kLeft = 0.4;  // m; at least that much of the wall is left
+  constexpr double kLeastArea = 0.2;                            // m^2
+  double from = wall.floor + 0.2;
+  for (const HorizontalSurface& h : segmentation.horizontals) {
+    const Eigen::AlignedBox2d plan((h.low.array() - kBeside).matrix(), (h.high.array() + kBeside).matrix());
+    const bool along = plan.contains(0.5 * (wall.start + wall.end));
+    if (along && !h.faces_down && h.area > kLeastArea && h.z < wall.floor + kHighest &&
+        h.z < wall.z_high - kLeft)
+      from = std::max(from, h.z);
+  }
+  return from;
+}
+
 void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings) {
   const WallRaster& raster = wall.raster;
   double covered = 0, cells = 0, upper = 0, upper_cells = 0, seen = 0, all = 0;
@@ -56,7 +71,7 @@ void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings)
     const bool in_opening = std::any_of(openings.begin(), openings.end(), [&](const Opening& opening) {
       return at > opening.from && at < opening.to && std::max(opening.door_score, opening.window_score) > 0;
     });
-    const WallRaster::Shares whole = raster.shares(c, c + 1, wall.floor + 0.2, wall.ceiling - 0.15);
+    const WallRaster::Shares whole = raster.shares(c, c + 1, wall.visible_from, wall.ceiling - 0.15);
     seen += whole.cells * (whole.on + whole.behind + whole.through);
     all += whole.cells;
     if (in_opening) continue;
@@ -85,7 +100,8 @@ void measure_sight(WallCandidate& wall, const std::vector<Opening>& openings) {
       return at > opening.from && at < opening.to && opening.door_score > 0;
     });
     if (in_door) continue;
-    for (double z = wall.floor + 0.2; z + kRows * raster.row <= wall.ceiling - 0.1; z += kRows * raster.row) {
+    for (double z = wall.visible_from; z + kRows * raster.row <= wall.ceiling - 0.1;
+         z += kRows * raster.row) {
       const WallRaster::Shares block = raster.shares(c, c + kColumns, z, z + kRows * raster.row);
       (block.on >= kSolid ? solid : block.rays >= kRays ? open : unknown) += 1;
     }
@@ -111,6 +127,20 @@ bool one_sided(const PlanPoints& points, const WallCandidate& wall) {
     return static_cast<double>(std::count(side.begin(), side.end(), true)) / static_cast<double>(columns);
   };
   return std::min(share(left), share(right)) < 0.25;
+}
+
+/// Whether something level begins at its top: a counter or a chest with its front, which no wall is.
+bool carries_top(const Segmentation& segmentation, const WallCandidate& wall) {
+  constexpr double kHighest = 1.4, kSame = 0.08, kBeside = 0.15;  // m
+  constexpr double kLeastArea = 0.2;                              // m^2
+  if (wall.curve != no_curve || wall.z_high - wall.floor > kHighest) return false;
+  return std::any_of(segmentation.horizontals.begin(), segmentation.horizontals.end(),
+                     [&](const HorizontalSurface& h) {
+                       const Eigen::AlignedBox2d plan((h.low.array() - kBeside).matrix(),
+                                                      (h.high.array() + kBeside).matrix());
+                       return !h.faces_down && h.area > kLeastArea && std::abs(h.z - wall.z_high) < kSame &&
+                              plan.contains(0.5 * (wall.start + wall.end));
+                     });
 }
 
 double wall_score(const WallCandidate& wall) {
@@ -213,11 +243,13 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
     wall.ceiling = levels.over(middle, wall.z_high);
     if (wall.ceiling - wall.floor < 0.3) continue;
     wall.raster = rasterize(points, wall.start, wall.end, wall.floor, wall.ceiling, kNear);
+    wall.visible_from = visible_from(segmentation, wall);
     std::vector<Opening> openings = find_openings(points, wall, found.walls.size(), options);
     measure_coverage(wall, openings);
     measure_sight(wall, openings);
     wall.one_sided = one_sided(points, wall);
-    wall.score = wall_score(wall) - 10 * std::max(0.0, open_length(wall, openings) - 0.5);
+    wall.score = wall_score(wall) - (carries_top(segmentation, wall) ? 5 : 0) -
+                 10 * std::max(0.0, open_length(wall, openings) - 0.5);
     found.openings.insert(found.openings.end(), openings.begin(), openings.end());
     found.walls.push_back(std::move(wall));
   }

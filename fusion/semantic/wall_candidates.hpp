@@ -32,6 +32,7 @@ struct WallCandidate {
   Eigen::Vector2d start = Eigen::Vector2d::Zero(), end = Eigen::Vector2d::Zero();  ///< m
   double z_low = 0, z_high = 0, thickness = 0;
   double floor = 0, ceiling = 0;  ///< m, the levels that it stands between
+  double visible_from = 0;        ///< m, the height over what stands along it
   double coverage = 0;            ///< share of its plane that is measured, openings left out
   double upper_coverage = 0;      ///< the same above 1.8 m from the floor
   double open = 0;         ///< share of what is known of it that a scanner looked through; doors left out

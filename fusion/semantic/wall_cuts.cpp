@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kAcross = 0.26;  ///< sine of 15 degrees: a wall along the risers
 constexpr double kEdge = 0.05;    ///< m, from a riser to a wall in its plane
+constexpr double kReaches = 0.4;  ///< m, a wall that ends this far below the ceiling goes up to it
 constexpr double kEnd = 0.30;     ///< m, from a wall's end: flights are drawn a little narrow
 
 /// The part of the line start + t along over which low <= its coordinate <= high.
@@ -76,6 +77,28 @@ std::vector<std::size_t> openings_that_cut(const NetCandidates& candidates, cons
       cuts.push_back(o);
   }
   return cuts;
+}
+
+double top_of(const NetCandidates& candidates, const Labelling& labelling, std::size_t wall) {
+  const std::vector<WallCandidate>& walls = candidates.walls.walls;
+  const auto own = [](const WallCandidate& w) {
+    return w.ceiling - w.z_high < kReaches ? w.ceiling : w.z_high;
+  };
+  if (walls[wall].curve == no_curve) return own(walls[wall]);
+  std::vector<std::pair<double, double>> tops;  // height, length
+  double all = 0;
+  for (std::size_t w = 0; w < walls.size(); ++w) {
+    if (walls[w].curve != walls[wall].curve || labelling.walls[w].label != EntityLabel::wall) continue;
+    tops.emplace_back(own(walls[w]), walls[w].length());
+    all += walls[w].length();
+  }
+  std::sort(tops.begin(), tops.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  double sum = 0;
+  for (const auto& [height, length] : tops) {
+    sum += length;
+    if (4 * sum >= all) return height;
+  }
+  return own(walls[wall]);
 }
 
 }  // namespace parhelion

@@ -23,4 +23,8 @@ WallStretch without_risers(const WallCandidate& wall, const std::vector<const Fl
 std::vector<std::size_t> openings_that_cut(const NetCandidates& candidates, const Labelling& labelling,
                                            std::size_t wall, const WallStretch& stretch);
 
+/// m, where it ends above. A round wall has one top, the highest that a quarter of its length reaches: sight
+/// ends lower elsewhere.
+double top_of(const NetCandidates& candidates, const Labelling& labelling, std::size_t wall);
+
 }  // namespace parhelion

@@ -6,6 +6,7 @@
 
 #include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/plan_arcs.hpp"
+#include "tests/fusion/semantic/clouds.hpp"
 #include "tests/synthetic_site.hpp"
 
 namespace parhelion {
@@ -167,6 +168,28 @@ TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
     open += met ? 0 : 1;
   }
   EXPECT_LE(open, 4) << "ends that meet no other's: beside the doorway, and where the ring closes";
+}
+
+TEST(RoundWalls, HaveOneTopWhereverSightEndedLower) {
+  test::CloudPainter painter(600, 0.004, 9);
+  painter.slab({-5, -5}, {5, 5}, 0);
+  constexpr int pieces = 60;
+  const auto at = [](int i) {
+    const double angle = 1.5 * std::numbers::pi * i / pieces;
+    return Eigen::Vector2d(kRadius * std::cos(angle), kRadius * std::sin(angle));
+  };
+  for (int i = 0; i < pieces; ++i) painter.wall(at(i), at(i + 1), 0, i < 25 ? 3.2 : 2.4);
+  PointCloud<Cloud> cloud;
+  cloud.points = painter.cloud().points;
+  const auto built = build_model(cloud, {});
+  ASSERT_TRUE(built) << built.error().message;
+  int facets = 0;
+  for (const ModelEntity& e : built->model.entities) {
+    if (e.label != EntityLabel::wall || e.part_of.empty()) continue;
+    EXPECT_NEAR(e.T_map_body.translation().z() + e.size.z() / 2, 3.2, 0.1) << e.name;
+    ++facets;
+  }
+  EXPECT_GE(facets, 8);
 }
 
 }  // namespace

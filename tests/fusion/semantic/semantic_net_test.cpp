@@ -173,6 +173,24 @@ TEST(SemanticNet, TakesNoTableForAFloor) {
   EXPECT_EQ(net.stairs.size(), 0U);
 }
 
+TEST(SemanticNet, TakesACountersFrontForNoWallAndFindsTheWallBehindIt) {
+  CloudPainter painter(2500, 0.004, 6);
+  painter.slab({0, 0}, {4, 2.4}, 0);
+  painter.wall({0, 2.4}, {2.6, 2.4}, 0, 0.9);  // the front, and the top that it carries
+  painter.slab({0, 2.4}, {2.6, 3}, 0.9);
+  painter.wall({0, 3}, {2.6, 3}, 0.9, 1.7);  // what can be seen of the wall behind; no ceiling
+  painter.wall({2.6, 3}, {4, 3}, 0, 1.7);
+  painter.wall({0, 0}, {0, 3}, 0, 1.7);
+  const SemanticNet net = net_of(painter.cloud());
+  bool behind = false;
+  for (const ModelEntity& e : net.entities) {
+    if (e.label != EntityLabel::wall || std::abs(std::sin(e.T_map_body.yaw())) > 0.1) continue;
+    EXPECT_GT(std::abs(e.T_map_body.translation().y() - 2.4), 0.1) << e.name << " is the counter's front";
+    behind = behind || std::abs(e.T_map_body.translation().y() - 3) < 0.05;
+  }
+  EXPECT_TRUE(behind);
+}
+
 TEST(SemanticNet, RefusesASegmentationOfAnotherCloud) {
   CloudPainter painter(300, 0.005, 1);
   painter.room({0, 0}, {5, 4}, 0, 2.7);

@@ -1,0 +1,90 @@
+// Rises of one flight are built alike, and treads level. Where a cloud bends, treads lean in it, and how much
+// a tread leans says how little its height is known: depth cameras stretch what is far by centimetres.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "fusion/semantic/find_stairs.hpp"
+#include "fusion/semantic/flight_strip.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kBuilt = 0.005;     // m, one sigma of a rise as built (DIN 18065: 5 mm)
+constexpr double kSharp = 0.001;     // m, one sigma of a tread's height, however many points it has
+constexpr double kUnknown = 0.02;    // m, of one with too few to say
+constexpr double kBand = 0.06;       // m, around a tread's height
+constexpr std::size_t kEnough = 15;  // points
+constexpr double kOutlier = 2.5,
+                 kLeastBand = 0.008;  // medians, m: points farther from its line are not the tread's
+
+/// Height over the way along the flight.
+struct Profile {
+  double length = 0;  ///< m, along the flight
+  double slope = 0;   ///< m/m
+  bool known = false;
+};
+
+Profile profile_of(const std::vector<Eigen::Vector2d>& points) {
+  if (points.size() < kEnough) return {};
+  std::vector<bool> used(points.size(), true);
+  Profile profile;
+  for (int round = 0; round < 5; ++round) {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    double n = 0, ss = 0, sz = 0, low = 1e9, high = -1e9;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!used[i]) continue;
+      mean += points[i];
+      n += 1;
+      low = std::min(low, points[i].x()), high = std::max(high, points[i].x());
+    }
+    mean /= n;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!used[i]) continue;
+      const Eigen::Vector2d d = points[i] - mean;
+      ss += d.x() * d.x();
+      sz += d.x() * d.y();
+    }
+    if (ss <= 0) return {};
+    profile = {high - low, sz / ss, true};
+    std::vector<double> off;
+    for (const Eigen::Vector2d& p : points)
+      off.push_back(std::abs(p.y() - mean.y() - profile.slope * (p.x() - mean.x())));
+    std::vector<double> sorted = off;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double band = std::max(kLeastBand, kOutlier * *middle);
+    for (std::size_t i = 0; i < off.size(); ++i) used[i] = off[i] < band;
+  }
+  return profile;
+}
+
+}  // namespace
+
+void even_rises(const PlanBlocks& points, Flight& flight) {
+  const std::size_t n = flight.steps.size();
+  if (n < 4) return;
+  const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);
+  // Least squares over all heights and the rise that they share: each height from what was measured, each
+  // rise from what is built.
+  const auto size = static_cast<Eigen::Index>(n) + 1;
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
+  for (Eigen::Index i = 0; i < size - 1; ++i) {
+    const Profile profile = profile_of(treads[static_cast<std::size_t>(i)]);
+    // Heights along a line that leans are spread evenly: a twelfth of their range squared.
+    const double spread = profile.slope * profile.length / std::sqrt(12.0);
+    const double sigma = profile.known ? std::hypot(kSharp, spread) : kUnknown;
+    normal(i, i) += 1 / (sigma * sigma);
+    right(i) += flight.steps[static_cast<std::size_t>(i)].z / (sigma * sigma);
+    if (i == 0) continue;
+    Eigen::VectorXd rise = Eigen::VectorXd::Zero(size);
+    rise(i) = 1, rise(i - 1) = -1, rise(size - 1) = -1;
+    normal += rise * rise.transpose() / (kBuilt * kBuilt);
+  }
+  const Eigen::VectorXd heights = normal.ldlt().solve(right);
+  if (!heights.allFinite()) return;
+  for (std::size_t i = 0; i < n; ++i) flight.steps[i].z = heights(static_cast<Eigen::Index>(i));
+}
+
+}  // namespace parhelion

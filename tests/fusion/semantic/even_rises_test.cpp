@@ -1,0 +1,96 @@
+// Rises are built alike: heights that the cloud says badly follow from the others, those that it says well
+// stay.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "fusion/semantic/find_stairs.hpp"
+#include "tests/fusion/semantic/clouds.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double kTread = 0.26, kWidth = 1.2, kStrip = 0.5;  // m
+
+struct Stairs {
+  PointCloud<Map> cloud;
+  Flight flight;
+};
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// Steps along x of the given rises, with the floor before them; every point is lifted by bend(x).
+Stairs stairs_of(const std::vector<double>& rises, const std::function<double(double)>& bend) {
+  test::CloudPainter painter(3000, 0.004, 11);
+  Stairs stairs;
+  double z = 0;
+  const auto tread = [&](double from, double to) {
+    const std::size_t before = painter.cloud().size();
+    painter.slab({from, 0}, {to, kWidth}, z);
+    std::vector<double> heights;
+    for (std::size_t i = before; i < painter.cloud().size(); ++i) {
+      Eigen::Vector3f p = painter.cloud().points[i];
+      p.z() += static_cast<float>(bend(p.x()));
+      stairs.cloud.points.push_back(p);
+      heights.push_back(p.z());
+    }
+    stairs.flight.steps.push_back({no_surface, median(std::move(heights)), from, to, 0, kWidth});
+  };
+  tread(-kStrip, 0);
+  for (std::size_t i = 0; i < rises.size(); ++i) {
+    z += rises[i];
+    tread(static_cast<double>(i) * kTread, static_cast<double>(i + 1) * kTread);
+  }
+  return stairs;
+}
+
+/// m, how far the rises are from their mean at most.
+double unevenness(const Flight& flight) {
+  const std::vector<double> rises = flight.rises();
+  double mean = 0, most = 0;
+  for (const double rise : rises) mean += rise / static_cast<double>(rises.size());
+  for (const double rise : rises) most = std::max(most, std::abs(rise - mean));
+  return most;
+}
+
+TEST(EvenRises, AreWhatABentCloudOfEvenStairsGives) {
+  // A depth camera at the foot of the flight: what is far leans by up to 5 degrees.
+  Stairs stairs = stairs_of(std::vector<double>(9, 0.16), [](double x) { return 0.02 * x * std::abs(x); });
+  const double before = unevenness(stairs.flight);
+  EXPECT_GT(before, 0.010) << "the cloud bends enough to see it";
+  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  EXPECT_LT(unevenness(stairs.flight), 0.8 * before);
+  EXPECT_LT(unevenness(stairs.flight), 0.010);
+}
+
+TEST(EvenRises, LeaveWellMeasuredUnevenStairsAsTheyAre) {
+  const std::vector<double> rises = {0.17, 0.17, 0.195, 0.17, 0.15, 0.17};
+  Stairs stairs = stairs_of(rises, [](double) { return 0; });
+  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  const std::vector<double> found = stairs.flight.rises();
+  for (std::size_t i = 0; i < rises.size(); ++i) EXPECT_NEAR(found[i], rises[i], 0.003) << i;
+}
+
+TEST(EvenRises, TakeATreadThatNobodySawFromTheOthers) {
+  Stairs stairs = stairs_of(std::vector<double>(6, 0.17), [](double) { return 0; });
+  stairs.flight.steps[3].z += 0.03;
+  std::erase_if(stairs.cloud.points,
+                [](const Eigen::Vector3f& p) { return p.x() > 2 * kTread && p.x() < 3 * kTread; });
+  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  EXPECT_NEAR(stairs.flight.steps[3].z, 3 * 0.17, 0.005);
+}
+
+TEST(EvenRises, LeaveTwoStepsAlone) {
+  Stairs stairs = stairs_of({0.15, 0.19}, [](double x) { return 0.05 * x; });
+  const std::vector<double> before = stairs.flight.rises();
+  even_rises(PlanBlocks(stairs.cloud.points, 2), stairs.flight);
+  EXPECT_EQ(stairs.flight.rises(), before);
+}
+
+}  // namespace
+}  // namespace parhelion
