@@ -126,7 +126,8 @@ void Session::keep_robot_stopped() {
   const std::string& robot = configuration_.robot.name;
   if (options_.say)
     options_.say("the emergency stop of '" + robot +
-                 "' held when the server died, and holds: take it back at the base station, or by: parhelion "
+                 "' held when the server before this one ended, and holds: take it back at the base station, "
+                 "or by: parhelion "
                  "inject unfreeze --name " +
                  robot);
 }

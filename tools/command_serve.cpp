@@ -15,6 +15,7 @@
 
 #include "server/crowd_time.hpp"
 #include "server/grade_session.hpp"
+#include "server/hmi/http/web_site.hpp"
 #include "server/live_site.hpp"
 #include "server/loop.hpp"
 #include "server/session_files.hpp"
@@ -22,6 +23,7 @@
 #include "tools/command.hpp"
 #include "tools/foxglove_option.hpp"
 #include "tools/live_station.hpp"
+#include "tools/stop_memory.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
 
@@ -79,13 +81,21 @@ void show_until_stopped(LiveStation& station, const Report& report, const ServeO
   while (!stop_asked()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
 }
 
-/// What outlives a server that dies: whether the robot was stopped, by an emergency stop that holds.
-using StopMemory = std::atomic<bool>;
+/// Whether the robot was stopped when the server died, by an emergency stop that holds: for where the state
+/// folder cannot keep it.
+using SharedStop = std::atomic<bool>;
 
-Exit run_once(const Arguments& arguments, StopMemory& robot_stopped) {
+/// From here on `options` know whether the robot is stopped, and `memory` what becomes of it.
+void remember_stops(ServeOptions& options, StopMemory& memory, SharedStop& shared) {
+  options.robot_stopped = shared || memory.holds();
+  options.robot_stop_held = [&memory, &shared, say = options.say](bool holds) {
+    shared = holds;
+    if (const Status kept = memory.keep(holds); !kept) say("emergency stop: " + kept.error().message);
+  };
+}
+
+Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   ServeOptions options;
-  options.robot_stopped = robot_stopped;
-  options.robot_stop_held = [&robot_stopped](bool holds) { robot_stopped = holds; };
   options.session = arguments.session;
   options.overwrite = arguments.overwrite;
   for (const std::string& path : {arguments.session, arguments.report}) {
@@ -99,6 +109,9 @@ Exit run_once(const Arguments& arguments, StopMemory& robot_stopped) {
   if (!bus) return fail(bus.error().message);
   const auto configuration = configuration_for(arguments, **bus, options);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
+  const auto state = arguments.state.empty() ? default_site_folder() : std::filesystem::path(arguments.state);
+  StopMemory stop_memory(state, arguments.url, configuration->robot.name);
+  remember_stops(options, stop_memory, robot_stopped);
   if (const auto slow = warn_of_slow_crowd(*configuration)) options.say(*slow);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
   if (configuration->scenario.training)
@@ -129,6 +142,8 @@ Exit run_once(const Arguments& arguments, StopMemory& robot_stopped) {
   }
   const auto report = serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
+  // A simulated robot ends with its session; a real one stands there still.
+  if (simulates_trainee(configuration->scenario)) (void)stop_memory.keep(false);
   std::fputs(summary(*report).c_str(), stderr);
   if (!arguments.report.empty()) {
     if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite);
@@ -180,9 +195,9 @@ pid_t start_server() {
 }
 
 /// Memory that this process and those it starts have in common.
-StopMemory* shared_stop_memory() {
-  void* memory = mmap(nullptr, sizeof(StopMemory), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  return memory == MAP_FAILED ? nullptr : new (memory) StopMemory(false);
+SharedStop* shared_stop_memory() {
+  void* memory = mmap(nullptr, sizeof(SharedStop), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  return memory == MAP_FAILED ? nullptr : new (memory) SharedStop(false);
 }
 
 /// A server that dies is started again at once (promise 2: within a second); one that ends by itself is not,
@@ -190,7 +205,7 @@ StopMemory* shared_stop_memory() {
 Exit supervise(Arguments arguments) {
   std::signal(SIGINT, pass_on);
   std::signal(SIGTERM, pass_on);
-  StopMemory* robot_stopped = shared_stop_memory();
+  SharedStop* robot_stopped = shared_stop_memory();
   if (robot_stopped == nullptr) return fail("no memory to share with the server process");
   while (true) {
     const pid_t server = start_server();
@@ -226,7 +241,8 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_option("--http", arguments->http,
                       "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080 or [::]:8443");
   command->add_option("--state-folder", arguments->state,
-                      "Accounts, certificate and saved scenarios of the base station; by default "
+                      "Emergency stops that hold; accounts, certificate and saved scenarios of the base "
+                      "station; by default "
                       "$XDG_STATE_HOME/parhelion");
   command->add_option("--foxglove", arguments->foxglove,
                       "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
@@ -248,7 +264,7 @@ void add_serve(CLI::App& app, Exit& exit) {
       return;
     }
     catch_stop_signals();
-    StopMemory robot_stopped = false;
+    SharedStop robot_stopped = false;
     exit = run_once(*arguments, robot_stopped);
   });
 }

@@ -32,8 +32,16 @@ class ServeTest : public testing::Test {
     ASSERT_TRUE(bus_->subscribe("MR_.*", 2000).ok());
   }
   std::vector<std::string> serve(const std::string& session) {
-    return {"serve",  folder_ / "scenario.yaml", "-o", folder_ / session, "--url", url(), "--no-restart",
-            "--force"};
+    return {"serve",
+            folder_ / "scenario.yaml",
+            "-o",
+            folder_ / session,
+            "--url",
+            url(),
+            "--no-restart",
+            "--force",
+            "--state-folder",
+            folder_ / "state"};
   }
   Message spawn(std::uint64_t request, int place) {
     AgentCommand command;
@@ -66,6 +74,37 @@ class ServeTest : public testing::Test {
       if (answer(milliseconds(100)) == request) return ::testing::AssertionSuccess();
     }
     return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
+  }
+  /// Of the robot, until the server has answered.
+  ::testing::AssertionResult order(AgentCommand::Action action, std::uint64_t request) {
+    AgentCommand command;
+    command.request = request;
+    command.action = action;
+    command.agent.name = test::robot().name;
+    const Message message = test::message(channel::mr_agent_cmd, 0, command);
+    for (int tries = 0; tries < 50; ++tries) {
+      if (!bus_->publish(message.channel, message.payload)) break;
+      for (std::uint64_t answered = answer(milliseconds(400)); answered != 0;
+           answered = answer(milliseconds(400)))
+        if (answered == request) return ::testing::AssertionSuccess();
+    }
+    return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
+  }
+  /// Why the server does not let the robot move as it is asked to.
+  std::string why_reduced() {
+    Message message;
+    Event event;
+    for (int tries = 0; tries < 200; ++tries) {
+      const Message drive = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
+      (void)bus_->publish(drive.channel, drive.payload);
+      for (auto came = bus_->receive(message, milliseconds(50)); came && *came;
+           came = bus_->receive(message, milliseconds(50))) {
+        if (message.channel == channel::mr_events && decode(message.channel, message.payload, event).ok() &&
+            event.kind == EventKind::command_reduced)
+          return event.text;
+      }
+    }
+    return "";
   }
   /// The server proper is the only child of the process that watches it. Empty: there is none.
   static std::string child_of(const test::Process& server) {
@@ -164,33 +203,44 @@ TEST_F(ServeTest, ServeThatDiesWhileTheRobotIsStoppedKeepsItStopped) {
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
-  AgentCommand order;
-  order.request = 2;
-  order.action = AgentCommand::Action::freeze;
-  order.agent.name = test::robot().name;
-  const Message freeze = test::message(channel::mr_agent_cmd, 0, order);
-  ASSERT_TRUE(bus_->publish(freeze.channel, freeze.payload).ok());
-  std::uint64_t answered = 1;
-  while (answered == 1) answered = answer(seconds(20));  // it may have been asked more than once
-  ASSERT_EQ(answered, 2U);
+  ASSERT_TRUE(order(AgentCommand::Action::freeze, 2));
   const std::string child = child_of(server);
   kill(std::stoi(child), SIGKILL);
   ASSERT_TRUE(await_server(server, 3));
   EXPECT_NE(child_of(server), child);
   EXPECT_NE(test::text_of(folder_ / "serve.txt").find("holds"), std::string::npos);
-  const Message drive = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
-  ASSERT_TRUE(bus_->publish(drive.channel, drive.payload).ok());
-  Event event;
-  while (event.kind != EventKind::command_reduced) {
-    Message message;
-    const auto received = bus_->receive(message, seconds(20));
-    ASSERT_TRUE(received.ok() && *received);
-    if (message.channel != channel::mr_events) continue;
-    ASSERT_TRUE(decode(message.channel, message.payload, event).ok());
-  }
-  EXPECT_EQ(event.text, "emergency_stop");
+  EXPECT_EQ(why_reduced(), "emergency_stop");
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
+}
+
+TEST_F(ServeTest, AnEmergencyStopOutlivesEveryServerUntilItIsTakenBack) {
+  {
+    test::Process server(serve("first.lcm"), folder_ / "serve.txt");
+    ASSERT_TRUE(await_server(server, 1));
+    ASSERT_TRUE(order(AgentCommand::Action::freeze, 2));
+    server.signal(SIGKILL);
+    server.wait();
+  }
+  {
+    test::Process server(serve("second.lcm"), folder_ / "serve.txt");
+    ASSERT_TRUE(await_server(server, 3));
+    EXPECT_EQ(why_reduced(), "emergency_stop");
+    server.signal(SIGTERM);
+    EXPECT_EQ(server.wait(), 0) << "it ends tidily, and the robot stands there still";
+  }
+  {
+    test::Process server(serve("third.lcm"), folder_ / "serve.txt");
+    ASSERT_TRUE(await_server(server, 4));
+    EXPECT_EQ(why_reduced(), "emergency_stop");
+    ASSERT_TRUE(order(AgentCommand::Action::unfreeze, 5));
+    server.signal(SIGKILL);
+    server.wait();
+  }
+  test::Process server(serve("fourth.lcm"), folder_ / "serve.txt");
+  ASSERT_TRUE(await_server(server, 6));
+  EXPECT_EQ(test::text_of(folder_ / "serve.txt").find("holds"), std::string::npos);
+  EXPECT_NE(why_reduced(), "emergency_stop");
 }
 
 TEST_F(ServeTest, ServeEndsTidilyWhereItsWholeProcessGroupIsAskedToStop) {

@@ -1,0 +1,63 @@
+#include "tools/stop_memory.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "protocols/sha256.hpp"
+#include "server/hmi/http/private_file.hpp"
+#include "server/thread_priority.hpp"
+
+namespace parhelion {
+namespace {
+
+std::filesystem::path file_of(const std::filesystem::path& folder, const std::string& url,
+                              const std::string& robot) {
+  const std::string key = url + '\n' + robot;
+  Sha256 hash;
+  hash.add({reinterpret_cast<const std::uint8_t*>(key.data()), key.size()});
+  return folder / ("emergency-stop-" + hash.hex().substr(0, 16));
+}
+
+void sync_to_disk(const std::filesystem::path& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  (void)fsync(descriptor);
+  close(descriptor);
+}
+
+}  // namespace
+
+StopMemory::StopMemory(const std::filesystem::path& folder, const std::string& url, const std::string& robot)
+    : path_(file_of(folder, url, robot)), robot_(robot) {}
+
+bool StopMemory::holds() const { return access(path_.c_str(), F_OK) == 0 || errno != ENOENT; }
+
+Status StopMemory::keep(bool holds) {
+  const auto failed = [&] {
+    return Error{path_.string() + ": " + std::strerror(errno) + "; a server that is started again " +
+                 (holds ? "does not know that the robot is stopped" : "stops the robot again")};
+  };
+  if (holds) {
+    if (Status made = make_private_folder(path_.parent_path()); !made) return made;
+    errno = 0;
+    std::ofstream file(path_);
+    file << "An emergency stop of the robot '" << robot_
+         << "' holds. Take it back at the base station, or by: parhelion inject unfreeze --name " << robot_
+         << "\n";
+    if (!file.flush()) return failed();
+  } else if (unlink(path_.c_str()) != 0 && errno != ENOENT) {
+    return failed();
+  }
+  syncer_ = std::jthread([path = path_] {
+    give_way(0);
+    sync_to_disk(path);
+    sync_to_disk(path.parent_path());
+  });
+  return {};
+}
+
+}  // namespace parhelion
