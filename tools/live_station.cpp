@@ -4,6 +4,7 @@
 
 #include "server/hmi/http/web_site.hpp"
 #include "server/review/page.hpp"
+#include "tools/site_map.hpp"
 
 namespace parhelion {
 namespace {
@@ -45,6 +46,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
     it->ended_ = true;
     return Status();
   };
+  station.map = draw_site_map(configuration.model);
   if (simulates_trainee(configuration.scenario)) {
     live->clock_ = std::make_shared<SessionClock>();
     put_pace(live->clock_, station.controls);

@@ -1,0 +1,86 @@
+#include "tools/site_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "server/review/plan.hpp"
+
+namespace parhelion {
+namespace {
+
+constexpr double pixel = 0.05;     // m
+constexpr int most_pixels = 4096;  // of a side
+constexpr double margin = 0.5;     // m
+constexpr int sub_bits = 4;        // corners lie between pixels
+
+using Box = Eigen::AlignedBox2d;
+
+const cv::Scalar floor_colour(228, 228, 228, 255), stairs_colour(190, 190, 190, 255),
+    door_colour(96, 150, 200, 255), window_colour(220, 190, 140, 255), solid_colour(60, 60, 60, 255);
+
+const cv::Scalar& colour_of(EntityLabel label) {
+  switch (label) {
+    case EntityLabel::floor:
+      return floor_colour;
+    case EntityLabel::stairs:
+      return stairs_colour;
+    case EntityLabel::door:
+      return door_colour;
+    case EntityLabel::window:
+      return window_colour;
+    default:
+      return solid_colour;
+  }
+}
+
+Box bounds_of(const Plan& plan) {
+  Box box;
+  for (const PlanPart& part : plan.parts) {
+    for (const Eigen::Vector2d& corner : part.corners) box.extend(corner);
+  }
+  for (const PlanRow& row : plan.rows) {
+    box.extend(Eigen::Vector2d(row.left, row.y - kPlanCell / 2));
+    box.extend(Eigen::Vector2d(row.right, row.y + kPlanCell / 2));
+  }
+  return box;
+}
+
+}  // namespace
+
+std::optional<StationMap> draw_site_map(const SemanticModel& model) {
+  const Plan plan = plan_of(model);
+  Box box = bounds_of(plan);
+  if (box.isEmpty() || !box.sizes().allFinite()) return std::nullopt;
+  box = Box(box.min().array() - margin, box.max().array() + margin);
+  StationMap map;
+  map.resolution = std::max(pixel, box.sizes().maxCoeff() / most_pixels);
+  map.origin = box.min();
+  const Eigen::Vector2i size =
+      (box.sizes() / map.resolution).array().ceil().cast<int>().max(1).min(most_pixels);
+  cv::Mat picture(size.y(), size.x(), CV_8UC4, cv::Scalar(0, 0, 0, 0));
+  // Row 0 is the northern edge: the lower left corner of the picture is the origin.
+  const auto place = [&](const Eigen::Vector2d& p) {
+    const Eigen::Vector2d at = (p - map.origin) / map.resolution;
+    const double scale = 1 << sub_bits;
+    return cv::Point(static_cast<int>(std::lround((at.x() - 0.5) * scale)),
+                     static_cast<int>(std::lround((size.y() - at.y() - 0.5) * scale)));
+  };
+  const auto fill = [&](const std::array<Eigen::Vector2d, 4>& corners, const cv::Scalar& colour) {
+    std::array<cv::Point, 4> points;
+    std::transform(corners.begin(), corners.end(), points.begin(), place);
+    cv::fillConvexPoly(picture, points.data(), 4, colour, cv::LINE_8, sub_bits);
+  };
+  for (const PlanPart& part : plan.parts) fill(part.corners, colour_of(part.label));
+  for (const PlanRow& row : plan.rows) {
+    const double low = row.y - kPlanCell / 2, high = row.y + kPlanCell / 2;
+    fill({{{row.left, low}, {row.right, low}, {row.right, high}, {row.left, high}}}, solid_colour);
+  }
+  std::vector<std::uint8_t> png;
+  if (!cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 9})) return std::nullopt;
+  map.png.assign(png.begin(), png.end());
+  return map;
+}
+
+}  // namespace parhelion
