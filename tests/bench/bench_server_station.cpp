@@ -2,8 +2,9 @@
 // 20 observers and a trainee that look, an instructor that places and removes a person every two seconds. A
 // robot that stands in a room of wandering robots sends 361 beams at 20 Hz over LCM. No video: that has its
 // own bench.
-//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS]]]     10 minutes: bench_server_station PARHELION
-//   1 600
+//   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS [WHICH]]]]
+// WHICH: both (interleaved), pages or nobody. As issue 6 asks, in 200 minutes: bench_server_station PARHELION
+// 10 600 30; memory alone, in ten: bench_server_station PARHELION 1 600 30 pages
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
@@ -35,6 +36,7 @@ constexpr std::uint16_t port = 8402;
 constexpr const char* url = "udpm://239.255.76.67:7702?ttl=0&recv_buf_size=4194304";
 constexpr double scan_rate = 20;  // Hz
 constexpr double settled = 3;     // s until memory is looked at first
+constexpr int looks = 10;         // at memory
 
 void pass(double s) { std::this_thread::sleep_for(std::chrono::duration<double>(s)); }
 
@@ -168,13 +170,17 @@ void send_scans(Bus& bus, double duration) {
   std::uint64_t bytes = 0;
   const WallTime begun = steady_now();
   const auto elapsed = [&] { return (steady_now() - begun).seconds(); };
-  int placed = 0;
+  int placed = 0, ponged = 0;
   for (bool open = true; open;) {
     if (elapsed() > placed + 1) {
       bench::say(pages[0].fd,
                  placed++ % 2 == 0
                      ? R"({"type":"agent","action":"spawn","name":"p","kind":"person","x":5,"y":3})"
                      : R"({"type":"agent","action":"remove","name":"p"})");
+    }
+    if (elapsed() > 5 * (ponged + 1)) {
+      ++ponged;
+      for (const pollfd& page : pages) bench::pong(page.fd);
     }
     poll(pages.data(), pages.size(), 100);
     for (const pollfd& page : pages) {
@@ -204,7 +210,7 @@ long resident(pid_t pid) {
 struct Run {
   double p50 = 0, p99 = 0;   // us, from arrival on the bus to sent
   double megabytes = 0;      // a second, to all pages
-  long first = 0, last = 0;  // kB
+  std::vector<long> memory;  // kB, ten times in equal steps
 };
 
 Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages) {
@@ -233,11 +239,13 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
   Run result;
   std::thread memory([&] {
     pass(settled);
-    result.first = resident(server);
+    for (int i = 0; i < looks; ++i) {
+      result.memory.push_back(resident(server));
+      if (i + 1 < looks) pass((duration - 2.5 - settled) / (looks - 1));
+    }
   });
   send_scans(**robot, duration - 2);
   memory.join();
-  result.last = resident(server);
   kill(server, SIGINT);
   int status = 0;
   waitpid(server, &status, 0);
@@ -252,9 +260,10 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
   const auto& scan = report["latency_us"]["scan_in_to_out"];
   result.p50 = scan["p50"];
   result.p99 = scan["p99"];
-  std::printf("%s  %lld scans  p50 %7.1f us  p99 %8.1f us  resident %ld -> %ld kB",
-              with_pages ? "22 pages" : "nobody  ", report["scans"]["in"].get<long long>(), result.p50,
-              result.p99, result.first, result.last);
+  std::printf("%s  %lld scans  p50 %7.1f us  p99 %8.1f us  resident", with_pages ? "22 pages" : "nobody  ",
+              report["scans"]["in"].get<long long>(), result.p50, result.p99);
+  for (const long kilobytes : result.memory) std::printf(" %ld", kilobytes);
+  std::printf(" kB");
   if (with_pages) std::printf("  %.1f MB/s to the pages", result.megabytes);
   std::printf("\n");
   std::fflush(stdout);
@@ -269,21 +278,27 @@ double middle(std::vector<double> values) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS]]]\n", argv[0]), 2;
+  if (argc < 2)
+    return std::fprintf(stderr, "usage: %s PARHELION [ROUNDS [SECONDS [AGENTS [both|pages|nobody]]]]\n",
+                        argv[0]),
+           2;
   const int rounds = argc > 2 ? std::stoi(argv[2]) : 3;
   const double duration = argc > 3 ? std::stod(argv[3]) : 12;
   const int agents = argc > 4 ? std::stoi(argv[4]) : 50;
+  const std::string which = argc > 5 ? argv[5] : "both";
   const test::Folder folder;
   const fs::path path = folder / "";
   write_files(path, agents);
   std::vector<double> p50[2], p99[2];
   for (int i = 0; i < rounds; ++i) {
     for (const bool with_pages : {i % 2 == 1, i % 2 == 0}) {
+      if (which == (with_pages ? "nobody" : "pages")) continue;
       const Run result = run(argv[1], path, duration, with_pages);
       p50[with_pages].push_back(result.p50);
       p99[with_pages].push_back(result.p99);
     }
   }
+  if (p50[0].empty() || p50[1].empty()) return 0;
   const double without = middle(p50[0]), with = middle(p50[1]);
   std::printf(
       "middle of %d: p50 %.1f us without, %.1f us with (%+.1f %%); p99 %.1f us without, %.1f us with\n",

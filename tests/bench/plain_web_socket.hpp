@@ -78,4 +78,9 @@ inline void say(int socket_, const std::string& text) {
   write_all(socket_, frame + text);
 }
 
+/// An unsolicited pong, as browsers send them when they are asked: the other end lives.
+inline void pong(int socket_) {
+  write_all(socket_, {static_cast<char>(0x8a), static_cast<char>(0x80), 0, 0, 0, 0});
+}
+
 }  // namespace parhelion::bench

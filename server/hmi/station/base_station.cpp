@@ -111,7 +111,8 @@ Status BaseStation::Parts::open_video(const BaseStationOptions& options) {
   video = std::make_unique<VideoFeed>(bus->connect(), video_options(options.station));
   site->server().on_socket("/ws/video", Access::logged_in(), video->socket());
   site->server().on_stream("/video.mjpg", Access::logged_in(), VideoFeed::stream_type, video->stream());
-  watch = std::make_unique<RobotWatch>(bus->connect(), options.station.configuration, *video, teleop.get());
+  watch = std::make_unique<RobotWatch>(bus->connect(), options.station.configuration, *video, teleop.get(),
+                                       options.why_not_driven);
   return watch->start();
 }
 

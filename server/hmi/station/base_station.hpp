@@ -17,6 +17,7 @@ struct BaseStationOptions {
   std::filesystem::path folder;         ///< accounts, certificate, audit log; empty: default_site_folder()
   std::optional<bool> plain;   ///< without encryption; none: where only this machine's own browser can ask
   StationOptions station;      ///< its emergency stop and audit are this class's own
+  std::string why_not_driven;  ///< why nobody can drive the trainee's robot, for people; empty: pages can
   bool robot_stopped = false;  ///< the trainee's, by an emergency stop that a server which died was told of
   /// An endpoint of the session's bus, called once, on a thread whose priority its own threads take.
   std::function<Result<std::unique_ptr<Bus>>()> open_bus;

@@ -24,7 +24,10 @@ struct PageSaid {
 struct PageClosed {
   std::uint64_t client = 0;
 };
-using Letter = std::variant<Message, PageOpened, PageSaid, PageClosed>;
+struct BusFailed {
+  std::string why;
+};
+using Letter = std::variant<Message, PageOpened, PageSaid, PageClosed, BusFailed>;
 
 /// Thread-safe, and bounded: the bus waits outside, where the newest of each channel wins.
 class Mailbox {
@@ -38,6 +41,7 @@ class Mailbox {
   bool put(PageSaid text);
   void put(PageOpened opened) { push(Letter(std::move(opened))); }
   void put(PageClosed closed) { push(Letter(closed)); }
+  void put(BusFailed failed) { push(Letter(std::move(failed))); }
   /// False: nothing came within `timeout`, or closed.
   bool take(Letter& letter, Duration timeout);
   void close();

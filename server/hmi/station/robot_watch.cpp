@@ -59,8 +59,12 @@ TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuratio
 }
 
 RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const Configuration> configuration,
-                       VideoFeed& video, TeleopDesk* teleop)
-    : bus_(std::move(bus)), configuration_(std::move(configuration)), video_(video), teleop_(teleop) {}
+                       VideoFeed& video, TeleopDesk* teleop, std::string trainee_why_not)
+    : bus_(std::move(bus)),
+      configuration_(std::move(configuration)),
+      video_(video),
+      teleop_(teleop),
+      trainee_why_not_(std::move(trainee_why_not)) {}
 
 Status RobotWatch::start() {
   const ChannelMap& channels = configuration_->channels;
@@ -120,7 +124,10 @@ void RobotWatch::take_world(const Message& message) {
   video_.set_robots(std::move(names));
   if (teleop_ == nullptr) return;
   std::vector<TeleopRobot> drivables;
-  for (const DrivenRobot& robot : robots) drivables.push_back(drivable(robot, *configuration_));
+  for (const DrivenRobot& robot : robots) {
+    drivables.push_back(drivable(robot, *configuration_));
+    if (robot.name == configuration_->robot.name) drivables.back().why_not = trainee_why_not_;
+  }
   teleop_->set_robots(std::move(drivables));
 }
 

@@ -14,9 +14,10 @@ namespace parhelion {
 
 class RobotWatch {
  public:
-  /// `teleop`: nullptr where nothing can be driven. Both outlive this.
+  /// `teleop`: nullptr where nothing can be driven. Both outlive this. `trainee_why_not`: why the trainee's
+  /// robot cannot be; empty: it can.
   RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const Configuration> configuration, VideoFeed& video,
-             TeleopDesk* teleop);
+             TeleopDesk* teleop, std::string trainee_why_not = {});
 
   /// Error: a channel cannot be subscribed to.
   Status start();
@@ -30,6 +31,7 @@ class RobotWatch {
   std::shared_ptr<const Configuration> configuration_;
   VideoFeed& video_;
   TeleopDesk* teleop_;
+  const std::string trainee_why_not_;
   WallTime world_due_;              ///< robots come and go seldom: not every world is read
   std::vector<std::string> names_;  ///< that were told last
   CameraLessons lessons_;

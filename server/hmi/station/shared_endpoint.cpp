@@ -16,7 +16,8 @@ namespace parhelion {
 namespace {
 
 constexpr Duration period = milliseconds(5);
-constexpr int least_waiting = 64;  // messages of a subscription, meanwhile
+constexpr Duration again = milliseconds(100);  // where the bus has failed
+constexpr int least_waiting = 64;              // messages of a subscription, meanwhile
 
 }  // namespace
 
@@ -39,9 +40,10 @@ struct SharedEndpoint::Shared {
       }
     }
   }
-  void fail(const Error& why) {
+  void note(std::optional<Error> why) {
     const std::lock_guard lock(mutex);
-    fault = why;
+    fault = std::move(why);
+    if (!fault) return;
     for (Listener* listener : listeners) listener->came.notify_all();
   }
 
@@ -113,14 +115,14 @@ std::unique_ptr<Bus> SharedEndpoint::connect() { return std::make_unique<Endpoin
 
 void SharedEndpoint::hand_on(const std::stop_token& stop) {
   Message message;
+  bool failed = false;
   while (!stop.stop_requested()) {
-    std::this_thread::sleep_for(std::chrono::nanoseconds(period.ns));
-    while (!stop.stop_requested()) {
-      const auto came = shared_->bus->receive(message, Duration{0});
-      if (!came) return shared_->fail(came.error());
-      if (!*came) break;
+    auto came = shared_->bus->receive(message, Duration{0});
+    for (; came && *came && !stop.stop_requested(); came = shared_->bus->receive(message, Duration{0}))
       shared_->hand_on(message);
-    }
+    if (failed != !came) shared_->note(came ? std::nullopt : std::optional(came.error()));
+    failed = !came;
+    std::this_thread::sleep_for(std::chrono::nanoseconds(failed ? again.ns : period.ns));
   }
 }
 

@@ -10,8 +10,9 @@
 
 namespace parhelion {
 
-/// What comes is handed on 2 ms after the first of a burst, in order: by then a scan that came with it has
-/// been answered, and the two do not share a core. Thread-safe.
+/// What comes is handed on in order, 200 times a second: whoever looks is not woken by the scan that the
+/// server has just been woken to answer, and what pages are shown is up to 5 ms older. A bus that fails is
+/// told to all who listen, and tried again. Thread-safe.
 class SharedEndpoint {
  public:
   explicit SharedEndpoint(std::unique_ptr<Bus> bus);

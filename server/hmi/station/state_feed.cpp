@@ -69,6 +69,7 @@ std::vector<std::pair<std::string, int>> StateFeed::channels() const {
 }
 
 void StateFeed::take(const Message& message, WallTime now) {
+  deaf_.clear();
   const auto known = channels_.find(message.channel);
   if (known == channels_.end()) return take_agent_scan(message);
   if (const auto stamp = leading_stamp(message.payload))

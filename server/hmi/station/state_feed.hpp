@@ -41,6 +41,8 @@ class StateFeed {
   /// What to subscribe to, and how many may wait.
   std::vector<std::pair<std::string, int>> channels() const;
   void take(const Message& message, WallTime now);
+  /// Pages are told why nothing comes, until something does.
+  void bus_failed(const std::string& why) { deaf_ = why; }
   /// What time brings: rates, ages, what is left. At least 20 times a second. `now`: steady clock, as above.
   void look(WallTime now);
 
@@ -117,6 +119,7 @@ class StateFeed {
   void greet(Page& page);
   std::string hello(const Identity& who) const;
   std::string entities() const;
+  std::string status_text() const;
   ControlState control() const;
   void forget_silent_operators(WallTime now);
   void tell_operators() const;
@@ -146,6 +149,7 @@ class StateFeed {
   PoseEstimate pose_;
   bool pose_known_ = false;
   ServerStatus status_;
+  std::string deaf_;  ///< why nothing comes from the bus; empty: it works
   std::map<std::string, std::pair<OperatorWord, WallTime>> operators_;
   std::optional<Joints> joints_;
   std::optional<HazardReading> hazard_;

@@ -61,7 +61,7 @@ void StateFeed::greet(Page& page) {
   const std::vector<Event> events(events_.begin(), events_.end());
   say(events_json(events, start()));
   say(score_json(board_, start(), now()), page_slot::score);
-  say(status_json(status_, sensors_.states(options_.clock())), page_slot::status);
+  say(status_text(), page_slot::status);
   if (pose_known_) say(pose_json(pose_), page_slot::pose);
   if (info_.stamp.ns != 0) say(injection_json(info_), page_slot::injection);
   say(control_json(control()), page_slot::control);
@@ -87,6 +87,12 @@ std::string StateFeed::entities() const {
         const AgentDefinition* definition = shapes_.definition(entity);
         return definition == nullptr ? std::string() : definition->model;
       });
+}
+
+std::string StateFeed::status_text() const {
+  ServerStatus shown = status_;
+  if (!deaf_.empty()) shown.notes.emplace_back("bus", "the base station hears nothing: " + deaf_);
+  return status_json(shown, sensors_.states(options_.clock()));
 }
 
 ControlState StateFeed::control() const {
@@ -170,7 +176,7 @@ void StateFeed::look(WallTime now) {
     pages_.tell(injection_json(info_), page_slot::injection);
   if (std::exchange(pose_changed_, false) || (half && pose_known_))
     pages_.tell(pose_json(pose_), page_slot::pose);
-  if (second) pages_.tell(status_json(status_, sensors_.states(options_.clock())), page_slot::status);
+  if (second) pages_.tell(status_text(), page_slot::status);
   ControlState state = control();
   const std::string text = control_json(state);
   state.position = 0;

@@ -12,7 +12,7 @@
 namespace parhelion {
 namespace {
 
-constexpr Duration bus_poll = milliseconds(50), look_period = milliseconds(20);
+constexpr Duration bus_poll = milliseconds(50), look_period = milliseconds(20), bus_again = milliseconds(500);
 
 /// For handlers on the server's thread.
 struct Published {
@@ -119,9 +119,9 @@ void Station::Running::receive(const std::stop_token& stop) {
     Message message;
     const auto received = bus->receive(message, bus_poll);
     if (!received) {
-      std::fprintf(stderr, "parhelion: the base station hears nothing any more: %s\n",
-                   received.error().message.c_str());
-      return;
+      mailbox.put(BusFailed{received.error().message});
+      std::this_thread::sleep_for(std::chrono::nanoseconds(bus_again.ns));
+      continue;
     }
     if (*received && !mailbox.put(std::move(message))) return;
   }
@@ -155,6 +155,8 @@ void Station::Running::take(Letter& letter) {
     }
   } else if (auto* closed = std::get_if<PageClosed>(&letter)) {
     feed.close(closed->client);
+  } else if (auto* failed = std::get_if<BusFailed>(&letter)) {
+    feed.bus_failed(failed->why);
   }
 }
 

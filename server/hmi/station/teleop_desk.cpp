@@ -137,6 +137,7 @@ Status TeleopDesk::drive(TeleopPage& page, const std::string& robot) {
     for (const TeleopRobot& each : robots_) known += (known.empty() ? "" : ", ") + each.driven.name;
     return Error{"no robot '" + robot + "'; there " + (known.empty() ? "is none yet" : "are " + known)};
   }
+  if (!wanted->why_not.empty()) return Error{"robot '" + robot + "' cannot be driven: " + wanted->why_not};
   const auto replaced = page_to_replace(page, robot);
   if (!replaced) return replaced.error();
   // One operator drives one robot, also from two pages.

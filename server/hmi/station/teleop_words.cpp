@@ -165,10 +165,12 @@ std::string robots_text(const std::vector<TeleopRobot>& robots) {
                         {"lower", joint.lower},
                         {"upper", joint.upper},
                         {"speed", joint.speed}});
-    list.push_back({{"name", robot.driven.name},
-                    {"joints", std::move(joints)},
-                    {"max", {{"vx", robot.vx}, {"vy", robot.vy}, {"wz", robot.wz}}},
-                    {"video", robot.video}});
+    Json words({{"name", robot.driven.name},
+                {"joints", std::move(joints)},
+                {"max", {{"vx", robot.vx}, {"vy", robot.vy}, {"wz", robot.wz}}},
+                {"video", robot.video}});
+    if (!robot.why_not.empty()) words.update({{"drivable", false}, {"why", robot.why_not}});
+    list.push_back(std::move(words));
   }
   return dump({{"type", "robots"}, {"list", std::move(list)}});
 }

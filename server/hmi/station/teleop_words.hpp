@@ -20,12 +20,13 @@ struct TeleopJoint {
   double speed = 0;             ///< rad/s or m/s, what may be asked for at most
 };
 
-/// A robot that pages can drive.
+/// A robot, and how pages can drive it.
 struct TeleopRobot {
   DrivenRobot driven;
   double vx = 1, vy = 0, wz = 1.5;  ///< m/s and rad/s, what may be asked for at most; 0: not at all
   std::vector<TeleopJoint> joints;
-  bool video = false;  ///< has a camera
+  bool video = false;   ///< has a camera
+  std::string why_not;  ///< why nobody can drive it, for people; empty: pages can
 };
 
 struct TeleopRequest {

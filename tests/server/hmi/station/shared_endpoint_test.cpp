@@ -5,6 +5,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <thread>
 
 namespace parhelion {
 namespace {
@@ -119,7 +120,7 @@ TEST_F(SharedEndpointTest, WhatIsSaidGoesToTheBusAlsoAfterItsEnd) {
   EXPECT_EQ(script_->published, (std::vector<std::string>{"TELEOP", "MR_AGENT_CMD"}));
 }
 
-TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListen) {
+TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListenAndHeardAgainWhenItWorks) {
   const auto bus = shared_->connect();
   ASSERT_TRUE(bus->subscribe("SCAN", 2).ok());
   {
@@ -130,6 +131,15 @@ TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListen) {
   const auto came = bus->receive(message, soon);
   ASSERT_FALSE(came.ok());
   EXPECT_EQ(came.error().message, "the cable is gone");
+  {
+    const std::lock_guard lock(script_->mutex);
+    script_->fault.clear();
+  }
+  come("SCAN", 5);
+  for (auto heard = bus->receive(message, soon); !heard; heard = bus->receive(message, soon)) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(message.payload.at(0), 5);
 }
 
 TEST_F(SharedEndpointTest, RefusesPatternsThatAreNone) {
