@@ -45,7 +45,7 @@ socket.onmessage = async ({ data }) => {
     return;
   }
   if (kind === "mjpeg") return;
-  const view = new DataView(data), bytes = new Uint8Array(data, 28);
+  const view = new DataView(data), bytes = new Uint8Array(data, 36);
   socket.send(JSON.stringify({ type: "ack", sequence: view.getUint32(4, true), at_ms: performance.now() }));
   if (kind === "jpeg") {
     const picture = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }));

@@ -100,6 +100,7 @@ Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configura
   base.address = options.http;
   base.folder = std::filesystem::path(options.folder) / "station";
   base.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
+  base.why_not_driven = "it is a recording: it drives as it did";
   StationOptions& station = base.station;
   station.configuration = std::make_shared<const Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();

@@ -196,6 +196,7 @@ void VideoFeed::take(const Message& message) {
     VideoSource::Waiting picture;
     picture.original = message.channel != source->channel();
     picture.due = now + seconds(delay_);
+    picture.arrived = message.arrival;
     if (Status read = decode(message.channel, message.payload, picture.image); !read) {
       source->fault = read.error().message;
       ++counts_.refused;

@@ -61,6 +61,7 @@ VideoFrame VideoSource::shown(const Waiting& picture, SensorTime session, Sensor
   const Duration age = age_.add(picture.image.stamp, session, now);
   frame.stamp_us = (wall - age).utime();
   frame.server_us = wall.utime();
+  frame.drawn_us = picture.arrived.utime();
   if (shown_) period_ = now - *shown_;
   shown_ = now;
   fault.clear();

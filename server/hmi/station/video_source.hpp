@@ -21,6 +21,7 @@ class VideoSource {
     WallTime due;  ///< to be shown from then, steady clock
     Image image;
     bool original = false;  ///< off the camera's own channel
+    ArrivalTime arrived;    ///< from the bus: drawn, not coded yet
   };
 
   /// `original`: the camera's own channel, shown while nothing comes on `channel`; empty: there is none.

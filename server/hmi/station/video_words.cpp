@@ -11,7 +11,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t longest = 1024;  // bytes of a page's message
-constexpr char frame_kind = 4;
+constexpr char frame_kind = 5;
 
 template <class T>
 void put(std::string& bytes, T value) {
@@ -54,6 +54,7 @@ std::shared_ptr<const std::string> video_message(const VideoFrame& frame,
   put(*message, frame.sequence);
   put(*message, frame.stamp_us);
   put(*message, frame.server_us);
+  put(*message, frame.drawn_us);
   put(*message, static_cast<std::uint16_t>(frame.width));
   put(*message, static_cast<std::uint16_t>(frame.height));
   message->append(reinterpret_cast<const char*>(bytes.data()), bytes.size());

@@ -26,12 +26,13 @@ struct VideoFrame {
   std::uint32_t sequence = 0;
   std::int64_t stamp_us = 0;   ///< of the exposure, the server's clock
   std::int64_t server_us = 0;  ///< when it was sent, the server's clock
+  std::int64_t drawn_us = 0;   ///< when it came to be coded, the server's clock
   int width = 0, height = 0;   ///< pixels
 };
-inline constexpr std::size_t kVideoHeader = 28;  // bytes
+inline constexpr std::size_t kVideoHeader = 36;  // bytes
 
-/// A header of 28 bytes, little-endian, and the coded picture: u8 4, u8 codec, u8 key, u8 state, u32
-/// sequence, i64 stamp_us, i64 server_us, u16 width, u16 height.
+/// A header of 36 bytes, little-endian, and the coded picture: u8 5, u8 codec, u8 key, u8 state, u32
+/// sequence, i64 stamp_us, i64 server_us, i64 drawn_us, u16 width, u16 height.
 std::shared_ptr<const std::string> video_message(const VideoFrame& frame,
                                                  std::span<const std::uint8_t> bytes);
 

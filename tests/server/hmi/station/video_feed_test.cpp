@@ -7,6 +7,7 @@
 
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "server/wall_clock.hpp"
 #include "tests/server/hmi/station/stand_in_client.hpp"
 
 namespace parhelion {
@@ -17,7 +18,7 @@ struct Seen {
   bool key;
   PictureState state;
   std::uint32_t sequence;
-  std::int64_t stamp_us, server_us;
+  std::int64_t stamp_us, server_us, drawn_us;
   std::uint16_t width, height;
   std::string picture;
 };
@@ -35,10 +36,11 @@ std::vector<Seen> frames(const StandInClient& page) {
     if (!sent.binary) continue;
     const std::string& bytes = *sent.bytes;
     EXPECT_GT(bytes.size(), kVideoHeader);
-    EXPECT_EQ(bytes[0], 4);
+    EXPECT_EQ(bytes[0], 5);
     all.push_back({static_cast<VideoCodec>(bytes[1]), bytes[2] != 0, static_cast<PictureState>(bytes[3]),
                    get<std::uint32_t>(bytes, 4), get<std::int64_t>(bytes, 8), get<std::int64_t>(bytes, 16),
-                   get<std::uint16_t>(bytes, 24), get<std::uint16_t>(bytes, 26), bytes.substr(kVideoHeader)});
+                   get<std::int64_t>(bytes, 24), get<std::uint16_t>(bytes, 32), get<std::uint16_t>(bytes, 34),
+                   bytes.substr(kVideoHeader)});
   }
   return all;
 }
@@ -100,6 +102,7 @@ class VideoFeedTest : public testing::Test {
 
 TEST_F(VideoFeedTest, PassesJpegThroughUntouchedWithItsAge) {
   auto page = look("robot=trainee&codec=jpeg");
+  const std::int64_t before = wall_now().utime();
   const Image image = show(channel::mr_camera, 0.035);
   const auto seen = frames(*page);
   ASSERT_EQ(seen.size(), 1U);
@@ -107,6 +110,8 @@ TEST_F(VideoFeedTest, PassesJpegThroughUntouchedWithItsAge) {
   EXPECT_EQ(seen[0].codec, VideoCodec::jpeg);
   EXPECT_EQ(seen[0].state, PictureState::live);
   EXPECT_EQ(seen[0].server_us - seen[0].stamp_us, 35'000);
+  EXPECT_GE(seen[0].drawn_us, before) << "as the bus has it";
+  EXPECT_LE(seen[0].drawn_us, wall_now().utime());
   EXPECT_EQ(seen[0].width, 64);
   EXPECT_EQ(seen[0].height, 48);
 }
