@@ -5,6 +5,7 @@
 
 #include "tools/command.hpp"
 #include "tools/command_line.hpp"
+#include "tools/completion.hpp"
 #include "tools/play_commands.hpp"
 #include "tools/records_commands.hpp"
 
