@@ -43,7 +43,8 @@ void find_real_doors(const Configuration& configuration, const SemanticModel& mo
                                    [&](const ModelEntity& entity) { return entity.name == stands.name; });
     if (stands.dynamic || door == model.entities.end()) continue;
     SightedDoor& sighted =
-        sights->doors.emplace_back(SightedDoor{*door, hinge_of(*door), std::nullopt, {}, std::nullopt});
+        sights->doors.emplace_back(SightedDoor{*door, hinge_of(*door), {}, std::nullopt, {}, std::nullopt});
+    sighted.walls = walls_beside(*door, sighted.hinge, model);
     if (!old) continue;
     for (const SightedDoor& before : old->doors) {
       if (before.door.name != stands.name || !before.angle) continue;
@@ -62,8 +63,8 @@ void sight_doors(const Configuration& configuration, const LaserMotion& laser, d
   const bool usable = sigma <= most_error;
   if (usable) sights.fit.set_scan(path.real, *configuration.robot.laser, laser, path.beam_time, sigma);
   for (SightedDoor& door : sights.doors)
-    observe(door, usable ? sights.fit.find(door.door, door.hinge, door.angle) : LeafSight{}, path.last_scan,
-            state.simulation);
+    observe(door, usable ? sights.fit.find(door.door, door.hinge, door.angle, door.walls) : LeafSight{},
+            path.last_scan, state.simulation);
 }
 
 }  // namespace parhelion

@@ -15,6 +15,7 @@ struct State;
 struct SightedDoor {
   ModelEntity door;
   Hinge hinge;
+  std::vector<WallBeside> walls;
   std::optional<double> angle;  ///< rad, of the hinge, as it was last seen
   SimulationTime seen;          ///< arrival of that scan
   std::optional<double> fresh;  ///< rad, of the newest scan, where that alone says so

@@ -27,6 +27,32 @@ double between(double a, double b) { return std::remainder(a - b, kTau); }
 
 }  // namespace
 
+std::vector<WallBeside> walls_beside(const ModelEntity& door, const Hinge& hinge,
+                                     const SemanticModel& model) {
+  std::vector<WallBeside> walls;
+  const Eigen::Vector3d axis = door.T_map_body * Eigen::Vector3d(hinge.axis.x(), hinge.axis.y(), 0);
+  const Eigen::Vector3d closed = leaf_at(door, hinge, hinge.closed).translation();
+  const double reach = std::hypot(leaf_reach(door, hinge), door.size.z() / 2);
+  for (const ModelEntity& entity : model.entities) {
+    const bool wall = entity.label == EntityLabel::wall || entity.label == EntityLabel::pillar ||
+                      entity.label == EntityLabel::window;
+    if (!wall || !is_solid(entity) || entity.is_virtual || !entity.T_map_body.finite()) continue;
+    const WallBeside beside{entity.T_map_body.inverse(), entity.size / 2};
+    const auto outside = [&](const Eigen::Vector3d& p) {
+      return ((beside.T_wall_map * p).cwiseAbs() - beside.half).cwiseMax(0).norm();
+    };
+    // One that is drawn across the opening says nothing of what stands there.
+    if (outside(axis) <= reach && outside(closed) > 0) walls.push_back(beside);
+  }
+  return walls;
+}
+
+bool LeafFit::on_wall(const Eigen::Vector3d& p_map, std::span<const WallBeside> walls) const {
+  return std::any_of(walls.begin(), walls.end(), [&](const WallBeside& wall) {
+    return (((wall.T_wall_map * p_map).cwiseAbs() - wall.half).array() <= options_.in_wall).all();
+  });
+}
+
 void LeafFit::set_scan(const Scan& real, const LaserDescription& laser, const LaserMotion& motion,
                        std::span<const float> time, double sigma) {
   real_ = &real;
@@ -42,7 +68,8 @@ void LeafFit::set_scan(const Scan& real, const LaserDescription& laser, const La
 }
 
 /// The beams that come near the hinge, as the drawn leaf's plane has them.
-void LeafFit::gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector2d& axis, const Leaf& leaf) {
+void LeafFit::gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector2d& axis, const Leaf& leaf,
+                     std::span<const WallBeside> walls) {
   near_.clear();
   const Eigen::Matrix3d R = T_map_leaf.rotation();
   const Eigen::Vector3d at = T_map_leaf * Eigen::Vector3d(axis.x(), axis.y(), 0);
@@ -64,7 +91,9 @@ void LeafFit::gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector
       if (std::abs(o.x() * d.y() - o.y() * d.x()) > leaf.length() * d.norm()) continue;
       const double range =
           kind == BeamKind::hit ? double{real_->ranges[i]} : std::numeric_limits<double>::infinity();
-      near_.push_back({o, d, range, origin.z(), direction.z()});
+      const bool of_wall =
+          kind == BeamKind::hit && on_wall(rays_.origin(i) + range * rays_.direction(i), walls);
+      near_.push_back({o, d, range, origin.z(), direction.z(), of_wall});
     }
   }
 }
@@ -74,7 +103,7 @@ void LeafFit::vote(const Leaf& leaf) {
   votes_.fill(0);
   const double sense = leaf.x1 >= -leaf.x0 ? 0 : std::numbers::pi;
   for (const Beam& beam : near_) {
-    if (!std::isfinite(beam.range)) continue;
+    if (!std::isfinite(beam.range) || beam.of_wall) continue;
     const Eigen::Vector2d p = beam.origin + beam.range * beam.direction;
     const double r = p.norm();
     if (r < options_.jamb || r > leaf.length() + margin_) continue;
@@ -106,6 +135,7 @@ LeafFit::Judged LeafFit::judge(const Leaf& leaf, double angle, double margin) co
       if (beam.range > t) ++judged.through;
       continue;
     }
+    if (beam.of_wall) continue;
     const double arm = o.x() + beam.range * d.x();
     judged.first = judged.on == 0 ? arm : std::min(judged.first, arm);
     judged.last = judged.on == 0 ? arm : std::max(judged.last, arm);
@@ -137,7 +167,8 @@ std::optional<double> LeafFit::refine(const Leaf& leaf, double angle, Judged& ju
   return middle + std::clamp(off, -half, half);
 }
 
-LeafSight LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known) {
+LeafSight LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
+                        std::span<const WallBeside> walls) {
   LeafSight sight;
   const Eigen::Vector3d& size = door.size;
   if (beams_.time.empty() || door.T_map_body.rotation()(2, 2) < kUpright) return sight;
@@ -148,7 +179,7 @@ LeafSight LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::option
                   size.z() / 2,
                   hinge.lower,
                   hinge.upper};
-  gather(door.T_map_body, hinge.axis, leaf);
+  gather(door.T_map_body, hinge.axis, leaf, walls);
   if (near_.size() < options_.min_returns) return sight;
   if (known) {
     const Judged there = judge(leaf, *known, margin_);

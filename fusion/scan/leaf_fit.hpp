@@ -22,6 +22,15 @@ struct LeafSight {
   std::size_t returns = 0;      ///< that lie on it
 };
 
+/// A wall, pillar or window near a door: a return on it is not the leaf's, which may lie in one plane with
+/// it.
+struct WallBeside {
+  Transform<Body, Map> T_wall_map;
+  Eigen::Vector3d half;  ///< m
+};
+/// Those of a model that are within the leaf's reach.
+std::vector<WallBeside> walls_beside(const ModelEntity& door, const Hinge& hinge, const SemanticModel& model);
+
 struct LeafFitOptions {
   std::size_t min_returns = 6;
   double min_share = 0.8;    ///< of the beams that a leaf there would stop, those that it did stop
@@ -30,6 +39,7 @@ struct LeafFitOptions {
   double sigmas = 2;         ///< ...so many standard deviations of a return...
   double most_margin = 0.1;  ///< m, ...up to here
   double jamb = 0.1;         ///< m from the axis: nearer are frame and wall
+  double in_wall = 0.08;     ///< m: a return this near a wall is the wall's
   double apart = 0.17;       ///< rad: two fits so far apart are two leaves, and then nobody knows
 };
 
@@ -46,7 +56,8 @@ class LeafFit {
   void set_scan(const Scan& real, const LaserDescription& laser, const LaserMotion& motion,
                 std::span<const float> time, double sigma);
   /// `known`: rad, the hinge's angle as it was last seen, if it was.
-  LeafSight find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known);
+  LeafSight find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
+                 std::span<const WallBeside> walls = {});
 
  private:
   /// A beam in the drawn leaf's plane, from the hinge's axis.
@@ -54,6 +65,7 @@ class LeafFit {
     Eigen::Vector2d origin, direction;  ///< m; m for each metre of range
     double range = 0;                   ///< m; infinite: no return
     double origin_z = 0, direction_z = 0;
+    bool of_wall = false;  ///< what it returned from
   };
   /// The leaf from its axis: along it from x0 to x1, across it about y, in height about its middle.
   struct Leaf {
@@ -66,7 +78,9 @@ class LeafFit {
     double moment = 0, moment_squared = 0;  ///< sums of arm times offset, and of squared arms
   };
 
-  void gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector2d& axis, const Leaf& leaf);
+  void gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector2d& axis, const Leaf& leaf,
+              std::span<const WallBeside> walls);
+  bool on_wall(const Eigen::Vector3d& p_map, std::span<const WallBeside> walls) const;
   void vote(const Leaf& leaf);
   Judged judge(const Leaf& leaf, double angle, double margin) const;
   std::optional<double> refine(const Leaf& leaf, double angle, Judged& judged) const;

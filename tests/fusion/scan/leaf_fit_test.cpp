@@ -116,6 +116,36 @@ TEST(LeafFit, APoseThatIsCentimetresWrongMovesItByFewDegrees) {
   }
 }
 
+/// An office's partition wall begins right beside the hinge: it is flat, upright and long enough.
+TEST(LeafFit, AWallBesideADoorIsNoLeafOfIt) {
+  Site site;
+  site.door.hinge->upper = 110 * kDegree;
+  site.walls.entities.push_back(box(EntityLabel::wall, 2.8, -0.55, std::numbers::pi, {2.2, 0.1, 2.5}));
+  site.walls.entities.push_back(site.door);  // which is no wall of its own
+  const auto walls = walls_beside(site.door, *site.door.hinge, site.walls);
+  site.walls.entities.pop_back();
+  EXPECT_EQ(walls.size(), 3U) << "the wall that it hangs in, both sides, and this one";
+  const auto find = [&](std::optional<double> angle, std::span<const WallBeside> beside) {
+    const Scan scan = site.scan(angle);
+    site.fit.set_scan(scan, site.laser, {site.T_map_laser, site.T_map_laser}, site.time, 0.03);
+    return site.fit.find(site.door, *site.door.hinge, {}, beside);
+  };
+  ASSERT_TRUE(find({}, {}).angle) << "it was taken for one";
+  EXPECT_FALSE(find({}, walls).angle);
+  for (const double degrees : {0.0, 20.0, 40.0}) {
+    const LeafSight sight = find(degrees * kDegree, walls);
+    ASSERT_TRUE(sight.angle) << degrees;
+    EXPECT_NEAR(*sight.angle, degrees * kDegree, 3 * kDegree);
+  }
+}
+
+TEST(LeafFit, AWallThatIsDrawnAcrossTheOpeningHidesNoDoor) {
+  Site site;
+  SemanticModel across;
+  across.entities.push_back(box(EntityLabel::wall, 4, 0, std::numbers::pi / 2, {6, 0.1, 2.5}));
+  EXPECT_TRUE(walls_beside(site.door, *site.door.hinge, across).empty());
+}
+
 TEST(LeafFit, NothingIsSaidOfALeafThatIsNotThere) {
   Site site;
   const LeafSight sight = site.find(site.scan(std::nullopt), 0.0);
