@@ -51,7 +51,9 @@ void OperatorView::take(const Message& message) {
     if (decode(message.channel, message.payload, joints)) joints_ = std::move(joints.names);
   } else if (message.channel == channel::mr_events) {
     Event event;
-    if (decode(message.channel, message.payload, event)) news_.push_back(line(event));
+    // That a touch began and ended is news; that it goes on is none.
+    if (decode(message.channel, message.payload, event) && event.kind != EventKind::collision_continued)
+      news_.push_back(line(event));
   }
 }
 

@@ -21,7 +21,7 @@ class OperatorView {
   const std::vector<std::string>& joints() const { return joints_; }
   /// MR_CMD: what goes to the trainee's robot.
   const Twist2& command() const { return command_; }
-  /// Events since the last call, a line each.
+  /// Events since the last call, a line each; not of touches that go on.
   std::vector<std::string> take_news();
 
  private:

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kReleaseGap = 0.02;    // m more than the margin: the robot has left a wall
 constexpr double kMostMargin = 0.10;    // m: a pose that is known worse says nothing about contacts
+constexpr double kRests = 0.01;         // m/s
 constexpr double kClosingSpeed = 0.02;  // m/s: slower, a robot stands beside a wall rather than hits it
 
 }  // namespace
@@ -35,7 +36,7 @@ void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vecto
 
 void ContactTracker::go_on(Contact& contact, SimulationTime now, std::vector<Event>& events) {
   contact.peak_said = std::max(contact.peak_said, contact.newest.impulse);
-  if ((now - contact.said).seconds() < kPeriod) return;
+  if (contact.newest.rests || (now - contact.said).seconds() < kPeriod) return;
   events.push_back(event_of(EventKind::collision_continued, contact, now, contact.peak_said));
   events.back().value = (now - contact.started).seconds();
   contact.said = now;
@@ -86,6 +87,7 @@ struct Party {
   bool shown = true;
   Agent* robot = nullptr;                 ///< an articulated one
   const std::string* relation = nullptr;  ///< of a part of the building
+  bool is_thing = false;                  ///< it does not move by itself
 };
 
 Party party(const auto& state, PhysicsHandle handle) {
@@ -94,11 +96,19 @@ Party party(const auto& state, PhysicsHandle handle) {
     if (agent->robot && agent->robot->owns(handle))
       return {&agent->definition.name,           !agent->trainee, agent->trainee,
               agent->shown == AgentShown::shown, agent.get(),     nullptr};
-    if (agent->handle == handle || (agent->cable && agent->cable->owns(handle)))
-      return {&agent->definition.name, true, false, agent->shown == AgentShown::shown};
+    if (agent->handle == handle || (agent->cable && agent->cable->owns(handle))) {
+      const AgentKind kind = agent->definition.kind;
+      return {&agent->definition.name,
+              true,
+              false,
+              agent->shown == AgentShown::shown,
+              nullptr,
+              nullptr,
+              kind != AgentKind::robot && kind != AgentKind::person};
+    }
   }
   if (const FixedObstacle* obstacle = state.building->by_handle(handle)) {
-    return {&obstacle->name, obstacle->is_virtual, false, true, nullptr, &obstacle->relation};
+    return {&obstacle->name, obstacle->is_virtual, false, true, nullptr, &obstacle->relation, true};
   }
   return {};
 }
@@ -118,6 +128,8 @@ void Simulation::State::collect_body_contacts() {
           std::tuple(&b, swap ? contact.a : contact.b, swap ? contact.shape_a : contact.shape_b)}) {
       if (side->robot) side->robot->robot->touched(side->robot->robot->link_name(handle, shape));
     }
+    const bool rests = a.is_thing && b.is_thing && physics.state(contact.a).velocity.norm() < kRests &&
+                       physics.state(contact.b).velocity.norm() < kRests;
     const bool simulated = a.robot && a.is_real_robot;  // the trainee's: its sensors are never degraded
     if (with_robot && !simulated && !real.touchable) continue;
     touching.push_back(
@@ -125,7 +137,7 @@ void Simulation::State::collect_body_contacts() {
          a.is_virtual == b.is_virtual ? (a.is_virtual ? PairKind::virtual_virtual : PairKind::real_real)
                                       : PairKind::real_virtual,
          contact.position, contact.impulse, with_robot && !simulated && !(real.sensed && b.shown),
-         b.relation != nullptr ? *b.relation : std::string()});
+         b.relation != nullptr ? *b.relation : std::string(), rests});
   }
 }
 

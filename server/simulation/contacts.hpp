@@ -19,6 +19,7 @@ struct TouchingPair {
   double impulse = 0;                                  ///< N s in this step
   bool unsensed = false;
   std::string relation = {};  ///< of the object in the model: "in wall 7"
+  bool rests = false;         ///< one thing lies still on another
 };
 
 /// Bodies that bump lose touch for some steps: a contact has stopped when nothing was felt for `kPause`.
@@ -29,8 +30,8 @@ class ContactTracker {
 
   /// Takes what touches in the step at `now`; appends collision_started (impulse: of the first step),
   /// collision_continued (impulse: the largest of one step since it was said last; value: s since it started)
-  /// while it is felt, and collision_stopped (impulse: the largest of one step) to `events`, in the order of
-  /// names.
+  /// while it is felt and does not merely rest, and collision_stopped (impulse: the largest of one step) to
+  /// `events`, in the order of names.
   void update(const std::vector<TouchingPair>& touching, SimulationTime now, std::vector<Event>& events);
   /// Ends the contacts of an entity that goes away or is moved.
   void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events);

@@ -259,6 +259,20 @@ TEST(Supervision, AContactThatGoesOnIsSaidEachSecond) {
   EXPECT_NEAR(goes_on[2].impulse, 40 * 0.5, 0.5);
 }
 
+/// The lower box stands on the floor, which is no contact; the upper one falls on it.
+TEST(Supervision, OfWhatRestsOnAnotherThingNothingIsSaidUntilItMovesAgain) {
+  Simulation simulation = make();
+  AgentDefinition upper = agent("box_2", AgentKind::box, 0.05, 0);
+  upper.T_map_base = Transform<Map, Base>::planar(0.05, 0, 0, 0.45);
+  spawn(simulation, agent("box_1", AgentKind::box, 0, 0));
+  spawn(simulation, upper);
+  run(simulation, 8);
+  const auto events = simulation.take_events();
+  EXPECT_EQ(count(events, EventKind::collision_started), 1U);
+  EXPECT_LE(count(events, EventKind::collision_continued), 1U);
+  EXPECT_EQ(count(events, EventKind::collision_stopped), 0U) << "it lies there still";
+}
+
 TEST(Supervision, AnAgentsMovementIsSaidAndEndsWithIt) {
   Simulation simulation = make();
   spawn(simulation, moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander));
