@@ -1,10 +1,12 @@
 // Crowds through the whole tick: one real robot that stands, simulated ones that wander, their lasers of 361
 // beams at 10 Hz cast and published, MR_WORLD and MR_EVENTS. Prints how many times real time that is with so
-// many threads that cast, with all in the solver and as served, scans published a second, and percentiles of
-// a step. Agents are upright single bodies with velocity motors that friction bounds, at 240 Hz.
+// many threads that cast, with all in the solver and as served, scans encoded a second, and percentiles of
+// a step; and what of it another program gets: logged, sent over LCM, heard and read. Agents are upright
+// single bodies with velocity motors that friction bounds, at 240 Hz.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -12,8 +14,10 @@
 #include <fstream>
 #include <numbers>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "server/outbox.hpp"
 #include "server/tick.hpp"
 
 namespace {
@@ -104,6 +108,18 @@ class StepClock : public StageObserver {
   std::chrono::steady_clock::time_point last_;
 };
 
+/// A step's inputs: the real robot stands.
+std::vector<Message> inputs_at(std::int64_t utime) {
+  const SensorTime stamp = SensorTime::from_utime(utime);
+  PoseEstimate pose;
+  pose.stamp = stamp;
+  pose.covariance = PoseCovariance::Identity() * 1e-6;
+  pose.state = SlamState::tracking;
+  pose.map_id = "hall";
+  return {message("ODOMETRY", utime + 100, Odometry{stamp, Transform<Odom, Base>::planar(0, 0, 0)}),
+          message("POSE_COV", utime + 200, pose)};
+}
+
 void crowd(benchmark::State& bench) {
   const Configuration configuration =
       hall(static_cast<int>(bench.range(0)), static_cast<int>(bench.range(1)));
@@ -118,15 +134,7 @@ void crowd(benchmark::State& bench) {
   const auto run = [&](double seconds_of_it) {
     const std::int64_t end = utime + static_cast<std::int64_t>(seconds_of_it * 1e6);
     for (; utime < end; utime += 50'000) {
-      const SensorTime stamp = SensorTime::from_utime(utime);
-      PoseEstimate pose;
-      pose.stamp = stamp;
-      pose.covariance = PoseCovariance::Identity() * 1e-6;
-      pose.state = SlamState::tracking;
-      pose.map_id = "hall";
-      for (const Message& input :
-           {message("ODOMETRY", utime + 100, Odometry{stamp, Transform<Odom, Base>::planar(0, 0, 0)}),
-            message("POSE_COV", utime + 200, pose)}) {
+      for (const Message& input : inputs_at(utime)) {
         outputs.clear();
         clock.begin();
         tick(configuration, input, state, outputs, clock);
@@ -162,6 +170,88 @@ BENCHMARK(crowd)
     ->Args({1000, 50, 1, 0})
     ->Args({1000, 50, 2, 0})
     ->Iterations(5)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// Hears and reads all agents' scans, as another program does.
+class Listener {
+ public:
+  explicit Listener(Bus& bus) : bus_(bus), thread_([this] { run(); }) {}
+  ~Listener() {
+    stop_ = true;
+    thread_.join();
+  }
+  std::size_t heard() const { return heard_; }
+
+ private:
+  void run() {
+    Message message;
+    Scan scan;
+    while (!stop_) {
+      const auto received = bus_.receive(message, milliseconds(10));
+      if (!received || !*received) continue;
+      if (decode(message.channel, message.payload, scan).ok() && scan.ranges.size() == 361) ++heard_;
+    }
+  }
+
+  Bus& bus_;
+  std::atomic<std::size_t> heard_ = 0;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+/// From end to end: physics, lasers, session log with its hashes, LCM, and a listener that has read the scan.
+/// It is waited for where it is far behind, so that none is lost and each counts.
+void published(benchmark::State& bench) {
+  const int agents = static_cast<int>(bench.range(0));
+  const Configuration configuration = hall(agents, agents);
+  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(1)));
+  const std::string url = "udpm://239.255.76.67:7799?ttl=0&recv_buf_size=4194304";
+  auto bus = open_network_bus(url), ears = open_network_bus(url);
+  const auto log = std::filesystem::temp_directory_path() / "parhelion-bench-crowd.lcm";
+  auto writer = LogWriter::create(log, true);
+  if (!made || !bus || !ears || !writer || !(*ears)->subscribe("MR_AGENT_.*_SCAN", 10'000))
+    return bench.SkipWithError("no state, network bus or log");
+  Outbox outbox(bus->get(), std::move(*writer));
+  Listener listener(**ears);
+  Outputs outputs;
+  StageObserver unmeasured;
+  std::int64_t utime = kStart;
+  std::size_t sent = 0;
+  const auto wait_for = [&](std::size_t scans, std::chrono::milliseconds most) {
+    const auto end = std::chrono::steady_clock::now() + most;
+    while (listener.heard() < scans && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  };
+  const auto run = [&](double seconds_of_it) {
+    const std::int64_t end = utime + static_cast<std::int64_t>(seconds_of_it * 1e6);
+    for (; utime < end; utime += 50'000) {
+      for (const Message& input : inputs_at(utime)) {
+        outputs.clear();
+        tick(configuration, input, **made, outputs, unmeasured);
+        outbox.send(&input, outputs.entries(), input.arrival);
+        for (const Outputs::Entry& entry : outputs.entries()) sent += entry.channel.ends_with("_SCAN");
+      }
+      if (sent > 500) wait_for(sent - 500, std::chrono::milliseconds(1000));
+    }
+  };
+  run(2);
+  wait_for(sent, std::chrono::milliseconds(1000));
+  const std::size_t heard_before = listener.heard(), sent_before = sent;
+  for (auto _ : bench) {
+    run(1);
+    wait_for(sent, std::chrono::milliseconds(1000));
+  }
+  const std::size_t heard = listener.heard() - heard_before;
+  bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(heard), benchmark::Counter::kIsRate);
+  bench.counters["lost"] = static_cast<double>(sent - sent_before) - static_cast<double>(heard);
+  std::filesystem::remove(log);
+}
+BENCHMARK(published)
+    ->ArgNames({"agents", "threads"})
+    ->Args({50, 1})
+    ->Args({50, 2})
+    ->Iterations(10)
     ->UseRealTime()
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);

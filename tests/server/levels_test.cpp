@@ -105,6 +105,21 @@ TEST_F(LevelsTest, TeleopDrivesTheSimulatedRobotAndItsSilenceStopsIt) {
   EXPECT_EQ(events(EventKind::movement_stopped).size(), 1U);
 }
 
+TEST_F(LevelsTest, ACommandOfAHundredMetresASecondIsDrivenAsFastAsTheRobotCan) {
+  start(level_1());
+  run(0.5);
+  double fastest = 0;
+  for (double end = 1; end <= 4; end += 0.5) {
+    run(end, Twist2{100, 0, 0});
+    fastest = std::max(fastest, motion().velocity.norm());
+  }
+  EXPECT_LE(fastest, 1.05 * configuration_.robot.limits.speed);
+  EXPECT_GE(fastest, 0.9 * configuration_.robot.limits.speed);
+  run(6, Twist2{std::numeric_limits<float>::quiet_NaN(), 0, 0});
+  EXPECT_LT(motion().velocity.norm(), 0.01) << "what is no number is a stop";
+  EXPECT_TRUE(motion().T_map_base.finite());
+}
+
 TEST_F(LevelsTest, WhatStandsInTheWayIsSeenNamedAndHitAndTheBumperFeelsIt) {
   start(level_1({test::agent("box_1", AgentKind::box, 0, 0)}));
   run(0.5);

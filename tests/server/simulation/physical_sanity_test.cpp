@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "server/simulation/physics.hpp"
+#include "tests/server/simulation/worlds.hpp"
 
 namespace parhelion {
 namespace {
@@ -53,6 +54,39 @@ TEST(PhysicalSanity, WhatSlidesGainsSpeedAsCoulombSays) {
   // The air takes some: 2 % of the speed in a second.
   const double expected = kGravity * (std::sin(angle) - kFriction * std::cos(angle));
   EXPECT_NEAR((slope.speed() - before) / 0.5, expected, 0.05 * expected);
+}
+
+/// What is pitched, rolled and high up as well; the first second moves none of it.
+TEST(PhysicalSanity, EachBodyStartsAndStaysWhereTheModelHasIt) {
+  SemanticModel model = test::room(8);
+  model.entities.push_back(
+      test::model_box("step 1", EntityLabel::stairs, {1, 1, 0.085}, {0.3, 1, 0.17}, 0.4));
+  model.entities.push_back(test::model_box("ceiling", EntityLabel::ceiling, {0, 0, 2.6}, {8, 8, 0.2}));
+  model.entities.push_back(test::model_box("ramp", EntityLabel::unknown, {-1, -1, 0.5}, {1.5, 0.8, 0.1}));
+  model.entities.back().T_map_body = Transform<Map, Body>(
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.6, 0.8, 0))), Eigen::Vector3d(-1, -1, 0.5));
+  model.entities.push_back(test::model_box("door 1", EntityLabel::door, {2, -2, 1}, {0.9, 0.05, 2}, 1.1));
+  SimulationOptions options;
+  options.level = 1;
+  Simulation simulation = test::make(model, options);
+  for (const double after : {0.1, 1.0}) {
+    test::run(simulation, after);
+    WorldSnapshot world;
+    ASSERT_TRUE(simulation.at(simulation.now(), world));
+    for (const ModelEntity& entity : model.entities) {
+      const auto body = std::find_if(world.scene->bodies.begin(), world.scene->bodies.end(),
+                                     [&](const auto& each) { return each->entity == entity.name; });
+      ASSERT_NE(body, world.scene->bodies.end()) << entity.name;
+      EXPECT_EQ((*body)->shapes.at(0).size, entity.size) << entity.name;
+      const auto state = std::find_if(world.bodies.begin(), world.bodies.end(),
+                                      [&](const BodyState& each) { return each.id == (*body)->id; });
+      ASSERT_NE(state, world.bodies.end()) << entity.name;
+      const Eigen::Isometry3d off = entity.T_map_body.isometry().inverse() *
+                                    (state->T_map_body * (*body)->shapes.at(0).T_body_shape).isometry();
+      EXPECT_LT(off.translation().norm(), 1e-6) << entity.name;
+      EXPECT_LT(Eigen::AngleAxisd(off.rotation()).angle(), 1e-6) << entity.name;
+    }
+  }
 }
 
 TEST(PhysicalSanity, AThrownBodyFollowsTheParabola) {
