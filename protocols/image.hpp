@@ -72,8 +72,14 @@ struct DepthCameraDescription {
   CameraIntrinsics intrinsics;
   Transform<Base, DepthOptical> T_base_optical;  ///< with all joints of `head` at zero
   std::vector<HeadJoint> head;
-  double range_min = 0, range_max = 0;  ///< m
+  double range_min = 0, range_max = 0;  ///< m, along the optical axis; a farthest of 0: not said
   std::string source;
+  // Of a simulated camera; a real one has these by itself.
+  double rate = 0;             ///< Hz, of images; 0: not said
+  double noise = 0;            ///< m, 1 sigma, the same at all ranges, as of time of flight
+  double baseline = 0;         ///< m, to the second eye or the projector, which is to its right; 0: has none
+  double disparity_noise = 0;  ///< px, 1 sigma of the offset between the two views, by which it triangulates
+  double disparity_step = 0;   ///< px, what that offset is rounded to
 };
 
 }  // namespace parhelion

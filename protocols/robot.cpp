@@ -79,7 +79,14 @@ DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
   depth.head = yaml::read_head(node, problems);
   yaml::read(node, "range_min", depth.range_min);
   yaml::read(node, "range_max", depth.range_max);
+  yaml::read(node, "rate", depth.rate);
+  yaml::read(node, "noise", depth.noise);
+  yaml::read(node, "baseline", depth.baseline);
+  yaml::read(node, "disparity_noise", depth.disparity_noise);
+  yaml::read(node, "disparity_step", depth.disparity_step);
   yaml::read(node, "source", depth.source);
+  if (depth.baseline == 0 && (depth.disparity_noise > 0 || depth.disparity_step > 0))
+    problems.add(node.line, "'disparity_noise' and 'disparity_step' need a 'baseline' of more than 0 m");
   if (depth.range_max != 0 && !(depth.range_min < depth.range_max)) {
     problems.add(node.line, "expected range_min < range_max, found " +
                                 yaml::format_quantity(depth.range_min, Quantity::length) + " and " +
@@ -216,6 +223,11 @@ void write_cameras(yaml::Writer& writer, const RobotDescription& robot) {
     write_intrinsics(writer, robot.depth->intrinsics);
     writer.quantity("range_min", robot.depth->range_min, Quantity::length);
     writer.quantity("range_max", robot.depth->range_max, Quantity::length);
+    writer.quantity("rate", robot.depth->rate, Quantity::rate);
+    writer.quantity("noise", robot.depth->noise, Quantity::length);
+    writer.quantity("baseline", robot.depth->baseline, Quantity::length);
+    writer.quantity("disparity_noise", robot.depth->disparity_noise, Quantity::pixels);
+    writer.quantity("disparity_step", robot.depth->disparity_step, Quantity::pixels);
     writer.text("source", robot.depth->source);
     writer.close();
   }

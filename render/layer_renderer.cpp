@@ -250,10 +250,11 @@ void LayerRenderer::read_depth(const CameraProjection& projection, const DrawLis
     gl_.CullFace(GL_BACK);
     gl_.FrontFace(GL_CW);
     use(depth_, view, far, 0, nullptr);
-    if (what == Depth::occluders) {
+    if (what != Depth::shapes) {
       draw_instances(plain_box_, list.occluders);
       draw_mesh(list.mesh_chunks, list.mesh);
-    } else {
+    }
+    if (what != Depth::occluders) {
       for (std::size_t mesh = 0; mesh < kMeshes; ++mesh) draw_instances(mesh, list.shapes[mesh]);
     }
     read_view(single_.framebuffer, pixels.rect, false, pixels.rgba, pixels.depth_id);

@@ -60,8 +60,8 @@ class LayerRenderer {
   /// Error: what the driver refused.
   Status read(const CameraProjection& projection, const DrawList& list, Layer& layer);
 
-  /// Depth and identity only, one sample a pixel: of the shapes, or of the occluders.
-  enum class Depth { shapes, occluders };
+  /// Depth and identity only, one sample a pixel: of the shapes, of the occluders, or of both.
+  enum class Depth { shapes, occluders, everything };
   void read_depth(const CameraProjection& projection, const DrawList& list, Depth what, Layer& layer);
 
  private:

@@ -45,6 +45,20 @@ std::vector<OccluderBox> occluders_of(const SemanticModel& building) {
   return boxes;
 }
 
+double floor_of(const SemanticModel& building) {
+  std::optional<double> floor, foot;
+  for (const ModelEntity& entity : building.entities) {
+    if (entity.is_virtual || !is_solid(entity)) continue;
+    if (!entity.T_map_body.finite() || !entity.size.allFinite() || entity.size.minCoeff() <= 0) continue;
+    const double z = entity.T_map_body.translation().z(), half = 0.5 * entity.size.z();
+    if (entity.label == EntityLabel::floor)
+      floor = std::min(floor.value_or(z + half), z + half);
+    else
+      foot = std::min(foot.value_or(z - half), z - half);
+  }
+  return floor.value_or(foot.value_or(0));
+}
+
 std::vector<OccluderBox> explaining_boxes(const std::vector<OccluderBox>& building,
                                           const WorldSnapshot& world) {
   if (!world.scene) return building;

@@ -24,6 +24,9 @@ struct OccluderBox {
 /// drew (virtual).
 std::vector<OccluderBox> occluders_of(const SemanticModel& building);
 
+/// m, map: the top of the lowest modelled floor, else the lowest foot of what stands there, else 0.
+double floor_of(const SemanticModel& building);
+
 /// Height that is supposed of whatever the laser sees and the model does not explain, m over the floor: a
 /// standing person's. A lower thing hides too much by this; the other error would draw over a person.
 inline constexpr double kScanOccluderHeight = 1.8;

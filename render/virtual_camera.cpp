@@ -49,19 +49,6 @@ struct BuildingPart {
   Shape shape;
 };
 
-/// The floor's height: the lowest modelled floor's top, else the lowest foot of a wall, else 0.
-double floor_of(const std::vector<BuildingPart>& parts) {
-  double floor = 1e9, foot = 1e9;
-  for (const BuildingPart& part : parts) {
-    const double z = part.T_map_box.translation().z(), half = 0.5 * part.shape.size.z();
-    if (part.label == EntityLabel::floor)
-      floor = std::min(floor, z + half);
-    else
-      foot = std::min(foot, z - half);
-  }
-  return floor < 1e9 ? floor : foot < 1e9 ? foot : 0;
-}
-
 class EglVirtualCamera : public VirtualCamera {
  public:
   static Result<std::unique_ptr<VirtualCamera>> make(const SemanticModel& building) {
@@ -82,7 +69,7 @@ class EglVirtualCamera : public VirtualCamera {
       part.shape.material.albedo = colour_of(entity.label);
       camera->parts_.push_back(std::move(part));
     }
-    camera->floor_z_ = floor_of(camera->parts_);
+    camera->floor_z_ = floor_of(building);
     camera->mesh_ = building_mesh(building);
     camera->renderer_->set_mesh(camera->mesh_);
     camera->mesh_.vertices = {};  // the driver has them

@@ -2,6 +2,7 @@
 // with the reason. At levels 1 and 2 there is no CAMERA but what the render thread makes.
 #include <algorithm>
 
+#include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -139,13 +140,28 @@ bool depth_is_there(const State& state) {
   return state.depth && state.depth->stamp - state.waiting_image->image.stamp >= -same_moment;
 }
 
-/// Its bodies are in it already: MR_CAMERA is CAMERA, as MR_SCAN is SCAN. Where nothing could be rendered a
-/// camera is silent, and the report says why.
-void add_picture(const Configuration& configuration, const Image& picture, Outputs& outputs, State& state) {
-  if (picture.bytes.empty()) return;
+/// Its bodies are in it already: MR_CAMERA is CAMERA and MR_DEPTH is DEPTH, as MR_SCAN is SCAN. Where nothing
+/// could be rendered a camera is silent, and the report says why.
+void add_picture(const Configuration& configuration, const RenderAnswer& answer, Outputs& outputs,
+                 State& state) {
+  const bool seen = !answer.image.bytes.empty();
+  // The depth first: whoever waits for an image's depth has it when the image comes.
+  for (const char* name : {channel::depth, channel::mr_depth})
+    if (answer.depth) encode(*answer.depth, outputs.add(configuration.channels.bus(name)));
   for (const char* name : {channel::camera, channel::mr_camera})
-    encode(picture, outputs.add(configuration.channels.bus(name)));
-  ++state.tally.frames_out;
+    if (seen) encode(answer.image, outputs.add(configuration.channels.bus(name)));
+  if (seen || answer.depth) ++state.tally.frames_out;
+}
+
+/// How a head of the simulated robot is turned at the newest step.
+Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head, const Joints& joints) {
+  const auto turn = head_turn(head, [&joints](const std::string& joint) {
+    const auto found = std::find(joints.names.begin(), joints.names.end(), joint);
+    if (found == joints.names.end()) return std::optional<double>();
+    return std::optional(joints.positions[static_cast<std::size_t>(found - joints.names.begin())]);
+  });
+  if (!turn) return turn.error();
+  return Transform<Base, Base>(*turn);
 }
 
 }  // namespace
@@ -168,24 +184,30 @@ void answer_image(const Configuration& configuration, const Message& input, Stat
   if (!configuration.robot.depth || depth_is_there(state)) finish_image(configuration, state, outputs);
 }
 
+/// Of both cameras at once, where both are due: the colour of a point and its depth are of one instant.
 void take_picture(const Configuration& configuration, const RobotMotion& motion, SimulationTime now,
                   State& state, Outputs& outputs) {
-  const CameraDescription& camera = *configuration.robot.camera;
-  const Joints& joints = motion.joints;
-  const auto turn = head_turn(camera.head, [&joints](const std::string& joint) {
-    const auto found = std::find(joints.names.begin(), joints.names.end(), joint);
-    if (found == joints.names.end()) return std::optional<double>();
-    return std::optional(joints.positions[static_cast<std::size_t>(found - joints.names.begin())]);
-  });
-  if (!turn) return refuse({"simulated camera: " + turn.error().message}, state);
+  const RobotDescription& robot = configuration.robot;
+  SimulatedSensors& sensors = *state.sensors;
   Outputs::Frame frame;
-  if (!state.simulation.at(now, frame.job.world)) return;
+  RenderJob& job = frame.job;
+  if (robot.camera) {
+    const auto turn = simulated_head(robot.camera->head, motion.joints);
+    if (!turn) return refuse({"simulated camera: " + turn.error().message}, state);
+    job.camera = *robot.camera;
+    job.T_map_optical = motion.T_map_base * *turn * robot.camera->T_base_optical;
+  }
+  if (robot.depth && sensors.depth_clock->due(now - sensors.start)) {
+    const auto turn = simulated_head(robot.depth->head, motion.joints);
+    if (!turn) return refuse({"simulated depth camera: " + turn.error().message}, state);
+    job.depth_camera = *robot.depth;
+    job.T_map_depth = motion.T_map_base * *turn * robot.depth->T_base_optical;
+  }
+  if (!state.simulation.at(now, job.world)) return;
   frame.sequence = ++state.frame_sequence;
-  frame.job.image.stamp = {now.ns};
-  frame.job.camera = camera;
-  frame.job.T_map_optical = motion.T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
+  job.image.stamp = {now.ns};
   frame.model = state.model;
-  frame.exposure = {true, camera.noise, configuration.scenario.seed, frame.sequence};
+  frame.exposure = {true, job.camera.noise, configuration.scenario.seed, frame.sequence};
   ++state.tally.frames_in;
   outputs.add_frame(std::move(frame));
 }
@@ -203,7 +225,7 @@ void watch_waiting_image(const Configuration& configuration, SimulationTime now,
 
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state) {
-  if (done.simulated) return add_picture(configuration, done.answer.image, outputs, state);
+  if (done.simulated) return add_picture(configuration, done.answer, outputs, state);
   encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
   if (done.answer.depth)
     encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));

@@ -90,7 +90,7 @@ Status check_level(const Scenario& scenario) {
   if (scenario.pose)
     return Error{who + "knows the pose of its robot; remove 'pose', or say 'slam: true' in 'trainee'"};
   if (scenario.mapping)
-    return Error{who + "has no depth camera to map with; remove 'mapping', or map at level 3"};
+    return Error{who + "is in the model: there is nothing to map; remove 'mapping', or map at level 3"};
   return {};
 }
 

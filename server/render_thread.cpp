@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "render/virtual_depth.hpp"
 #include "server/thread_priority.hpp"
 #include "server/wall_clock.hpp"
 
@@ -18,10 +19,10 @@ RenderAnswer original(Image image, const std::string& reason) {
 
 }  // namespace
 
-/// What draws a building's frames: a compositor, or a simulated camera.
+/// What draws a building's frames: a compositor, or a simulated robot's cameras. The building outlives it.
 class Painter {
  public:
-  Painter(const SemanticModel& building, bool simulates) {
+  Painter(const SemanticModel& building, bool simulates) : building_(building) {
     if (simulates) {
       take(VirtualCamera::create(building), camera_);
     } else {
@@ -51,16 +52,34 @@ class Painter {
   RenderAnswer picture(const Outputs::Frame& frame) {
     RenderAnswer answer;
     answer.reason = fault_;
-    if (!camera_) return answer;
     const RenderJob& job = frame.job;
-    answer.image =
-        camera_->render(job.camera, job.T_map_optical, job.world, job.image.stamp, "", *frame.exposure);
-    if (answer.image.bytes.empty()) answer.reason = "the camera's picture could not be rendered";
+    if (camera_ && job.camera.intrinsics.width > 0) {
+      answer.image =
+          camera_->render(job.camera, job.T_map_optical, job.world, job.image.stamp, "", *frame.exposure);
+      if (answer.image.bytes.empty()) answer.reason = "the camera's picture could not be rendered";
+    }
+    if (job.depth_camera.intrinsics.width > 0) measure(job, *frame.exposure, answer);
     return answer;
+  }
+  void measure(const RenderJob& job, const Exposure& exposure, RenderAnswer& answer) {
+    if (!depth_ && fault_.empty()) take(VirtualDepthCamera::create(building_), depth_);
+    if (!depth_) {
+      answer.reason = fault_;
+      return;
+    }
+    Image depth = depth_->measure(job.depth_camera, job.T_map_depth, job.world, job.image.stamp,
+                                  exposure.seed, exposure.sequence);
+    if (depth.bytes.empty()) {
+      answer.reason = "the depth camera's image could not be rendered";
+    } else {
+      answer.depth = std::move(depth);
+    }
   }
 
   std::unique_ptr<Compositor> compositor_;
   std::unique_ptr<VirtualCamera> camera_;
+  std::unique_ptr<VirtualDepthCamera> depth_;  // from the first frame that asks for it on
+  const SemanticModel& building_;
   std::string fault_;
 };
 

@@ -144,7 +144,7 @@ void Run::write_frame() {
   add_frame_outputs(configuration_, *done, frame_outputs_, *state_);
   report_.frame_us.add(done->latency.microseconds());
   outbox_.send(nullptr, frame_outputs_.entries(), last_);
-  if (options_.watch_camera) options_.watch_camera(done->answer.image);
+  if (options_.watch_camera && !done->answer.image.bytes.empty()) options_.watch_camera(done->answer.image);
 }
 
 void Run::take_stock() {

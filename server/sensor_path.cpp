@@ -171,8 +171,12 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const Rob
       bumpers(model.bumpers) {
   if (configuration.robot.imu)
     imu.emplace(*configuration.robot.imu, ImuErrors{}, configuration.scenario.seed);
-  if (const auto& camera = configuration.robot.camera)
-    camera_clock.emplace(camera->rate > 0 ? camera->rate : camera_rate);
+  const auto set = [](const auto& camera, std::optional<Cadence>& clock) {
+    if (camera) clock.emplace(camera->rate > 0 ? camera->rate : camera_rate);
+  };
+  set(configuration.robot.depth, depth_clock);
+  set(configuration.robot.depth, camera_clock);
+  set(configuration.robot.camera, camera_clock);
   laser.agent = configuration.robot.name;
   laser.laser = *configuration.robot.laser;
 }

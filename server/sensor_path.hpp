@@ -37,7 +37,8 @@ struct SimulatedSensors {
 
   SimulationTime start;
   Cadence robot, imu_clock, joints_clock, bumper_clock, odometry_clock, pose_clock, scan_clock;
-  std::optional<Cadence> camera_clock;  ///< none: the robot has no camera
+  std::optional<Cadence> camera_clock;  ///< of whatever camera it has; none: it has no camera
+  std::optional<Cadence> depth_clock;   ///< among the camera's; none: it has no depth camera
   WheelOdometry odometry;
   std::optional<ImuModel> imu;
   std::uint32_t imu_epoch = 0;

@@ -28,11 +28,11 @@ void answer_scan(const Configuration& configuration, const Message& input, State
 void sight_doors(const Configuration& configuration, const LaserMotion& laser, double sigma, State& state);
 /// camera_path.cpp: CAMERA to a job for the render thread, or to MR_CAMERA at once with the reason.
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
-/// The simulated robot's camera at the newest step: a job for the render thread.
+/// The simulated robot's cameras at the newest step: a job for the render thread.
 void take_picture(const Configuration& configuration, const RobotMotion& motion, SimulationTime now,
                   State& state, Outputs& outputs);
-/// What the render thread's answer leads to: MR_CAMERA, and MR_DEPTH where there is one; of a simulated
-/// camera CAMERA and, as it is, MR_CAMERA.
+/// What the render thread's answer leads to: MR_CAMERA, and MR_DEPTH where there is one; of simulated
+/// cameras CAMERA and DEPTH and, as they are, MR_CAMERA and MR_DEPTH.
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state);
 void take_depth(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);

@@ -102,8 +102,12 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
                                  text()};
   }
   if (*rc::gen::arbitrary<bool>()) {
-    a.depth = DepthCameraDescription{
-        any_intrinsics(), any_pose<Base, DepthOptical>(), any_head(), between(0, 1), between(2, 9), text()};
+    a.depth = DepthCameraDescription{any_intrinsics(),   any_pose<Base, DepthOptical>(),
+                                     any_head(),         between(0, 1),
+                                     between(2, 9),      text(),
+                                     between(0, 100),    between(0, 0.1),
+                                     between(0.01, 0.2), between(0, 1),
+                                     between(0, 1)};
   }
   if (*rc::gen::arbitrary<bool>()) a.imu = ImuDescription{any_pose<Base, Imu>()};
   if (*rc::gen::arbitrary<bool>()) a.footprint = {{0, 0}, {between(1, 2), 0}, {between(1, 2), between(1, 2)}};
@@ -139,7 +143,10 @@ RC_GTEST_PROP(RoundTrip, RobotDescription, ()) {
     RC_ASSERT(same(a.depth->T_base_optical, b->depth->T_base_optical));
     RC_ASSERT(same(a.depth->head, b->depth->head));
     RC_ASSERT(a.depth->range_min == b->depth->range_min && a.depth->range_max == b->depth->range_max);
-    RC_ASSERT(a.depth->source == b->depth->source);
+    RC_ASSERT(a.depth->source == b->depth->source && a.depth->rate == b->depth->rate);
+    RC_ASSERT(a.depth->noise == b->depth->noise && a.depth->baseline == b->depth->baseline);
+    RC_ASSERT(a.depth->disparity_noise == b->depth->disparity_noise);
+    RC_ASSERT(a.depth->disparity_step == b->depth->disparity_step);
   }
   RC_ASSERT(a.imu.has_value() == b->imu.has_value());
   if (a.imu) RC_ASSERT(same(a.imu->T_base_imu, b->imu->T_base_imu));

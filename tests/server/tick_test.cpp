@@ -223,7 +223,7 @@ TEST_F(TickTest, TickWaitsForTheDepthImageOfTheSameMoment) {
   lens.height = 2;
   lens.fx = lens.fy = 4;
   configuration.robot.camera = CameraDescription{lens, {}, {}, 0, 0, 0, ""};
-  configuration.robot.depth = DepthCameraDescription{lens, {}, {}, 0.1, 8, ""};
+  configuration.robot.depth = DepthCameraDescription{lens, {}, {}, 0.1, 8, {}, {}, {}, {}, {}, {}};
   start(std::move(configuration));
   feed(test::drive(2));
   const auto image = [](PixelFormat format, std::int64_t utime, int bytes_per_pixel) {
