@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fusion/semantic/semantic_net.hpp"
+#include "tests/long_run.hpp"
 #include "tests/random_site.hpp"
 
 namespace parhelion::test {
@@ -69,7 +70,7 @@ inline LevelledSite levelled_site(std::uint64_t seed) {
   };
   ScanOptions options;
   options.noise = uniform(0.002, 0.010);
-  options.step = uniform(0.010, 0.016);
+  options.step = uniform(long_run() ? 0.010 : 0.014, 0.022);  // finer ones cost time and change little
   options.tilt = uniform(0, 0.03);
   options.yaw = uniform(-3, 3);
   options.viewpoints = uniform(0, 1) < 0.8;
