@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kCube = 0.1;           // m
 constexpr double kCarrier = 1.0;        // m, in the plan, from the viewpoint
-constexpr double kAround = 1.2;         // m: what reaches beyond is no carrier
+constexpr double kAround = 1.2;         // m: what is joined to the carrier lies within
 constexpr double kHigher = 0.2;         // m, over the viewpoint
 constexpr double kScanner = 0.3;        // m, from the viewpoint
 constexpr double kBehind = 0.2;         // m, from a thing to where a line of sight through it ends
@@ -54,15 +54,17 @@ class NearViewpoints {
 struct Cube {
   std::vector<std::uint32_t> points;
   std::uint16_t view = 0;
-  bool alone = true;  ///< of one view only
+  bool alone = true;     ///< of one view only
+  bool carried = false;  ///< may be of what carried the scanner of that view
   bool visited = false, looked_through = false;
 };
 
-/// Cubes that touch.
+/// Cubes that touch and may be of one carrier.
 struct Thing {
   std::vector<Cube*> cubes;
   std::vector<Eigen::Vector3d> centres;
   std::uint16_t view = 0;
+  bool joined = false;  ///< to what cannot be of it
   Eigen::AlignedBox3d bounds;
 };
 
@@ -79,21 +81,20 @@ class Carriers {
       cube.view = view;
       cube.points.push_back(static_cast<std::uint32_t>(i));
     }
+    for (auto& [index, cube] : cubes_) cube.carried = may_be_carried(cube);
   }
 
   void drop(std::vector<std::uint8_t>& labels) {
     std::vector<Thing> things;
     for (auto& [index, cube] : cubes_) {
-      if (cube.visited) continue;
-      Thing thing = grown(index);
-      if (may_carry(thing)) things.push_back(std::move(thing));
+      if (cube.carried && !cube.visited) things.push_back(grown(index));
     }
     look_through(things);
     for (const Thing& thing : things) {
       const auto through = static_cast<double>(std::count_if(
           thing.cubes.begin(), thing.cubes.end(), [](const Cube* c) { return c->looked_through; }));
-      if (through < kLookedThrough * static_cast<double>(thing.cubes.size()) && !within(thing, kScanner))
-        continue;
+      const bool of_scanner = !thing.joined && within(thing, kScanner);
+      if (through < kLookedThrough * static_cast<double>(thing.cubes.size()) && !of_scanner) continue;
       for (const Cube* cube : thing.cubes) {
         for (const std::uint32_t i : cube->points)
           labels[i] = static_cast<std::uint8_t>(EntityLabel::free_space);
@@ -120,7 +121,12 @@ class Carriers {
       for (const std::uint32_t i : cube.points) thing.bounds.extend(cloud_.points[i].cast<double>());
       for (int n = 0; n < 27; ++n) {
         const auto found = cubes_.find({x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1});
-        if (found == cubes_.end() || found->second.visited) continue;
+        if (found == cubes_.end()) continue;
+        if (!found->second.carried || found->second.view != thing.view) {
+          thing.joined = true;
+          continue;
+        }
+        if (found->second.visited) continue;
         found->second.visited = true;
         open.push_back(found->first);
       }
@@ -129,18 +135,13 @@ class Carriers {
   }
 
   /// Whether all of it is near the one viewpoint that saw it.
-  bool may_carry(const Thing& thing) const {
-    const bool alone = std::all_of(thing.cubes.begin(), thing.cubes.end(),
-                                   [&](const Cube* c) { return c->alone && c->view == thing.view; });
-    if (!alone || thing.view >= cloud_.viewpoints.size()) return false;
-    const Eigen::Vector3d& eye = cloud_.viewpoints[thing.view];
-    if (thing.bounds.max().z() > eye.z() + kHigher) return false;
-    for (const Cube* cube : thing.cubes) {
-      for (const std::uint32_t i : cube->points) {
-        if ((cloud_.points[i].head<2>().cast<double>() - eye.head<2>()).norm() > kCarrier) return false;
-      }
-    }
-    return true;
+  bool may_be_carried(const Cube& cube) const {
+    if (!cube.alone || cube.view >= cloud_.viewpoints.size()) return false;
+    const Eigen::Vector3d& eye = cloud_.viewpoints[cube.view];
+    return std::all_of(cube.points.begin(), cube.points.end(), [&](std::uint32_t i) {
+      const Eigen::Vector3d p = cloud_.points[i].cast<double>();
+      return p.z() <= eye.z() + kHigher && (p - eye).head<2>().norm() <= kCarrier;
+    });
   }
 
   bool within(const Thing& thing, double reach) const {

@@ -8,10 +8,10 @@
 
 namespace parhelion {
 
-/// Labels as free space the unknown things within a metre of the viewpoint that saw them (not over 0.2 m
-/// higher) which no other scan saw, and which lie within 0.3 m of it, where no scanner measures, or through
-/// at least half of which other scans looked. What is joined to anything farther away stays. `labels`: one
-/// per point. Without viewpoints nothing is done.
+/// Labels as free space what is unknown within a metre of the viewpoint that saw it (not over 0.2 m higher),
+/// was seen by no other scan, and has at least half of it looked through by other scans; what touches
+/// something else, too. Within 0.3 m, where no scanner measures, a thing by itself goes without that.
+/// `labels`: one per point. Without viewpoints nothing is done.
 void drop_carriers(const PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels);
 
 }  // namespace parhelion

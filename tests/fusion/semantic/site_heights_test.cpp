@@ -105,10 +105,10 @@ TEST(HeightsOfRecordings, TheStatedOnesAreLowerEdgesOfBinsOfFiveCentimetres) {
   ASSERT_TRUE(scan) << scan.error().message;
   const std::vector<double> z = column(scan->cloud, 2);
   EXPECT_NEAR(fullest_bin(z, -1.45, -1.10, 0.05), -1.30, 1e-6) << "the floor";
-  EXPECT_NEAR(fullest_bin(z, -0.40, 0.10, 0.05), -0.15, 1e-6) << "table tops";
+  EXPECT_NEAR(fullest_bin(z, -0.40, 0.10, 0.05), -0.15, 1e-6) << "its 'table tops', the scanner's housing";
   EXPECT_NEAR(fullest_bin(z, 1.45, 1.85, 0.05), 1.65, 1e-6) << "the ceiling";
   // What lies in them is elsewhere, all three higher by what a bin's begin leaves out.
-  std::printf("  medians: floor %.3f, table tops %.3f, ceiling %.3f m\n", median_between(z, -1.45, -1.10),
+  std::printf("  medians: floor %.3f, housing %.3f, ceiling %.3f m\n", median_between(z, -1.45, -1.10),
               median_between(z, -0.20, -0.05), median_between(z, 1.55, 1.75));
   EXPECT_NEAR(median_between(z, -0.20, -0.05), -0.12, 0.01);
   const auto corridor = read_scan(test::recording("3d-3dtk-corridor/scan000.3d"));
