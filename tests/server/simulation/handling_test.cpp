@@ -232,6 +232,9 @@ TEST_F(Gripper, LiftsABoxAndPutsItIntoTheContainer) {
   EXPECT_EQ(events[0].object, "load");
   EXPECT_EQ(events[2].object, "tub");
   EXPECT_EQ(events[2].text, "load");
+  reach(0.60, 0.50, 90 * kDegree, 3);
+  for (const Event& event : world->take_events())
+    EXPECT_NE(event.subject, "load") << "it lies there: " << to_string(event.kind) << " " << event.object;
 }
 
 TEST_F(Gripper, WhatItLetsGoOfInTheAirIsDropped) {

@@ -1,5 +1,6 @@
 #include <numbers>
 
+#include "server/simulation/contacts.hpp"
 #include "server/simulation/watches.hpp"
 #include "worlds.hpp"
 
@@ -259,18 +260,18 @@ TEST(Supervision, AContactThatGoesOnIsSaidEachSecond) {
   EXPECT_NEAR(goes_on[2].impulse, 40 * 0.5, 0.5);
 }
 
-/// The lower box stands on the floor, which is no contact; the upper one falls on it.
 TEST(Supervision, OfWhatRestsOnAnotherThingNothingIsSaidUntilItMovesAgain) {
-  Simulation simulation = make();
-  AgentDefinition upper = agent("box_2", AgentKind::box, 0.05, 0);
-  upper.T_map_base = Transform<Map, Base>::planar(0.05, 0, 0, 0.45);
-  spawn(simulation, agent("box_1", AgentKind::box, 0, 0));
-  spawn(simulation, upper);
-  run(simulation, 8);
-  const auto events = simulation.take_events();
-  EXPECT_EQ(count(events, EventKind::collision_started), 1U);
-  EXPECT_LE(count(events, EventKind::collision_continued), 1U);
-  EXPECT_EQ(count(events, EventKind::collision_stopped), 0U) << "it lies there still";
+  ContactTracker contacts;
+  std::vector<Event> events;
+  TouchingPair pair{"part_1", "tub_1"};
+  for (int i = 0; i < 6 * 240; ++i) {
+    pair.rests = i > 60 && i < 5 * 240;
+    contacts.update({pair}, kStart + seconds(i * kStep), events);
+  }
+  ASSERT_EQ(events.size(), 2U) << "of six seconds it lay there for almost five";
+  EXPECT_EQ(events[0].kind, EventKind::collision_started);
+  EXPECT_EQ(events[1].kind, EventKind::collision_continued);
+  EXPECT_NEAR(since_start(events[1]), 5, 2 * kStep);
 }
 
 TEST(Supervision, AnAgentsMovementIsSaidAndEndsWithIt) {
