@@ -31,7 +31,7 @@ namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string scenario, robot, session, report, url, http, state, foxglove;
+  std::string scenario, robot, session, report, url, http, cloud, state, foxglove;
   std::string real_time = "auto";
   bool overwrite = false;
   bool once = false;
@@ -122,9 +122,9 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   }
   std::unique_ptr<LiveStation> station;
   if (!arguments.http.empty()) {
-    auto opened = LiveStation::open(
-        {arguments.http, arguments.state, arguments.url, arguments.session, options.robot_stopped},
-        *configuration);
+    auto opened = LiveStation::open({arguments.http, arguments.state, arguments.url, arguments.session,
+                                     arguments.cloud, options.robot_stopped},
+                                    *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
     options.say(station->invitation());
@@ -238,8 +238,12 @@ void add_serve(CLI::App& app, Exit& exit) {
   command->add_option("--report", arguments->report,
                       "JSON report to write at the end; - for standard output");
   command->add_option("--url", arguments->url, "LCM URL; by default LCM_DEFAULT_URL, else this machine only");
-  command->add_option("--http", arguments->http,
-                      "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080 or [::]:8443");
+  CLI::Option* http = command->add_option(
+      "--http", arguments->http, "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080 or [::]:8443");
+  command
+      ->add_option("--cloud", arguments->cloud,
+                   "The cloud that the model was made from: a layer of the page's 3D view")
+      ->needs(http);
   command->add_option("--state-folder", arguments->state,
                       "Emergency stops that hold; accounts, certificate and saved scenarios of the base "
                       "station; by default "

@@ -4,6 +4,7 @@
 
 #include "server/hmi/http/web_site.hpp"
 #include "server/review/page.hpp"
+#include "tools/cloud_layer.hpp"
 #include "tools/site_map.hpp"
 
 namespace parhelion {
@@ -42,6 +43,11 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   station.configuration = std::make_shared<const Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
   station.scenarios = (base.folder / "scenarios").string();
+  if (!options.cloud.empty()) {
+    auto cloud = cloud_layer(options.cloud, configuration.model.T_map_cloud);
+    if (!cloud) return cloud.error();
+    station.cloud = std::move(*cloud);
+  }
   station.controls.end = [it = live.get()] {
     it->ended_ = true;
     return Status();

@@ -16,6 +16,7 @@ struct LiveStationOptions {
   std::string folder;          ///< accounts, certificate, saved scenarios; empty: the user's own
   std::string url;             ///< of the LCM network
   std::string session;         ///< path of the session log: notes are kept beside it
+  std::string cloud;           ///< file with the cloud that the model was made from; empty: none
   bool robot_stopped = false;  ///< an emergency stop that the server before this one was told of
 };
 

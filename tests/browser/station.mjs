@@ -1,7 +1,7 @@
 // What each role does on a live base station, from log-in to the graded session: node station.mjs PROGRAM SOURCES FOLDER
 // PROGRAM: the built parhelion. Pictures are left in FOLDER.
 import assert from "node:assert/strict";
-import { mkdtempSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { listen, readTwist } from "./lcm.mjs";
@@ -230,6 +230,60 @@ try {
     await said(/lesson ends.*Lost video/);
   });
 
+  await step("the instructor gives a way, opens a door, freezes, marks, writes, sees what the trainee sees, and saves what was placed", async () => {
+    const { page } = instructor;
+    const told = [], deaf = await listen(url, "MR_AGENT_CMD", (payload) => told.push(Buffer.from(payload).toString("latin1")));
+    const plan = await page.getByRole("application").boundingBox();
+    const at = (x, y) => page.mouse.click(plan.x + plan.width * x, plan.y + plan.height * y);
+    await page.getByRole("combobox", { name: "Choose", exact: true }).selectOption("person_1");
+    const chosen = page.getByRole("region", { name: "Chosen" });
+    await chosen.getByLabel("Does").selectOption("patrols a way");
+    await chosen.getByRole("button", { name: "Draw its way" }).click();
+    for (const [x, y] of [[0.2, 0.45], [0.25, 0.6], [0.25, 0.6]]) await at(x, y);
+    await chosen.getByText("2 points").waitFor();
+    await chosen.getByRole("button", { name: "Do so" }).click();
+    await until("it walks", async () => (await page.getByText(/^person_1 /).textContent()) !== null);
+    await page.getByRole("button", { name: "Open door" }).click();
+    await at(0.5, 0.5);
+    await page.keyboard.press("Escape");
+    await until("the door is told", () => told.some((each) => each.includes("door 1")));
+    deaf();
+    for (const name of ["Freeze all", "Let all go"]) await page.getByRole("button", { name, exact: true }).click();
+    await page.getByLabel("What was it?").fill("well done");
+    await page.getByRole("button", { name: "Mark this moment" }).click();
+    await page.getByRole("tab", { name: "Messages" }).click();
+    await page.getByLabel("Message", { exact: true }).fill("mind the door");
+    await page.keyboard.press("Enter");
+    await trainee.page.getByRole("tab", { name: "Messages" }).click();
+    await trainee.page.getByText("mind the door").waitFor();
+    await trainee.page.getByRole("tab", { name: "Events" }).click();
+    await page.getByRole("tab", { name: "Events" }).click();
+    await page.getByRole("combobox", { name: "Robot" }).selectOption({ label: "as the trainee (trainee)" });
+    await page.locator("[data-age]").waitFor();
+    await page.getByLabel("Name of the scenario").fill("with_visitors");
+    await page.getByRole("button", { name: "Save as scenario" }).click();
+    await until("the saved scenario", () => existsSync(join(scratch, "site", "scenarios", "with_visitors.yaml")));
+  });
+
+  await step("who looks back sees what was, is told so, and comes back to now", async () => {
+    const { page } = observer;
+    const bar = page.getByRole("slider", { name: "Look back in the session" });
+    await bar.focus();
+    await page.keyboard.press("Home");
+    await page.getByText(/You look back: plan and 3D show 0:/).waitFor();
+    await picture(page, "back");
+    await page.getByRole("button", { name: "Back to now" }).click();
+    await page.getByText(/You look back/).waitFor({ state: "detached" });
+  });
+
+  await step("P saves a picture of the page", async () => {
+    const { page } = observer;
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("p")]);
+    assert.match(saved.suggestedFilename(), /^first steps-\d+\.\ds\.png$/);
+    await saved.saveAs(join(folder, "saved.png"));
+    assert.ok(statSync(join(folder, "saved.png")).size > 20_000);
+  });
+
   await step("the observer only looks: nothing to press, and the server refuses what is said all the same", async () => {
     const { page } = observer;
     for (const name of [/^Emergency stop/, "Freeze all", "End and grade"]) assert.equal(await page.getByRole("button", { name }).count(), 0);
@@ -249,19 +303,19 @@ try {
   });
 
   await step("Tab comes by everything that can be pressed, and one sees where it is", async () => {
-    for (const [role, { page }] of Object.entries(everyone)) await walkByKeys(page, role);
+    for (const role of ["trainee", "instructor"]) await walkByKeys(everyone[role].page, role);
   });
 
   await step("axe finds nothing in any role's layout in any theme, in three dimensions, and in the list of keys", async () => {
     for (const [role, { page }] of Object.entries(everyone)) {
       await page.evaluate(() => document.activeElement?.blur());
       await noViolation(page, role);
-      for (const theme of ["light", "dark", "contrast"]) {
+      for (const theme of role === "observer" ? [] : ["light", "dark", "contrast"]) {
         await page.keyboard.press("t");
         await page.locator(`html[data-theme="${theme}"]`).waitFor();
         await noViolation(page, `${role}, ${theme}`, "color-contrast");
       }
-      await page.keyboard.press("t");  // as the system again
+      if (role !== "observer") await page.keyboard.press("t");  // as the system again
       await picture(page, role);
     }
     const { page } = observer;
@@ -301,8 +355,36 @@ try {
     await picture(trainee.page, "result");
   });
 
+  await step("its recording plays by the keys of ros2 bag, with a seek bar", async () => {
+    for (const { context } of Object.values(everyone)) await context.close();
+    await server.stop();
+    const player = run(program, ["play", join(scratch, "session.lcm"), "--paused", "--http", "127.0.0.1:0"], join(scratch, "play.txt"));
+    const viewer = (pages.viewer = await person(browser, ""));
+    const { page } = viewer;
+    await page.goto((viewer.address = (await player.said(/(https?:\/\/\S+\?token=\S+)/))[1]));
+    viewer.address = new URL(viewer.address).origin;
+    const bar = page.getByRole("slider", { name: "Place in the recording" }), at = async () => Number(await bar.inputValue());
+    await bar.waitFor();
+    await page.evaluate(() => document.activeElement?.blur());
+    const begun = await at();
+    await page.keyboard.press("Space");
+    await until("it goes on", async () => (await at()) > begun + 0.2);
+    await page.keyboard.press("Space");
+    await page.getByRole("button", { name: "Play (Space)" }).waitFor();
+    await page.keyboard.press("ArrowUp");
+    await page.getByText("× 1.1").waitFor();
+    await page.keyboard.press("End");
+    await until("the end", async () => (await at()) > Number(await bar.getAttribute("max")) - 1);
+    await page.keyboard.press("Home");
+    await until("the beginning", async () => (await at()) < 1);
+    assert.ok((await page.locator(".marks i").count()) > 0, "events are marked");
+    await noViolation(page, "a recording");
+    await picture(page, "recording");
+    await player.stop();
+  });
+
   await step("nothing went wrong in any page, and none asked another server", async () => {
-    for (const [role, { wrong, asked }] of Object.entries(everyone)) {
+    for (const [role, { wrong, asked, address }] of Object.entries(everyone)) {
       assert.deepEqual(wrong, [], role);
       assert.deepEqual(asked.filter((each) => !each.startsWith(address) && !/^(data|blob):/.test(each)), [], role);
     }

@@ -187,6 +187,10 @@ void Station::Running::add_routes(HttpServer& server) {
     return answer_with(request, published.model);
   });
   server.on("GET", "/api/v1/map", access, [this](const HttpRequest&) { return map(); });
+  server.on("GET", "/api/v1/cloud", access, [this](const HttpRequest&) {
+    if (options.cloud.empty()) return refusal(404, "no cloud of this site was given (serve --cloud)");
+    return HttpResponse{200, "application/octet-stream", options.cloud};
+  });
   server.on("GET", "/api/v1/robots", access,
             [this](const HttpRequest& request) { return answer_with(request, published.robots); });
   add_report_routes(server);

@@ -31,6 +31,7 @@ struct StationOptions {
   std::string notes;                   ///< file that chat and marks are appended to; empty: none
   std::string scenarios;               ///< folder of scenarios that instructors save; empty: none are
   std::optional<StationMap> map;
+  std::string cloud;  ///< binary message 3: points of the site, map frame; empty: none
   DeskAudit audit;  ///< called on the station's thread
 };
 

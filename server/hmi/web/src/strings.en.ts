@@ -27,6 +27,8 @@ export const strings = {
     notConnected: "Not connected: this was not sent.",
     noReply: "The server did not answer: it may or may not have happened.",
     live: "live",
+    back: (at: string) => `You look back: plan and 3D show ${at}. Video, score and events are live.`,
+    toNow: "Back to now",
   },
   shell: {
     skip: "Skip to the panels",
@@ -104,6 +106,7 @@ export const strings = {
   view3d: {
     label: "Site, robots and scans in three dimensions",
     how: "Arrow keys turn the view, plus and minus zoom.",
+    noCloud: "The server has no cloud of this site: serve --cloud names one.",
     cut: "Low walls",
     noGraphics: "This browser does not draw in three dimensions (WebGL is off). The plan shows the same.",
   },
@@ -299,7 +302,8 @@ export const strings = {
     notHere: "Only an instructor, and only in a live session.",
   },
   play: {
-    bar: "The recording",
+    bar: "The recording", soFar: "The session so far", seekSoFar: "Look back in the session", onFromHere: "Go on from here",
+    ago: (seconds: string) => `${seconds} ago`, now: "now",
     seek: "Place in the recording",
     play: "Play (Space)", pause: "Pause (Space)", step: "One message on (right arrow)", slower: "Slower (down)", faster: "Faster (up)",
     rate: (rate: number) => `× ${rate.toFixed(rate < 1 ? 2 : 1)}`,

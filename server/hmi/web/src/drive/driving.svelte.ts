@@ -6,6 +6,7 @@ import { askedOf, jointCommand } from "./joints";
 import { HeldKeys, takesKeys, type DriveKey } from "./keys";
 import { PadDrive, type PadCommand } from "./pad";
 import { DriveSender } from "./sender";
+import { session } from "../session/session.svelte";
 import { stickInput } from "./stick";
 import { emergencyStop, stopState } from "./stop.svelte";
 import { teleop } from "./teleop.svelte";
@@ -110,6 +111,7 @@ class Driving {
     const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
     const robot = teleop.robot;
     const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
+    if (held && session.back !== null) session.lookBack(null);  // nobody drives by what was
     const twist = robot && held ? twistOf(input, robot.most, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
     if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));

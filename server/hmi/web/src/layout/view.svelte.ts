@@ -6,11 +6,14 @@ import { formatAddress, parseAddress, type LayoutName } from "./layouts";
 
 class View {
   layout = $state<LayoutName>("watch");
+  /** The URL named it, or somebody chose it. */
+  asked = false;
   layers = $state.raw<ReadonlySet<LayerName>>(new Set(defaultLayers));
 
   read(role: Role) {
     const address = parseAddress(location.hash, role);
     this.layout = address.layout;
+    this.asked = location.hash.includes("/");
     if (address.robot) selection.robot = address.robot;
     this.layers = new Set(address.layers ? layerNames.filter((name) => address.layers?.includes(name)) : defaultLayers);
   }

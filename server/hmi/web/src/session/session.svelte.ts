@@ -1,6 +1,7 @@
 /** All that /ws/state has said, for panels to read. Panels never open a socket to it themselves. */
 import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
+import { History, type Moment, type Roster } from "./history";
 import { Link, type LinkState } from "./link";
 import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hello, type Injection, type Joints, type Mark, type Operator, type Plan, type PoseState, type Reply, type Say, type Score, type ServerMessage, type SessionEvent, type Shape, type Status, type Part, type Zone } from "./protocol";
 import { poseOf, type FlatPose } from "./poses";
@@ -43,7 +44,11 @@ class Session {
   /** Newest of each source: "0" SCAN, "1" MR_SCAN, "2:ENTITY" of an agent. */
   scans = $state.raw<Record<string, ScanFrame>>({});
   depth = $state.raw<PointsFrame | null>(null);
-  cloud = $state.raw<PointsFrame | null>(null);
+  /** Session time that world, scans and entities are shown of, while somebody looks back; null: now. */
+  back = $state.raw<number | null>(null);
+  readonly history = new History();
+  /** What is now, whatever is shown. */
+  #live: Moment = { table: -1, entities: [], forms: [], world: null, scans: {} };
 
   /** May this user place, lesson, pause, end? Only for what is shown: the server decides. */
   instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
@@ -77,6 +82,7 @@ class Session {
 
   /** Session time now: that of the newest world, carried on by the page's clock unless paused, silent or at its end. */
   now(): number {
+    if (this.back !== null) return this.back;
     const t = this.world?.t ?? this.control?.position ?? 0;
     if (!this.world || this.silent || this.control?.paused || this.control?.ended) return t;
     return t + ((performance.now() - this.#worldArrived) / 1000) * (this.control?.rate || 1);
@@ -107,6 +113,21 @@ class Session {
     return this.entities.flatMap((each) => (each.owner === "building" ? [] : (poseOf(each, this.world) ?? [])));
   }
 
+  /** Shows what was at `t`; null, or what is not known any more: what is now. */
+  lookBack(t: number | null) {
+    const moment = t === null ? null : this.history.at(t);
+    this.back = moment ? t : null;
+    this.#show(moment ?? this.#live);
+  }
+  #show(shown: Moment) {
+    [this.table, this.entities, this.forms] = [shown.table, shown.entities, shown.forms];
+    [this.world, this.scans] = [shown.world, shown.scans];
+  }
+  /** Session time now, also while somebody looks back. */
+  liveTime(): number {
+    return this.back === null ? this.now() : (this.#live.world?.t ?? this.back);
+  }
+
   subscribe(change: { scan?: boolean; points?: boolean; world_hz?: number; agent_scans?: string[] }) {
     this.#subscription = { ...this.#subscription, ...change };
     this.say({ type: "subscribe", ...this.#subscription });
@@ -131,20 +152,23 @@ class Session {
   #frame(bytes: ArrayBuffer) {
     const frame = parseFrame(bytes);
     if (frame.kind === "world") {
-      if (frame.table !== this.table) return;
-      this.world = frame;
+      if (frame.table !== this.#live.table) return;
+      this.#live.world = frame;
+      if (this.hello?.session.mode === "live") this.history.world(frame);
+      if (this.back === null) this.world = frame;
       this.#worldArrived = performance.now();
     } else if (frame.kind === "scan") {
       const key = frame.source === SCAN_AGENT ? `${SCAN_AGENT}:${frame.entity}` : String(frame.source);
-      this.scans = { ...this.scans, [key]: frame };
-    } else if (frame.cloud) this.cloud = frame;
-    else this.depth = frame;
+      this.#live.scans = { ...this.#live.scans, [key]: frame };
+      if (this.hello?.session.mode === "live") this.history.scan(key, frame);
+      if (this.back === null) this.scans = this.#live.scans;
+    } else this.depth = frame;
   }
 
   #message(message: ServerMessage | null) {
     switch (message?.type) {
       case "hello": return this.#begin(message);
-      case "entities": this.table = message.table; this.entities = message.list; this.forms = message.forms; this.world = null; break;
+      case "entities": return this.#rosterChanged({ table: message.table, entities: message.list, forms: message.forms });
       case "events": this.events = [...this.events, ...message.list].slice(-MAX_EVENTS); break;
       case "score": this.score = message; break;
       case "status": this.status = message; break;
@@ -163,13 +187,21 @@ class Session {
     }
   }
 
+  #rosterChanged(roster: Roster) {
+    this.history.roster(roster);
+    this.#live = { ...roster, world: null, scans: this.#live.scans };
+    if (this.back === null) this.#show(this.#live);
+  }
+
   /** Each connection begins with all there is: what an earlier one said is not kept beside it. */
   #begin(hello: Hello) {
     this.events = [];
     this.chat = [];
     this.marks = [];
-    this.scans = {};
-    this.world = null;
+    this.back = null;
+    this.history.clear();
+    this.#live = { ...this.#live, world: null, scans: {} };
+    this.#show(this.#live);
     this.hello = hello;
   }
 }

@@ -1,5 +1,6 @@
 /** What stands still: the semantic model, the map's picture, the robots' descriptions. Fetched once, the model again when
  * the server says that it changed. */
+import { parseFrame, type PointsFrame } from "./frames";
 import type { Quaternion, Shape, Triple } from "./protocol";
 
 export interface Element {
@@ -20,6 +21,9 @@ class Site {
   model = $state.raw<Model | null>(null);
   map = $state.raw<MapPicture | null>(null);
   robots = $state.raw<RobotInfo[]>([]);
+  /** The registered cloud; null: not asked for, or there is none. */
+  cloud = $state.raw<PointsFrame | null>(null);
+  #askedForCloud = false;
 
   async fetchModel(): Promise<void> {
     const model = await json<Model>("api/v1/model");
@@ -33,6 +37,17 @@ class Site {
     const [x = NaN, y = NaN] = (answer.headers.get("X-Origin") ?? "").split(",").map(Number);
     if (!(resolution > 0) || !Number.isFinite(x + y)) return console.error("the map does not say where it lies");
     this.map = { image: await createImageBitmap(await answer.blob()), x, y, resolution };
+  }
+
+  /** Much to load: once, when somebody wants to see it. False: the server has none. */
+  async fetchCloud(): Promise<boolean> {
+    if (this.#askedForCloud) return true;
+    this.#askedForCloud = true;
+    const answer = await fetch("api/v1/cloud").catch(() => null);
+    if (!answer?.ok) return false;
+    const frame = parseFrame(await answer.arrayBuffer());
+    if (frame.kind === "points") this.cloud = frame;
+    return true;
   }
 
   async fetchRobots(): Promise<void> {

@@ -61,7 +61,7 @@ export class Content {
     const laser = site.robots[0]?.laser?.at[2] ?? 0.3;
     this.#scan.setScan(layers.has("scan") ? fresh(real) : null, layers.has("virtual") ? fresh(mixed) : null, laser, this.#inks);
     this.#depth.setPoints(layers.has("depth") ? session.depth : null);
-    this.#cloud.setPoints(layers.has("cloud") ? session.cloud : null);
+    this.#cloud.setPoints(layers.has("cloud") ? site.cloud : null);
     this.#draw(layers, robot);
   }
 
@@ -105,7 +105,7 @@ export class Content {
         const entity = owners.get(name);
         if (entity) lines.way(trail.points, WAY_Z, entity.owner === "agent" ? inks.virtual : inks.robot);
       }
-    for (const each of session.plans)
+    for (const each of session.back === null ? session.plans : [])
       if (layers.has(each.kind === "path" ? "paths" : "motion")) lines.way(each.points.flat(), WAY_Z, each.kind === "predicted" ? inks.predicted : inks.planned);
     for (const draft of plan.drafts) lines.way(draft.points.flat(), WAY_Z, draft.refused ? inks.bad : inks.accent, draft.closed);
     for (const [name, ink] of [[selection.entity, inks.accent], [robot, inks.robot]] as const) {

@@ -1,0 +1,50 @@
+#include "tools/cloud_layer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <numbers>
+
+#include "tests/server/synthetic.hpp"
+
+namespace parhelion {
+namespace {
+
+template <class T>
+T at(const std::string& bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
+  const test::Folder folder;
+  std::ofstream(folder / "room.xyz") << "1 0 0 10 20 30\n2 0 0 10 20 30\n3 0 0 10 20 30\n4 0 0 10 20 30\n";
+  const auto T_map_cloud = Transform<Map, Cloud>(
+      Eigen::Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ())), {5, 0, 0.5});
+  const auto all = cloud_layer(folder / "room.xyz", T_map_cloud);
+  ASSERT_TRUE(all.ok()) << all.error().message;
+  ASSERT_EQ(all->size(), 16U + 4 * 16);
+  EXPECT_EQ(at<std::uint32_t>(*all, 4), 4U);
+  EXPECT_NEAR(at<float>(*all, 16), 5, 1e-6);
+  EXPECT_NEAR(at<float>(*all, 20), 1, 1e-6);
+  EXPECT_NEAR(at<float>(*all, 24), 0.5, 1e-6);
+  EXPECT_EQ(at<std::uint8_t>(*all, 29), 20);
+
+  const auto few = cloud_layer(folder / "room.xyz", T_map_cloud, 3);
+  ASSERT_TRUE(few.ok());
+  EXPECT_EQ(at<std::uint32_t>(*few, 4), 2U) << "every second one";
+  EXPECT_EQ(few->size(), 16U + 2 * 16);
+}
+
+TEST(CloudLayer, AFileThatIsNoneSaysSo) {
+  const test::Folder folder;
+  std::ofstream(folder / "room.ply") << "no cloud";
+  const auto made = cloud_layer(folder / "room.ply", {});
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().message.find("room.ply"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace parhelion

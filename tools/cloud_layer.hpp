@@ -1,0 +1,18 @@
+// The registered cloud that a model was made from, for people to look at beside it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "protocols/frames.hpp"
+#include "protocols/status.hpp"
+
+namespace parhelion {
+
+/// Reads a cloud (as `map register` writes it, or any that `map model` reads) for StationOptions::cloud:
+/// where `T_map_cloud` of its model puts it, no more than `most` points, every so many of the file. Errors
+/// are those of read_scan.
+Result<std::string> cloud_layer(const std::filesystem::path& path, const Transform<Map, Cloud>& T_map_cloud,
+                                std::size_t most = 120'000);
+
+}  // namespace parhelion
