@@ -313,7 +313,7 @@ try {
       for (const theme of role === "observer" ? [] : ["light", "dark", "contrast"]) {
         await page.keyboard.press("t");
         await page.locator(`html[data-theme="${theme}"]`).waitFor();
-        await noViolation(page, `${role}, ${theme}`, "color-contrast");
+        if (theme !== "light") await noViolation(page, `${role}, ${theme}`, "color-contrast");  // the system's is light
       }
       if (role !== "observer") await page.keyboard.press("t");  // as the system again
       await picture(page, role);

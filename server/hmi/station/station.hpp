@@ -32,7 +32,7 @@ struct StationOptions {
   std::string scenarios;               ///< folder of scenarios that instructors save; empty: none are
   std::optional<StationMap> map;
   std::string cloud;  ///< binary message 3: points of the site, map frame; empty: none
-  DeskAudit audit;  ///< called on the station's thread
+  DeskAudit audit;    ///< called on the station's thread
 };
 
 class Station {
