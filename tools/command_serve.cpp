@@ -13,9 +13,11 @@
 #include <filesystem>
 #include <thread>
 
+#include "protocols/bus/network_speaker.hpp"
 #include "server/crowd_time.hpp"
 #include "server/grade_session.hpp"
 #include "server/hmi/http/web_site.hpp"
+#include "server/hmi/station/tapped_bus.hpp"
 #include "server/live_site.hpp"
 #include "server/loop.hpp"
 #include "server/session_files.hpp"
@@ -69,16 +71,23 @@ Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, co
 }
 
 /// What reads the network goes before others as the loop does.
-Result<std::unique_ptr<Bus>> open_urgent_bus(const std::string& url, RealTime real_time) {
+Result<std::unique_ptr<TappedBus>> open_tapped_bus(const std::string& url, RealTime real_time) {
+  auto speaker = open_network_speaker(url);
+  if (!speaker) return speaker.error();
   const RealTimeScope scope(real_time);
-  return open_network_bus(url);
+  auto network = open_network_bus(url);
+  if (!network) return network.error();
+  return std::make_unique<TappedBus>(std::move(*network), std::move(*speaker));
 }
 
 /// An instructor has ended the session: the report is there for who looks, until the server is stopped.
-void show_until_stopped(LiveStation& station, const Report& report, const ServeOptions& options) {
+void show_until_stopped(LiveStation& station, const Report& report, Bus& bus, const ServeOptions& options) {
   station.show_report(report);
   options.say("ended by the instructor; the base station shows the report; stop with ^C");
-  while (!stop_asked()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  Message message;  // the station hears what is received here
+  while (!stop_asked()) {
+    if (!bus.receive(message, milliseconds(100))) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
 }
 
 /// Whether the robot was stopped when the server died, by an emergency stop that holds: for where the state
@@ -105,7 +114,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   options.real_time = *parse_real_time(arguments.real_time);
   options.stop = stop_asked;
   options.say = [](const std::string& news) { std::fprintf(stderr, "parhelion serve: %s\n", news.c_str()); };
-  auto bus = open_urgent_bus(arguments.url, options.real_time);
+  auto bus = open_tapped_bus(arguments.url, options.real_time);
   if (!bus) return fail(bus.error().message);
   const auto configuration = configuration_for(arguments, **bus, options);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
@@ -122,9 +131,10 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   }
   std::unique_ptr<LiveStation> station;
   if (!arguments.http.empty()) {
-    auto opened = LiveStation::open({arguments.http, arguments.state, arguments.url, arguments.session,
-                                     arguments.cloud, options.robot_stopped},
-                                    *configuration);
+    auto opened = LiveStation::open(
+        {arguments.http, arguments.state, [&bus] { return Result<std::unique_ptr<Bus>>((*bus)->tap()); },
+         arguments.session, arguments.cloud, options.robot_stopped},
+        *configuration);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
     options.say(station->invitation());
@@ -151,7 +161,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
       return fail(written.error().message);
     }
   }
-  if (station && station->ended()) show_until_stopped(*station, *report, options);
+  if (station && station->ended()) show_until_stopped(*station, *report, **bus, options);
   return report->complete ? Exit::done : Exit::failed;
 }
 

@@ -38,7 +38,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   base.address = options.address;
   base.folder = options.folder.empty() ? default_site_folder() : std::filesystem::path(options.folder);
   base.robot_stopped = options.robot_stopped;
-  base.open_bus = [url = options.url] { return open_network_bus(url); };
+  base.open_bus = options.open_bus;
   StationOptions& station = base.station;
   station.configuration = std::make_shared<const Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();

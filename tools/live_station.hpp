@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -12,9 +13,10 @@
 namespace parhelion {
 
 struct LiveStationOptions {
-  std::string address;         ///< ADDR:PORT
-  std::string folder;          ///< accounts, certificate, saved scenarios; empty: the user's own
-  std::string url;             ///< of the LCM network
+  std::string address;  ///< ADDR:PORT
+  std::string folder;   ///< accounts, certificate, saved scenarios; empty: the user's own
+  /// An endpoint of the session's bus, as BaseStationOptions has it.
+  std::function<Result<std::unique_ptr<Bus>>()> open_bus;
   std::string session;         ///< path of the session log: notes are kept beside it
   std::string cloud;           ///< file with the cloud that the model was made from; empty: none
   bool robot_stopped = false;  ///< an emergency stop that the server before this one was told of

@@ -16,6 +16,7 @@
 #include <mutex>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/bus/network_speaker.hpp"
 #include "protocols/bus/queues.hpp"
 
 namespace parhelion {
@@ -57,6 +58,38 @@ Status check_route(const std::string& url) {
                route_remedy};
 }
 
+Status send(lcm_t* lcm, const std::string& url, std::string_view channel,
+            std::span<const std::uint8_t> payload) {
+  if (Status status = check_message(channel, payload.size()); !status) return status;
+  const std::string name(channel);
+  if (lcm_publish(lcm, name.c_str(), payload.data(), static_cast<unsigned>(payload.size())) == 0) return {};
+  return Error{"publish on " + name + ": " + std::to_string(payload.size()) + " bytes were not sent over " +
+               url + ": " + std::strerror(errno)};
+}
+
+class NetworkSpeaker : public Bus {
+ public:
+  NetworkSpeaker(lcm_t* lcm, std::string url) : lcm_(lcm), url_(std::move(url)) {}
+  ~NetworkSpeaker() override { lcm_destroy(lcm_); }
+  NetworkSpeaker(const NetworkSpeaker&) = delete;
+  NetworkSpeaker& operator=(const NetworkSpeaker&) = delete;
+
+  Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
+    return send(lcm_, url_, channel, payload);
+  }
+  Result<bool> receive(Message&, Duration) override {
+    return Error{"receive from " + url_ + ": it only speaks"};
+  }
+  Status subscribe(const std::string& pattern, int) override {
+    return Error{"subscribe to '" + pattern + "' over " + url_ + ": it only speaks"};
+  }
+  std::uint64_t dropped() const override { return 0; }
+
+ private:
+  lcm_t* lcm_;
+  const std::string url_;
+};
+
 class NetworkBus : public Bus {
  public:
   NetworkBus(lcm_t* lcm, int file, std::string url) : lcm_(lcm), file_(file), url_(std::move(url)) {}
@@ -68,12 +101,7 @@ class NetworkBus : public Bus {
   NetworkBus& operator=(const NetworkBus&) = delete;
 
   Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
-    if (Status status = check_message(channel, payload.size()); !status) return status;
-    const std::string name(channel);
-    if (lcm_publish(lcm_, name.c_str(), payload.data(), static_cast<unsigned>(payload.size())) == 0)
-      return {};
-    return Error{"publish on " + name + ": " + std::to_string(payload.size()) + " bytes were not sent over " +
-                 url_ + ": " + std::strerror(errno)};
+    return send(lcm_, url_, channel, payload);
   }
 
   Result<bool> receive(Message& message, Duration timeout) override {
@@ -166,9 +194,13 @@ class NetworkBus : public Bus {
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
 };
 
-}  // namespace
+struct Opened {
+  lcm_t* lcm;
+  std::string url;
+};
 
-Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
+/// Sends; hears once it is asked to.
+Result<Opened> open_lcm(const std::string& url) {
   const std::string chosen = chosen_url(url);
   if (!chosen.starts_with("udpm://")) {
     return Error{"network bus '" + chosen + "': expected a url such as " + default_url +
@@ -178,6 +210,21 @@ Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
   lcm_t* lcm = lcm_create(chosen.c_str());
   if (lcm == nullptr)
     return Error{"network bus " + chosen + ": liblcm refused it; expected as in " + default_url};
+  return Opened{lcm, chosen};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Bus>> open_network_speaker(const std::string& url) {
+  auto opened = open_lcm(url);
+  if (!opened) return opened.error();
+  return std::unique_ptr<Bus>(std::make_unique<NetworkSpeaker>(opened->lcm, opened->url));
+}
+
+Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
+  const auto opened = open_lcm(url);
+  if (!opened) return opened.error();
+  const auto& [lcm, chosen] = *opened;
   // Starts the reading thread, which sends itself a message and waits for it.
   const int file = lcm_get_fileno(lcm);
   if (file < 0) {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/bus/network_speaker.hpp"
 
 namespace parhelion {
 namespace {
@@ -31,6 +32,21 @@ bool receive(Bus& bus, Message& message, Duration timeout) {
   const auto came = bus.receive(message, timeout);
   EXPECT_TRUE(came) << came.error().message;
   return came && *came;
+}
+
+TEST(NetworkBus, ASpeakerIsHeardAndHearsNothing) {
+  const std::string url = own_url();
+  OPEN_OR_SKIP(receiver, url);
+  ASSERT_TRUE(receiver.subscribe("TELEOP", 4));
+  const auto speaker = open_network_speaker(url);
+  ASSERT_TRUE(speaker) << speaker.error().message;
+  ASSERT_TRUE((*speaker)->publish("TELEOP", std::vector<std::uint8_t>{1, 2}).ok());
+  Message message;
+  ASSERT_TRUE(receive(receiver, message, seconds(2)));
+  EXPECT_EQ(message.payload, (std::vector<std::uint8_t>{1, 2}));
+  EXPECT_FALSE((*speaker)->subscribe("TELEOP", 4).ok());
+  EXPECT_FALSE((*speaker)->receive(message, Duration{0}).ok());
+  EXPECT_FALSE(open_network_speaker("tcpq://localhost").ok());
 }
 
 TEST(NetworkBus, AMessageOf300kBComesBackAsItWas) {
