@@ -100,7 +100,7 @@ class ArticulatedRobot {
   static double keep_course(Servo& servo, const RobotJoint& joint, double position, double dt);
   /// Share of its effort that a joint has which is geared to another: none to run ahead of it. `way`: its
   /// sign says where to.
-  double geared_share(Physics& physics, std::size_t i, double position, double way) const;
+  double geared_share(Physics& physics, std::size_t i, const JointState& state, double way, double dt) const;
   void watch_joint(Physics& physics, std::size_t i, double dt, std::vector<JointIncident>& incidents);
 
   std::shared_ptr<const RobotModel> model_;

@@ -170,7 +170,7 @@ Twist2 Simulation::State::decide(Agent& agent) {
 /// Decisions of many agents are spread over the steps.
 bool Simulation::State::decides(const Agent& agent) const {
   const auto period = static_cast<std::uint64_t>(std::max(1.0, std::round(kDecisionPeriod * options.rate)));
-  return (step + agent.first_body) % period == 0;
+  return (step + agent.turn) % period == 0;
 }
 
 Twist2 Simulation::State::wanted(Agent& agent) {

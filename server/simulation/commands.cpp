@@ -71,6 +71,7 @@ Status Simulation::State::spawn(const AgentDefinition& definition, const std::op
                                    : agent_bodies(definition, next_body);
   agent->first_body = next_body;
   agent->body_count = bodies.size();
+  agent->turn = next_turn++;
   next_body += static_cast<BodyId>(bodies.size());
   for (const BodyDefinition& body : bodies)
     agent_definitions.push_back(std::make_shared<const BodyDefinition>(body));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "server/simulation/physics_world.hpp"
@@ -10,6 +12,7 @@ namespace parhelion {
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
+constexpr double kSettled = 1e-5;  // m/s and rad/s that a sweep changes no more
 constexpr double kLean = 2e-4;     // rad: less than any friction cares about
 constexpr double kPress = 1e-4;    // m: what stands on a thing is pressed on it to find where
 constexpr double kStanding = 0.5;  // of a normal's z: a wheel stands on it rather than runs against it
@@ -33,20 +36,26 @@ void look_at_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, con
 
 }  // namespace
 
-Physics::World::World(double step_s)
-    : step(step_s), dispatcher(&configuration), world(&dispatcher, &broadphase, &solver, &configuration) {
+Physics::World::World(double step_s, int joint_sweeps)
+    : step(step_s),
+      sweeps(joint_sweeps),
+      dispatcher(&configuration),
+      world(&dispatcher, &broadphase, &solver, &configuration) {
   dispatcher.setNearCallback(look_at_pair);
   world.getPairCache()->setOverlapFilterCallback(&filter);
   world.setGravity({0, 0, -kGravity});
   world.setForceUpdateAllAabbs(false);
+  world.getDispatchInfo().m_useContinuous = false;  // there are no guesses to look at
   btContactSolverInfo& settings = world.getSolverInfo();
   settings.m_numIterations = 10;
+  settings.m_minimumSolverBatchSize = 1;  // each island by itself: cables and doors take more iterations
   settings.m_solverMode = SOLVER_USE_WARMSTARTING;  // no random order, no dispatch on the CPU's extensions
   settings.m_splitImpulse = 1;                      // penetration is undone without adding speed
   settings.m_splitImpulsePenetrationThreshold = 0;
   settings.m_erp2 = 0.2;
   settings.m_restitution = 0;
   settings.m_warmstartingFactor = 0.85;
+  settings.m_leastSquaresResidualThreshold = kSettled * kSettled;
 }
 
 Physics::World::~World() {
@@ -157,7 +166,7 @@ void Physics::World::collect_contacts() {
   }
 }
 
-Physics::Physics(double step) : world_(std::make_unique<World>(step)) {}
+Physics::Physics(double step, int sweeps) : world_(std::make_unique<World>(step, sweeps)) {}
 Physics::~Physics() = default;
 
 void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_body) {

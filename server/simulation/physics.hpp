@@ -106,7 +106,9 @@ std::shared_ptr<FixedMesh> make_fixed_mesh(const ModelMesh& mesh);
 /// on their underside, centred. Deterministic: the same calls give the same states, bit for bit.
 class Physics {
  public:
-  explicit Physics(double step);  ///< s
+  /// `step`, s. Joints between parts of robots are solved exactly; otherwise, for comparison, in `sweeps`
+  /// over them and over contacts, each in turn.
+  explicit Physics(double step, int sweeps = 0);
   ~Physics();
   Physics(const Physics&) = delete;
   Physics& operator=(const Physics&) = delete;

@@ -6,7 +6,7 @@
 namespace parhelion {
 namespace {
 
-constexpr int kIterations = 30;   // of the solver: a long chain under load settles in these
+constexpr int kIterations = 30;   // of the solver, for a cable: a long chain settles in these
 constexpr double kRepair = 0.25;  // of Bullet's rate, at which gaps close: at the full rate long arms sway
 constexpr double kLimitReach = 0.05;  // rad or m from a limit within which it is looked after
 constexpr double kLimitRepair = 0.2;  // share of a limit's overshoot that is undone in a step
@@ -15,9 +15,10 @@ constexpr double kLimitRepair = 0.2;  // share of a limit's overshoot that is un
 
 PartJoint::PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidBody& b,
                      const Eigen::Isometry3d& T_a_inertial, const Eigen::Isometry3d& T_b_inertial,
-                     double step_s)
+                     double step_s, bool in_tree)
     : btTypedConstraint(D6_CONSTRAINT_TYPE, a, b),
       step(step_s),
+      in_tree_(in_tree),
       prismatic_(definition.kind == PartJointKind::prismatic),
       ball_(definition.kind == PartJointKind::ball),
       limited_(definition.limited),
@@ -26,7 +27,7 @@ PartJoint::PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidB
       T_a_(to_bullet(T_a_inertial.inverse(Eigen::Isometry) * definition.T_a_joint)),
       T_b_(to_bullet(T_b_inertial.inverse(Eigen::Isometry) * definition.T_b_joint)) {
   setUserConstraintType(kUserType);
-  setOverrideNumSolverIterations(kIterations);
+  if (ball_) setOverrideNumSolverIterations(kIterations);
 }
 
 void PartJoint::measure() {
@@ -69,14 +70,68 @@ double PartJoint::pull() const {
   return std::hypot(impulses[0], impulses[1], impulses[2]) / step;
 }
 
-void PartJoint::getInfo1(btConstraintInfo1* info) {
+bool PartJoint::near_limit() const {
+  return limited_ && !ball_ && (position_ < lower_ + kLimitReach || position_ > upper_ - kLimitReach);
+}
+
+/// A limit is met within the step, not after it; beyond it, the overshoot is undone softly.
+double PartJoint::limit_speed(bool& is_lower) const {
+  is_lower = position_ - lower_ < upper_ - position_;
+  const double way = is_lower ? lower_ - position_ : upper_ - position_;
+  const bool beyond = is_lower ? way > 0 : way < 0;
+  return way / step * (beyond ? kLimitRepair : 1);
+}
+
+JointAim PartJoint::aim(double repair) {
   measure();
-  const bool near_limit =
-      limited_ && !ball_ && (position_ < lower_ + kLimitReach || position_ > upper_ - kLimitReach);
-  rows = near_limit ? 7 : 6;
-  if (!near_limit) impulses[6] = 0;
-  info->m_numConstraintRows = rows;
+  const btTransform a = m_rbA.getWorldTransform() * T_a_, b = m_rbB.getWorldTransform() * T_b_;
+  const btVector3 gap = b.getOrigin() - a.getOrigin();
+  JointAim aim;
+  aim.point = b.getOrigin();
+  aim.axis = a.getBasis().getColumn(0);
+  aim.slides = prismatic_;
+  aim.shift = -kRepair * repair * (prismatic_ ? gap - gap.dot(aim.axis) * aim.axis : gap);
+  btVector3 turned(0, 0, 0);
+  if (prismatic_) {
+    for (int i = 0; i < 3; ++i) turned += a.getBasis().getColumn(i).cross(b.getBasis().getColumn(i)) / 2;
+  } else {
+    turned = aim.axis.cross(b.getBasis().getColumn(0));
+  }
+  aim.turn = -kRepair * repair * turned;
+  aim.speed = motor_velocity_;
+  aim.most = motor_effort_ * step;
+  aim.limited = near_limit();
+  if (aim.limited) aim.limit_speed = limit_speed(aim.is_lower);
+  return aim;
+}
+
+void PartJoint::bore(const JointImpulse& impulse) {
+  const btMatrix3x3 basis = m_rbA.getWorldTransform().getBasis() * T_a_.getBasis();
+  const auto put = [&](std::size_t row, double value) { impulses[row] = value; };
+  const auto moment = [&](int i) { return impulse.moment.dot(basis.getColumn(i)); };
+  if (prismatic_) {
+    for (int i = 0; i < 2; ++i) put(static_cast<std::size_t>(i), impulse.force.dot(basis.getColumn(1 + i)));
+    for (int i = 0; i < 3; ++i) put(static_cast<std::size_t>(2 + i), moment(i));
+    put(5, impulse.force.dot(basis.getColumn(0)) - impulse.limit);
+  } else {
+    for (int i = 0; i < 3; ++i) put(static_cast<std::size_t>(i), impulse.force[i]);
+    put(3, moment(1));
+    put(4, moment(2));
+    put(5, moment(0) - impulse.limit);
+  }
+  put(6, impulse.limit);
+}
+
+void PartJoint::getInfo1(btConstraintInfo1* info) {
   info->nub = 0;
+  if (in_tree_) {
+    info->m_numConstraintRows = 0;
+    return;
+  }
+  measure();
+  rows = near_limit() ? 7 : 6;
+  if (rows < 7) impulses[6] = 0;
+  info->m_numConstraintRows = rows;
 }
 
 namespace {
@@ -154,16 +209,13 @@ void PartJoint::getInfo2(btConstraintInfo2* info) {
   write.target(5, motor_velocity_);
   write.bound(5, -motor, motor);
   if (rows < 7) return;
-  // A limit is met within the step, not after it; beyond it, the overshoot is undone softly.
   if (prismatic_) {
     write.linear(6, axis, arm_a, arm_b);
   } else {
     write.angular(6, axis);
   }
-  const bool low = position_ - lower_ < upper_ - position_;
-  const double way = low ? lower_ - position_ : upper_ - position_;
-  const bool beyond = low ? way > 0 : way < 0;
-  write.target(6, way * info->fps * (beyond ? kLimitRepair : 1));
+  bool low = false;
+  write.target(6, limit_speed(low));
   write.bound(6, low ? 0 : -SIMD_INFINITY, low ? SIMD_INFINITY : 0);
 }
 

@@ -131,11 +131,10 @@ void Physics::keep_awake(PhysicsHandle part, bool awake) {
 JointHandle Physics::add_joint(const JointDefinition& definition) {
   RigidBody& a = world_->at(definition.a);
   RigidBody& b = world_->at(definition.b);
-  for (RigidBody* side : {&a, &b}) {
-    if (side->part) side->part->jointed = true;
-  }
+  const bool in_tree = world_->sweeps == 0 && a.part && b.part && definition.kind != PartJointKind::ball;
   world_->joints.push_back(std::make_unique<PartJoint>(definition, *a.body, *b.body, a.T_body_inertial,
-                                                       b.T_body_inertial, world_->step));
+                                                       b.T_body_inertial, world_->step, in_tree));
+  if (world_->sweeps > 0) world_->joints.back()->setOverrideNumSolverIterations(world_->sweeps);
   world_->world.addConstraint(world_->joints.back().get(), true);
   return static_cast<JointHandle>(world_->joints.size()) - 1;
 }

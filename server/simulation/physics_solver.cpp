@@ -122,7 +122,6 @@ void PartSolver::convertContacts(btPersistentManifold** manifolds, int count,
   // solved as in a world without robots.
   btContactSolverInfo plain = info;
   plain.m_solverMode &= ~kTwoDirections;
-  jointed_contacts_.clear();
   for (int i = 0; i < count; ++i) {
     btPersistentManifold& manifold = *manifolds[i];
     if (!part_of(manifold.getBody0()) && !part_of(manifold.getBody1())) {
@@ -133,14 +132,7 @@ void PartSolver::convertContacts(btPersistentManifold** manifolds, int count,
       prepare(manifold.getContactPoint(p), manifold.getBody0(), manifold.getBody1());
     const int first = m_tmpSolverContactConstraintPool.size();
     convertContact(&manifold, info);
-    const int last = m_tmpSolverContactConstraintPool.size();
-    limit_motors(first, last);
-    const auto jointed = [](const btCollisionObject* object) {
-      const PartSurfaces* part = part_of(object);
-      return part && part->jointed;
-    };
-    if (!jointed(manifold.getBody0()) && !jointed(manifold.getBody1())) continue;
-    for (int row = first; row < last; ++row) jointed_contacts_.push_back(row);
+    limit_motors(first, m_tmpSolverContactConstraintPool.size());
   }
   // Bullet reads a second direction's impulse of each contact, even of those that have one direction.
   m_tmpSolverContactFrictionConstraintPool.reserve(m_tmpSolverContactFrictionConstraintPool.size() + 1);
@@ -175,6 +167,7 @@ void PartSolver::limit_motors(int first_contact, int last_contact) {
 
 void PartSolver::convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) {
   btSequentialImpulseConstraintSolver::convertJoints(constraints, count, info);
+  plant(constraints, count, info);
   int number = 0;
   for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
     btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];
@@ -194,34 +187,9 @@ void PartSolver::convertJoints(btTypedConstraint** constraints, int count, const
   }
 }
 
-/// Joints take more iterations than contacts. Were what a joint's parts touch left out of those, the joints
-/// would move the parts away under it last: what a gripper holds would slide out.
-btScalar PartSolver::solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
-                                          btPersistentManifold** manifolds, int manifold_count,
-                                          btTypedConstraint** constraints, int constraint_count,
-                                          const btContactSolverInfo& info, btIDebugDraw* drawer) {
-  const btScalar residual = btSequentialImpulseConstraintSolver::solveSingleIteration(
-      iteration, bodies, body_count, manifolds, manifold_count, constraints, constraint_count, info, drawer);
-  if (iteration < info.m_numIterations) return residual;
-  for (const int contact : jointed_contacts_) solve_contact(contact);
-  return residual;
-}
-
-void PartSolver::solve_contact(int contact) {
-  const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact];
-  btSolverBody& a = m_tmpSolverBodyPool[row.m_solverBodyIdA];
-  btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
-  resolveSingleConstraintRowLowerLimit(a, b, row);
-  for (const int i : {row.m_frictionIndex, row.m_frictionIndex + 1}) {
-    btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[i];
-    friction.m_upperLimit = friction.m_friction * row.m_appliedImpulse;
-    friction.m_lowerLimit = -friction.m_upperLimit;
-    resolveSingleConstraintRowGeneric(a, b, friction);
-  }
-}
-
 btScalar PartSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                    const btContactSolverInfo& info) {
+  tree_.finish();
   int number = 0;
   for (int i = 0; i < m_tmpSolverNonContactConstraintPool.size(); ++i) {
     const btSolverConstraint& row = m_tmpSolverNonContactConstraintPool[i];

@@ -8,7 +8,9 @@
 #include <memory>
 #include <vector>
 
+#include "server/simulation/joint_tree.hpp"
 #include "server/simulation/physics.hpp"
+#include "server/simulation/tree_contacts.hpp"
 
 namespace parhelion {
 
@@ -52,24 +54,29 @@ struct PartSurfaces {
   std::vector<Surface> shapes;
   std::vector<Runner> runners;
   PhysicsHandle robot = 0;  ///< its first part
-  bool jointed = false;     ///< a joint holds it
 };
 
-/// A revolute or prismatic joint between two parts: rows for what it forbids, one for its motor, one for a
-/// limit. Rows are kept from step to step (warm starting), so that a chain of links holds still with few
-/// iterations.
+/// A joint between two parts. Those of robots are solved in a JointTree; doors and cables have rows in
+/// Bullet's solver: for what they forbid, for a motor or friction, for a limit. Rows are kept from step to
+/// step (warm starting), so that a chain of links holds still with few iterations.
 class PartJoint : public btTypedConstraint {
  public:
   static constexpr int kRows = 7;
   static constexpr int kUserType = 7301;  ///< tells it from other constraints
   PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidBody& b,
-            const Eigen::Isometry3d& T_inertial_a, const Eigen::Isometry3d& T_inertial_b, double step);
+            const Eigen::Isometry3d& T_inertial_a, const Eigen::Isometry3d& T_inertial_b, double step,
+            bool in_tree);
 
   void getInfo1(btConstraintInfo1* info) override;
   void getInfo2(btConstraintInfo2* info) override;
   void setParam(int, btScalar, int) override {}
   btScalar getParam(int, int) const override { return 0; }
 
+  bool in_tree() const { return in_tree_; }
+  /// Of a joint in a tree, for this step; gaps are undone at the rate `repair`, 1/s.
+  JointAim aim(double repair);
+  /// What it bore in the step.
+  void bore(const JointImpulse& impulse);
   /// Motor of 0: of a ball joint, what its friction can be asked for about each axis.
   void set_motor(double velocity, double effort) {
     motor_velocity_ = velocity;
@@ -94,8 +101,11 @@ class PartJoint : public btTypedConstraint {
   double step;                             ///< s
 
  private:
-  void bound_rows(btConstraintInfo2* info, int row, const btVector3& axis) const;
+  /// Near a limit it is looked after: which one, and the speed that it asks for.
+  bool near_limit() const;
+  double limit_speed(bool& is_lower) const;
 
+  bool in_tree_;
   bool prismatic_;
   bool ball_;
   bool limited_;
@@ -110,18 +120,34 @@ class PartSolver : public btSequentialImpulseConstraintSolver {
  protected:
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
   void convertJoints(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) override;
-  btScalar solveSingleIteration(int iteration, btCollisionObject** bodies, int body_count,
-                                btPersistentManifold** manifolds, int manifold_count,
-                                btTypedConstraint** constraints, int constraint_count,
-                                const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+  btScalar solveGroupCacheFriendlySetup(btCollisionObject** bodies, int count,
+                                        btPersistentManifold** manifolds, int manifold_count,
+                                        btTypedConstraint** constraints, int constraint_count,
+                                        const btContactSolverInfo& info, btIDebugDraw* drawer) override;
+  void solveGroupCacheFriendlySplitImpulseIterations(btCollisionObject** bodies, int count,
+                                                     btPersistentManifold** manifolds, int manifold_count,
+                                                     btTypedConstraint** constraints, int constraint_count,
+                                                     const btContactSolverInfo& info,
+                                                     btIDebugDraw* drawer) override;
+  btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int count,
+                                             btPersistentManifold** manifolds, int manifold_count,
+                                             btTypedConstraint** constraints, int constraint_count,
+                                             const btContactSolverInfo& info, btIDebugDraw* drawer) override;
   btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                          const btContactSolverInfo& info) override;
 
  private:
   void limit_motors(int first_contact, int last_contact);
-  void solve_contact(int contact);
+  void plant(btTypedConstraint** constraints, int count, const btContactSolverInfo& info);
+  bool settle_trees();
+  double sweep();
+  double solve_normal(int contact);     // m/s that it changed
+  double solve_friction(int friction);  // the same
 
-  std::vector<int> jointed_contacts_;  // rows of what touches jointed parts
+  JointTree tree_;
+  std::vector<PartJoint*> tree_joints_;
+  TreeContacts tree_contacts_;
+  std::vector<int> tree_rows_, tree_frictions_;  // by contact and by friction; -1: of no tree
 };
 
 /// The part that a collision object is, or nullptr.

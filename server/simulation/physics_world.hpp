@@ -66,8 +66,23 @@ struct PairFilter : btOverlapFilterCallback {
   }
 };
 
+/// Bullet's world without its guesses where a body will be: nothing here is so fast that it would pass
+/// through another within a step, and guessing takes as long as moving.
+struct StepWorld : btDiscreteDynamicsWorld {
+  using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+
+ protected:
+  void predictUnconstraintMotion(btScalar step) override {
+    for (int i = 0; i < m_nonStaticRigidBodies.size(); ++i) {
+      btRigidBody& body = *m_nonStaticRigidBodies[i];
+      if (!body.isStaticOrKinematicObject()) body.applyDamping(step);
+    }
+  }
+  void createPredictiveContacts(btScalar) override {}
+};
+
 struct Physics::World {
-  explicit World(double step_s);
+  World(double step_s, int joint_sweeps);
   ~World();
 
   PhysicsHandle add(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Isometry3d& pose,
@@ -98,12 +113,13 @@ struct Physics::World {
   void collect_runners();
 
   double step;
+  int sweeps;  // over joints of robots; 0: they are solved exactly
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
   PairFilter filter;
   btDbvtBroadphase broadphase;
   PartSolver solver;
-  btDiscreteDynamicsWorld world;
+  StepWorld world;
   std::vector<RigidBody> bodies;                   // by handle
   std::vector<std::unique_ptr<PartJoint>> joints;  // by handle
   std::vector<PhysicsContact> contacts;

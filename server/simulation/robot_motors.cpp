@@ -182,7 +182,7 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
     servo.asked = 0;
     // What drives without end in the direction of its effort has that effort.
     physics.drive_joint(joint_handles_[i], std::copysign(joint.velocity, effort),
-                        std::abs(effort) * geared_share(physics, i, state.position, effort));
+                        std::abs(effort) * geared_share(physics, i, state, effort, dt));
     return;
   }
   if (servo.mode == Servo::Mode::velocity) {
@@ -193,7 +193,7 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
     servo.asked = towards(servo.asked, wanted, joint.velocity / kSpeedUp * dt);
   }
   if (std::abs(servo.asked) > 0.01 * joint.velocity) awake_until_ = std::max(awake_until_.value_or(now), now);
-  const double share = geared_share(physics, i, state.position, servo.asked);
+  const double share = geared_share(physics, i, state, servo.asked, dt);
   physics.drive_joint(joint_handles_[i], servo.asked, share * (joint.effort + joint.friction));
 }
 
@@ -214,11 +214,13 @@ double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, doub
   return std::clamp(asked, -joint.velocity, joint.velocity);
 }
 
-double ArticulatedRobot::geared_share(Physics& physics, std::size_t i, double position, double way) const {
+/// Of where both would be after the step: by where they are alone they would swing against each other.
+double ArticulatedRobot::geared_share(Physics& physics, std::size_t i, const JointState& state, double way,
+                                      double dt) const {
   if (!gears_[i] || servos_[gears_[i]->other].broken) return 1;
-  const double other = physics.joint_state(joint_handles_[gears_[i]->other]).position;
-  const double ahead = std::copysign(1.0, way) * (position - other);
-  return std::clamp(1 - ahead / kBacklash, 0.0, 1.0);
+  const JointState other = physics.joint_state(joint_handles_[gears_[i]->other]);
+  const double apart = state.position - other.position + (state.velocity - other.velocity) * dt;
+  return std::clamp(1 - std::copysign(1.0, way) * apart / kBacklash, 0.0, 1.0);
 }
 
 void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,

@@ -53,6 +53,7 @@ struct Agent {
   AgentForm form;
   BodyId first_body = 0;
   std::size_t body_count = 0;
+  std::uint64_t turn = 0;  ///< steps by which it decides before others: one after another
   PhysicsHandle handle = 0;
   std::unique_ptr<ArticulatedRobot> robot;  ///< of one with a robot model: all that `handle` is not
   std::unique_ptr<Cable> cable;             ///< of a cable: `handle` is its middle
@@ -121,6 +122,7 @@ struct Simulation::State {
   std::vector<Door> doors;  ///< of the building, ascending id
   RealBody real;
   std::vector<std::unique_ptr<Agent>> agents;  ///< ascending first_body: in the order of their spawns
+  std::uint64_t next_turn = 0;
   BodyId next_body = 1;
   /// Buildings have the lowest numbers, so that bodies stay in ascending order when another one is put in.
   BodyId next_building = 1, end_of_buildings = 1;

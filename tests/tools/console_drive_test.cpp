@@ -81,10 +81,13 @@ class ConsoleDrive : public test::SiteDrive {
   /// tracks; each time the robot stands until they are there.
   bool climb(const Eigen::Vector2d& place, double limit) {
     std::size_t phase = 0;
+    bool level = false;  // since the flippers are up: not still tipping over the edge of the step before
     ArrivalTime pressed = now_;
     const auto act = [&] {
       const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
-      if (phase == 0 && pitch > 6 * degree) phase = 1, pressed = now_;
+      level =
+          phase == 0 && (level || (pitch < 4 * degree && missing("left_flipper_joint", 35 * degree) < kNear));
+      if (level && pitch > 6 * degree) phase = 1, pressed = now_;
       if (phase == 1 && pitch > 22 * degree) phase = 2;
       if ((phase == 1 && now_ - pressed > seconds(10)) || (phase == 2 && pitch < 4 * degree)) phase = 0;
       const double angle = std::array{35, -20, -6}[phase] * degree;

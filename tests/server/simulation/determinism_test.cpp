@@ -65,7 +65,7 @@ TEST(Determinism, TwoRunsGiveTheSameStatesBitForBit) {
   EXPECT_EQ(first, hash_of_states());
   // Seen in debug and release builds of Debian 12 (Bullet 3.24, glibc 2.36). Another version of either may
   // have another; so has a CPU without FMA, for which glibc has other sines.
-  EXPECT_TRUE(first == 0xc682c89cb3c5892aULL || !__builtin_cpu_supports("fma")) << std::hex << first;
+  EXPECT_TRUE(first == 0x6e0dbf2a168b1c81ULL || !__builtin_cpu_supports("fma")) << std::hex << first;
 }
 
 TEST(Determinism, AnotherSeedGivesAnotherWalk) {

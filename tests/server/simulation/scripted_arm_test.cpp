@@ -186,9 +186,8 @@ std::vector<Expected> taken(const Taking& taking) {
           {EventKind::lifted, gone("shoulder_joint", kRaises, taking.shoulder, angle), "load", "r"}};
 }
 
-/// When fingers that are driven apart at `opens` no longer press: their pads come out of what they are
-/// pressed into first.
-double let_go(double opens) { return opens + kStep; }
+/// When fingers that are driven apart from `opens` on are felt last: in that step they come off.
+double let_go(double opens) { return opens; }
 
 /// Raised by less than what makes a fall of it, and let go of.
 Run drops(const Taking& taking) {
@@ -248,7 +247,9 @@ Run breaks(double angle, double effort, double break_effort) {
     moves->see(now, t, expected);
     const double torque = std::abs(now.joints.efforts[index_of(now.joints, "shoulder_joint")]);
     *load += (torque - *load) * kStep / 0.02;
-    if (*broken || *load + (torque - *load) * kStep / 0.02 <= break_effort) return;
+    // In the step of the command the motor gives what is commanded, then what it gave before.
+    const double next = std::abs(t + kStep - drives) < kStep / 2 ? std::abs(effort) : torque;
+    if (*broken || *load + (next - *load) * kStep / 0.02 <= break_effort) return;
     *broken = true;
     expected.push_back({EventKind::joint_broken, t + kStep, "shoulder_joint", "r"});
   };
