@@ -126,11 +126,13 @@ void obey(const Configuration& configuration, const Message& input, State& state
       skip_steps(configuration, input, count, state, outputs, observer);
       break;
     case LoopDecision::Kind::scans_left_out:
+      // Steps until then know nothing of it: a live server did some of them on its timer, before it decided.
+      advance(configuration, input.arrival, state, outputs, observer);
       state.tally.scans_left_out += count;
       state.tally.scans_in += count;
       state.tally.scans_out += count;
       state.tally.scans_degraded[static_cast<std::size_t>(Degraded::guard)] += count;
-      break;
+      return;
     case LoopDecision::Kind::foreign_message:
       advance(configuration, input.arrival, state, outputs, observer);
       return note_foreign_message(configuration, simulation_time(input.arrival), decision.count, state,
