@@ -32,7 +32,9 @@ void sync_to_disk(const std::filesystem::path& path) {
 }  // namespace
 
 StopMemory::StopMemory(const std::filesystem::path& folder, const std::string& url, const std::string& robot)
-    : path_(file_of(folder, url, robot)), robot_(robot) {}
+    : path_(file_of(folder, url, robot)),
+      robot_(robot),
+      syncer_([this](const std::stop_token& stop) { sync_what_is_written(stop); }) {}
 
 bool StopMemory::holds() const { return access(path_.c_str(), F_OK) == 0 || errno != ENOENT; }
 
@@ -52,12 +54,22 @@ Status StopMemory::keep(bool holds) {
   } else if (unlink(path_.c_str()) != 0 && errno != ENOENT) {
     return failed();
   }
-  syncer_ = std::jthread([path = path_] {
-    give_way(0);
-    sync_to_disk(path);
-    sync_to_disk(path.parent_path());
-  });
+  const std::lock_guard lock(mutex_);
+  to_sync_ = true;
+  written_.notify_one();
   return {};
+}
+
+void StopMemory::sync_what_is_written(const std::stop_token& stop) {
+  give_way(0);
+  std::unique_lock lock(mutex_);
+  while (written_.wait(lock, stop, [this] { return to_sync_; })) {
+    to_sync_ = false;
+    lock.unlock();
+    sync_to_disk(path_);
+    sync_to_disk(path_.parent_path());
+    lock.lock();
+  }
 }
 
 }  // namespace parhelion

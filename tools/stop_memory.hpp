@@ -2,7 +2,9 @@
 // killed, restarted by whoever watches it, or the machine without power.
 #pragma once
 
+#include <condition_variable>
 #include <filesystem>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -23,8 +25,13 @@ class StopMemory {
   const std::filesystem::path& path() const { return path_; }
 
  private:
+  void sync_what_is_written(const std::stop_token& stop);
+
   std::filesystem::path path_;
   std::string robot_;
+  std::mutex mutex_;
+  std::condition_variable_any written_;
+  bool to_sync_ = false;
   std::jthread syncer_;  // a slow disk holds up no scan
 };
 
