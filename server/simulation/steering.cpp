@@ -67,8 +67,8 @@ double free_length(const Pose2& pose, double radius, double margin, double kappa
     double s = 0;
     for (int n = 0; s < way && n < kMostAdvances; ++n) {
       const double keep = std::min(margin, at_start + kLeaving * s);
-      disc.center = disc.vertices[0] = advance(pose, arc, s).position();
-      const double gap = signed_distance(disc, *obstacle) - keep;
+      if (s > 0) disc.center = disc.vertices[0] = advance(pose, arc, s).position();
+      const double gap = (s > 0 ? signed_distance(disc, *obstacle) : at_start) - keep;
       // At the start of a way out of what is too near the gap is nothing: the next centimetre shows.
       if (s == 0 && at_start < margin + kTouch)
         s = 5 * kTouch;
