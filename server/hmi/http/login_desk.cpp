@@ -10,6 +10,8 @@
 namespace parhelion {
 namespace {
 
+constexpr int most_by_link = 99;  // people of one link who are told apart
+
 HttpResponse nothing_more() { return {.status = 204}; }
 
 /// A form of another site can post text, but not this.
@@ -216,10 +218,22 @@ HttpResponse LoginDesk::enter(const HttpRequest& request) {
     say(request, "enter by a link", "refused", "unknown link");
     return refusal(403, "this link is from an earlier start; see what the server prints");
   }
-  HttpResponse response = begin_session(request, *who);
+  // Who has the role already stays who that is: other tabs of this browser go on.
+  const bool is_in = request.who && request.who->role == who->role;
+  HttpResponse response = is_in ? nothing_more() : begin_session(request, newcomer(*std::move(who)));
   response.status = 303;
   response.headers.emplace_back("Location", "/");
   return response;
+}
+
+Identity LoginDesk::newcomer(Identity who) {
+  const auto taken = [this](const std::string& name) { return sessions_.has(name, steady_()); };
+  if (!taken(who.name)) return who;
+  for (int number = 2; number <= most_by_link; ++number) {
+    std::string name = who.name + "_" + std::to_string(number);
+    if (!taken(name) && !accounts_.find(name)) return {std::move(name), who.role};
+  }
+  return who;
 }
 
 bool LoginDesk::may_try(const HttpRequest& request, const std::string& name, const Answer& answer) {

@@ -27,7 +27,8 @@ class LoginDesk {
 
   /// The token with which the first account may be made, once; empty: there are accounts.
   std::string setup_token() const { return accounts_.empty() ? setup_token_ : ""; }
-  /// A token that logs in whoever has it, as `who`, as long as this process lives.
+  /// A token that logs in whoever has it, as `who`, as long as this process lives. Who comes by it while
+  /// another is logged in under that name has a number after it: two people never drive as one.
   std::string make_link(Identity who);
   std::size_t sessions() const { return sessions_.count(); }
 
@@ -42,6 +43,7 @@ class LoginDesk {
   void remove_account(const HttpRequest& request, const Answer& answer);
   HttpResponse log_out(const HttpRequest& request);
   HttpResponse enter(const HttpRequest& request);
+  Identity newcomer(Identity who);
 
   /// False, and answered, where this address or name has to wait.
   bool may_try(const HttpRequest& request, const std::string& name, const Answer& answer);

@@ -1,5 +1,7 @@
 #include "server/hmi/http/sessions.hpp"
 
+#include <algorithm>
+
 #include "server/hmi/http/token.hpp"
 
 namespace parhelion {
@@ -23,6 +25,13 @@ std::optional<Identity> Sessions::find(const std::string& token, WallTime now) {
   }
   session->second.used = now;
   return session->second.who;
+}
+
+bool Sessions::has(const std::string& name, WallTime now) const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+    return entry.second.who.name == name && !over(entry.second, now);
+  });
 }
 
 void Sessions::end(const std::string& token) {

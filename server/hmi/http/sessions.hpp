@@ -26,6 +26,8 @@ class Sessions {
   std::string begin(const Identity& who, WallTime now);
   /// nullopt: unknown, ended or expired. Counts as use.
   std::optional<Identity> find(const std::string& token, WallTime now);
+  /// Is somebody logged in under this name?
+  bool has(const std::string& name, WallTime now) const;
   void end(const std::string& token);
   /// But the one of this token, if any.
   void end_all(const std::string& name, const std::string& but = {});

@@ -41,11 +41,11 @@ void TeleopDesk::opened(std::shared_ptr<WebClient> client) {
   const std::uint64_t id = client->id();
   TeleopPage& page = *(pages_[id] = std::make_unique<TeleopPage>(bus_, std::move(client), options_.now()));
   page.set_robots(robots_);
-  page.tell(robots_text(robots_));
   for (const auto& [other, driver] : pages_) {
     if (!driver->robot().empty()) page.tell(driven_text(driver->robot(), driver->who(), false));
   }
   for (const auto& [robot, by] : held_) page.tell(estop_text(robot, by, true));
+  page.tell(robots_text(robots_));  // last: by now it knows which of them are free
 }
 
 void TeleopDesk::closed(WebClient& client) {
@@ -178,7 +178,10 @@ void TeleopDesk::set_robots(std::vector<TeleopRobot> robots) {
   robots_ = std::move(robots);
   for (auto& [id, page] : pages_) {
     const std::string driven = page->robot();
-    if (!driven.empty() && find(driven) == nullptr) let_go(*page, false, "it is gone");
+    if (!driven.empty() && find(driven) == nullptr) {
+      let_go(*page, false, "it is gone");
+      refuse(*page, Error{"robot '" + driven + "' is gone: somebody took it out"});
+    }
     page->set_robots(robots_);
   }
   tell_all(robots_text(robots_));
@@ -203,7 +206,7 @@ void TeleopDesk::turn() {
     refuse(*page, page->watch(now()));
     if (page->robot() == robot) continue;
     audit(page->who(), "drives " + robot + " no more: nothing was heard from the page");
-    tell_driven(robot);
+    tell_driven(robot, true);
   }
   repeat_orders(steady);
 }
@@ -221,13 +224,13 @@ void TeleopDesk::tell_all(const std::string& text) {
   for (auto& [id, page] : pages_) page->tell(text);
 }
 
-void TeleopDesk::tell_driven(const std::string& robot) {
+void TeleopDesk::tell_driven(const std::string& robot, bool silent) {
   const TeleopPage* driver = nullptr;
   for (const auto& [id, page] : pages_) {
     if (page->robot() == robot) driver = page.get();
   }
   for (auto& [id, page] : pages_)
-    page->tell(driven_text(robot, driver == nullptr ? "" : driver->who(), page.get() == driver));
+    page->tell(driven_text(robot, driver == nullptr ? "" : driver->who(), page.get() == driver, silent));
 }
 
 void TeleopDesk::audit(const std::string& who, const std::string& what) const {

@@ -100,7 +100,8 @@ class TeleopDesk {
   Result<TeleopPage*> page_to_replace(const TeleopPage& page, const std::string& robot) const;
   const TeleopRobot* find(const std::string& robot) const;
   void tell_all(const std::string& text);
-  void tell_driven(const std::string& robot);
+  /// `silent`: its page fell silent, and may take it again.
+  void tell_driven(const std::string& robot, bool silent = false);
   void audit(const std::string& who, const std::string& what) const;
   TeleopInstant now() const { return {options_.now(), options_.stamp()}; }
   std::vector<EmergencyStop> held() const;

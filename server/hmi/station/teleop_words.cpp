@@ -175,8 +175,10 @@ std::string robots_text(const std::vector<TeleopRobot>& robots) {
   return dump({{"type", "robots"}, {"list", std::move(list)}});
 }
 
-std::string driven_text(const std::string& robot, const std::string& by, bool you) {
-  return dump({{"type", "driven"}, {"robot", robot}, {"by", by}, {"you", you}});
+std::string driven_text(const std::string& robot, const std::string& by, bool you, bool silent) {
+  Json words({{"type", "driven"}, {"robot", robot}, {"by", by}, {"you", you}});
+  if (silent) words["silent"] = true;
+  return dump(words);
 }
 
 std::string sent_text(const PageStamp& stamp) {

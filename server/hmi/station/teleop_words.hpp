@@ -62,8 +62,9 @@ struct EmergencyStop {
 };
 
 std::string robots_text(const std::vector<TeleopRobot>& robots);
-/// `by` empty: nobody any more. `you`: it is the page that is told.
-std::string driven_text(const std::string& robot, const std::string& by, bool you);
+/// `by` empty: nobody any more. `you`: it is the page that is told. `silent`: it was let go of for silence
+/// alone.
+std::string driven_text(const std::string& robot, const std::string& by, bool you, bool silent = false);
 std::string sent_text(const PageStamp& stamp);
 /// `rearm`: the dead-man has to be let go before anything moves.
 std::string refused_text(const std::string& why, bool rearm);

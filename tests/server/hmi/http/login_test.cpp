@@ -280,13 +280,14 @@ TEST_F(LogIn, PasswordIsNotGuessedThroughAnOpenPage) {
 
 using FirstStart = SiteTest;
 
+std::string body(const std::string& with, const std::string& name, const std::string& secret) {
+  return R"({"token":")" + with + R"(","name":")" + name + R"(","password":")" + secret + "\"}";
+}
+
 TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
   open();
   const std::string link = site_->setup_link();
   const std::string token = link.substr(link.find("token=") + 6);
-  const auto body = [](const std::string& with, const std::string& name, const std::string& secret) {
-    return R"({"token":")" + with + R"(","name":")" + name + R"(","password":")" + secret + "\"}";
-  };
   EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body("guessed", "eve", "12345678")).status, 403);
   EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "a b", "12345678")).status, 400);
   EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "root", "short")).status, 400);
@@ -312,6 +313,29 @@ TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
       RawClient(port()).post("/api/v1/password", R"({"old":"","new":"12345678"})", cookie_in(entered)).status,
       403)
       << "a link has no password";
+}
+
+TEST_F(FirstStart, PeopleWhoComeByOneLinkAreToldApart) {
+  open();
+  const std::string link = site_->link(Role::trainee, "trainee"), token = site_->setup_link();
+  const std::string target = link.substr(link.find("/enter"));
+  const RawAnswer admin = RawClient(port()).post(
+      "/api/v1/setup", body(token.substr(token.find("token=") + 6), "trainee_2", "12345678"));
+  ASSERT_EQ(admin.status, 204) << admin.body;
+  const auto name = [&](const RawAnswer& entered) {
+    return RawClient(port()).get("/api/v1/me", cookie_in(entered)).body;
+  };
+  const RawAnswer first = RawClient(port()).get(target), second = RawClient(port()).get(target);
+  EXPECT_EQ(name(first), R"({"name":"trainee","role":"trainee"})");
+  EXPECT_EQ(name(second), R"({"name":"trainee_3","role":"trainee"})") << "trainee_2 has an account";
+  const RawAnswer again = RawClient(port()).get(target, cookie_in(second));
+  EXPECT_EQ(again.status, 303);
+  EXPECT_EQ(again.headers.count("set-cookie"), 0U) << "another tab of the same browser";
+  EXPECT_EQ(name(second), R"({"name":"trainee_3","role":"trainee"})") << "and the first one goes on";
+  EXPECT_EQ(RawClient(port()).post("/api/v1/logout", "", cookie_in(first)).status, 204);
+  EXPECT_EQ(name(RawClient(port()).get(target)), R"({"name":"trainee","role":"trainee"})");
+  EXPECT_EQ(name(RawClient(port()).get(target, cookie_in(admin))), R"({"name":"trainee_4","role":"trainee"})")
+      << "who comes as another is another";
 }
 
 }  // namespace

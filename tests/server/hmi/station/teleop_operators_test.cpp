@@ -50,6 +50,24 @@ TEST_F(TeleopDeskTest, DrivesFromTheNewerOfTwoPagesOfOneAccount) {
   EXPECT_EQ(desk_->driving().size(), 1U);
 }
 
+TEST_F(TeleopDeskTest, ToldApartIsARobotLetGoForSilenceAloneFromOneThatAnotherPageTook) {
+  auto old = open("anna"), newer = open("anna");
+  drive(*old);
+  say(*newer, R"({"type":"drive","robot":"robot_2"})");
+  EXPECT_EQ(old->texts("driven").back().find("silent"), std::string::npos) << "or both take it for ever";
+  pass(2.1);
+  EXPECT_NE(newer->texts("driven").back().find(R"("robot":"robot_2","silent":true)"), std::string::npos);
+}
+
+TEST_F(TeleopDeskTest, SaysWhoDrivesBeforeItSaysWhichRobotsThereAre) {
+  auto anna = open("anna");
+  drive(*anna);
+  auto bert = open("bert");
+  ASSERT_EQ(bert->texts("").size(), 2U);
+  EXPECT_NE(bert->texts("")[0].find(R"("by":"anna")"), std::string::npos);
+  EXPECT_NE(bert->texts("")[1].find(R"("type":"robots")"), std::string::npos);
+}
+
 TEST_F(TeleopDeskTest, RefusesARobotThatAnotherConsoleDrives) {
   OperatorWord word;
   word.name = "joystick_1";
@@ -72,6 +90,7 @@ TEST_F(TeleopDeskTest, LetsGoOfARobotThatIsGone) {
   desk_->set_robots({robots()[0]});
   EXPECT_EQ(heard()[agent_teleop].back(), 0);
   EXPECT_TRUE(desk_->driving().empty());
+  EXPECT_NE(page->texts("refused").back().find("'robot_2' is gone"), std::string::npos);
   twist(*page, 0.5);
   EXPECT_TRUE(heard().empty());
 }

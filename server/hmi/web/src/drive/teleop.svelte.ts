@@ -8,7 +8,7 @@ import type { Twist } from "./twist";
 export interface TeleopRobot { name: string; joints: RobotJoint[]; most: Twist; video: boolean; drivable: boolean; why: string }
 
 interface Said {
-  type: string; robot?: string; by?: string; you?: boolean; text?: string; rearm?: boolean; on?: boolean; at_ms?: number; server_us?: number;
+  type: string; robot?: string; by?: string; you?: boolean; silent?: boolean; text?: string; rearm?: boolean; on?: boolean; at_ms?: number; server_us?: number;
   list?: { name: string; joints?: (string | RobotJoint)[]; max?: Partial<Twist>; video?: boolean; drivable?: boolean; why?: string }[];
 }
 
@@ -109,7 +109,7 @@ class Teleop {
       }
     }
   }
-  #drives({ robot = "", by = "", you = false }: Said) {
+  #drives({ robot = "", by = "", you = false, silent = false }: Said) {
     this.drivers = changed(this.drivers, robot, by || undefined);
     if (you) {
       this.driven = robot;
@@ -117,9 +117,9 @@ class Teleop {
       this.#rearm();
     } else if (robot === this.driven) {
       this.driven = "";
-      // Let go for silence, it is taken again: nothing moves before the dead-man is. Another's it stays.
-      if (by) this.#wanted = "";
-      else if (this.#wanted === robot) this.drive(robot);
+      // Let go for silence alone, it is taken again: nothing moves before the dead-man is. Two pages would take it from each other for ever.
+      if (silent && !by) this.drive(robot);
+      else this.#wanted = "";
     }
   }
   #robots({ list }: Said) {
