@@ -46,7 +46,7 @@ Result<std::unique_ptr<FoxgloveServer>> show_in_foxglove(const std::string& addr
                                                          MemoryBusHub& hub) {
   const auto configuration = configuration_from(player.recording().session(), "the recording");
   if (!configuration) return configuration.error();
-  return open_foxglove(address, hub.connect(), *configuration);
+  return open_foxglove(address, hub.connect(), *configuration, [&player] { return player.clock(); });
 }
 
 /// Until the keys or ^C end it; the end of the recording does, unless `stays`: others may still look.

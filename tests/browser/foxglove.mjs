@@ -34,9 +34,10 @@ async function look(protocol) {
   const client = new FoxgloveClient({ ws: socket });
   const ajv = new Ajv({ strict: false, strictNumbers: false });
   const channels = new Map(), counts = new Map();
-  let info, invalid = "";
+  let info, time, invalid = "";
   const done = new Promise((resolve) => {
     client.on("serverInfo", (message) => (info = message));
+    client.on("time", ({ timestamp }) => (time = timestamp));
     client.on("advertise", (offered) => {
       for (const channel of offered) {
         const valid = [ajv.compile(JSON.parse(channel.schema)), ajv.compile(publishedSchema(channel.schemaName))];
@@ -54,6 +55,7 @@ async function look(protocol) {
   await done;
   check(`${protocol} is spoken`, socket.protocol === protocol, socket.protocol);
   check("the server says who it is", info?.name === "Parhelion" && Array.isArray(info.capabilities));
+  check("and what time it is", info.capabilities.includes("time") && Math.abs(Number(time) / 1e6 - Date.now()) < 60_000, time);
   check("each topic comes, and as its schemas say", invalid === "", invalid);
   check("schemas are JSON Schema", [...channels.values()].every((c) => c.schemaEncoding === "jsonschema" && c.encoding === "json"));
   const [subscription] = [...channels].find(([, channel]) => channel.topic === "/scene");

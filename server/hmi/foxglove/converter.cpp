@@ -139,11 +139,13 @@ void Converter::mounts(const Message& message, std::int64_t stamp) {
   send(channel("/tf/sensors", "foxglove.FrameTransforms", true), message, stamp);
   if (robot.camera) {
     write_calibration(stamp, robot.camera->intrinsics, "camera_optical", json_);
-    send(channel("/camera/calibration", "foxglove.CameraCalibration", true), message, stamp);
+    for (const char* topic : {"/camera/calibration", "/mr_camera/calibration"})
+      send(channel(topic, "foxglove.CameraCalibration", true), message, stamp);
   }
   if (robot.depth) {
     write_calibration(stamp, robot.depth->intrinsics, "depth_optical", json_);
-    send(channel("/depth/calibration", "foxglove.CameraCalibration", true), message, stamp);
+    for (const char* topic : {"/depth/calibration", "/mr_depth/calibration"})
+      send(channel(topic, "foxglove.CameraCalibration", true), message, stamp);
   }
 }
 

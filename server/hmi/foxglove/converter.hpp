@@ -71,8 +71,8 @@ class Converter {
   Status world(const Message& message);
   Status camera(const Message& message) { return image("/camera", message); }
   Status injected_camera(const Message& message) { return image("/mr_camera", message); }
-  Status depth(const Message& message) { return depth_image("/depth", message); }
-  Status injected_depth(const Message& message) { return depth_image("/mr_depth", message); }
+  Status depth(const Message& message) { return depth_image("/depth/image", message); }
+  Status injected_depth(const Message& message) { return depth_image("/mr_depth/image", message); }
   Status asked(const Message& message) { return twist("/teleop", message); }
   Status given(const Message& message) { return twist("/mr_cmd", message); }
   Status joint_state(const Message& message);
@@ -81,7 +81,7 @@ class Converter {
   Status model(const Message& message);
   Status server_status(const Message& message);
 
-  Status image(const char* topic, const Message& message);
+  Status image(const std::string& camera, const Message& message);
   Status depth_image(const char* topic, const Message& message);
   Status twist(const char* topic, const Message& message);
   void moved(const Message& message, std::int64_t stamp, const Eigen::Isometry3d& T_map_base);

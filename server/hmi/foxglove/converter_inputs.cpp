@@ -111,8 +111,8 @@ Status Converter::world(const Message& message) {
   return {};
 }
 
-Status Converter::image(const char* topic, const Message& message) {
-  const Channel& compressed = channel(topic, "foxglove.CompressedImage");
+Status Converter::image(const std::string& camera, const Message& message) {
+  const Channel& compressed = channel(camera + "/image", "foxglove.CompressedImage");
   if (!wanted(compressed)) return {};
   if (const Status read = decode(message.channel, message.payload, image_); !read) return read;
   if (image_.format == PixelFormat::mjpeg) {
@@ -120,7 +120,7 @@ Status Converter::image(const char* topic, const Message& message) {
     send(compressed, message, image_.stamp.ns);
   } else if (image_.format != PixelFormat::depth_mm) {
     write_pixels(image_, "camera_optical", json_);
-    send(channel(std::string(topic) + "/raw", "foxglove.RawImage"), message, image_.stamp.ns);
+    send(channel(camera + "/raw", "foxglove.RawImage"), message, image_.stamp.ns);
   }
   return {};
 }

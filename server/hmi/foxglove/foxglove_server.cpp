@@ -19,6 +19,8 @@ using nlohmann::json;
 
 constexpr int most_waiting = 512;  // messages of the bus
 constexpr Duration look = milliseconds(100);
+constexpr Duration time_interval = milliseconds(20);
+constexpr int time_slot = 0;                      // of a client's queue; channels have theirs from 1
 constexpr std::size_t most_subscriptions = 1000;  // of one client
 
 enum class StatusLevel : std::int8_t { info = 0, warning = 1, error = 2 };
@@ -36,15 +38,25 @@ json advertised(const foxglove::Channel& channel) {
           {"schema", foxglove::schema_text(channel.schema)}};
 }
 
+void append_little_endian(std::string& bytes, std::uint64_t value, int size) {
+  for (int shift = 0; shift < 8 * size; shift += 8) bytes += static_cast<char>(value >> shift & 0xFF);
+}
+
 /// Opcode 1: subscription, time, content.
 std::shared_ptr<const std::string> message_data(std::uint32_t subscription, std::int64_t time,
                                                 std::string_view content) {
   std::string bytes(1, '\x01');
   bytes.reserve(13 + content.size());
-  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(subscription >> shift & 0xFF);
-  for (int shift = 0; shift < 64; shift += 8)
-    bytes += static_cast<char>(static_cast<std::uint64_t>(time) >> shift & 0xFF);
+  append_little_endian(bytes, subscription, 4);
+  append_little_endian(bytes, static_cast<std::uint64_t>(time), 8);
   return shared(std::move(bytes.append(content)));
+}
+
+/// Opcode 2: what time it is.
+std::shared_ptr<const std::string> time_message(std::int64_t time) {
+  std::string bytes(1, '\x02');
+  append_little_endian(bytes, static_cast<std::uint64_t>(time), 8);
+  return shared(std::move(bytes));
 }
 
 struct Client {
@@ -67,6 +79,7 @@ struct FoxgloveServer::Running {
   std::mutex mutex;
   std::map<std::uint64_t, Client> clients;
   std::map<std::uint16_t, Offered> offered;
+  std::int64_t now = 0;  ///< ns, as clients were told
   foxglove::Converter converter{[this](const Converted& converted) { send(converted); },
                                 [this](const foxglove::Channel& channel) { return wanted(channel); }};
   std::jthread thread;
@@ -81,6 +94,7 @@ struct FoxgloveServer::Running {
   void closed(const WebClient& socket);
   void subscribe(Client& client, const json& subscriptions);
   void offer(const foxglove::Channel& channel);
+  void tell_time();
   void send(const Converted& converted);
   void send_to(const Client& client, const foxglove::Channel& channel, std::uint32_t subscription,
                std::int64_t time, std::string_view content) const;
@@ -101,7 +115,7 @@ void FoxgloveServer::Running::opened(std::shared_ptr<WebClient> socket) {
   const std::lock_guard lock(mutex);
   const json info{{"op", "serverInfo"},
                   {"name", options.name},
-                  {"capabilities", json::array()},
+                  {"capabilities", {"time"}},
                   {"supportedEncodings", {"json"}},
                   {"metadata", json::object()}};
   socket->send(shared(info.dump()), false);
@@ -109,6 +123,7 @@ void FoxgloveServer::Running::opened(std::shared_ptr<WebClient> socket) {
   for (const auto& [id, each] : offered) channels.push_back(advertised(each.channel));
   if (!channels.empty())
     socket->send(shared(json{{"op", "advertise"}, {"channels", channels}}.dump()), false);
+  socket->send(time_message(now), true, time_slot);
   const std::uint64_t id = socket->id();
   clients[id] = {std::move(socket), {}};
 }
@@ -164,6 +179,16 @@ void FoxgloveServer::Running::offer(const foxglove::Channel& channel) {
   for (const auto& [id, client] : clients) client.socket->send(text, false);
 }
 
+/// Said before what is of that time. A client whose time goes back forgets what it shows: what it needs has
+/// to come after that, and the newest time takes the place of one that still waits.
+void FoxgloveServer::Running::tell_time() {
+  const std::int64_t read = options.clock().ns;
+  if (read >= now && read - now < time_interval.ns) return;
+  now = read;
+  const auto bytes = time_message(now);
+  for (const auto& [id, client] : clients) client.socket->send(bytes, true, time_slot);
+}
+
 /// Events one by one; of all else the newest is what matters.
 void FoxgloveServer::Running::send_to(const Client& client, const foxglove::Channel& channel,
                                       std::uint32_t subscription, std::int64_t time,
@@ -178,12 +203,12 @@ void FoxgloveServer::Running::send(const Converted& converted) {
   if (offered.count(channel.id) == 0) offer(channel);
   if (channel.keeps) {
     Offered& each = offered[channel.id];
-    each.time = converted.arrival.ns;
+    each.time = now;
     each.kept = converted.json;
   }
   for (const auto& [id, client] : clients)
     for (const auto& [subscription, to] : client.subscriptions)
-      if (to == channel.id) send_to(client, channel, subscription, converted.arrival.ns, converted.json);
+      if (to == channel.id) send_to(client, channel, subscription, now, converted.json);
 }
 
 /// What is not offered yet is made once, so that it is.
@@ -200,8 +225,9 @@ void FoxgloveServer::Running::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     const auto came = bus->receive(message, look);
     if (!came) return;
-    if (!*came) continue;
     const std::lock_guard lock(mutex);
+    tell_time();
+    if (!*came) continue;
     // What cannot be read is the server's business, which counts it.
     (void)converter.take(message);
   }
@@ -216,6 +242,8 @@ Result<std::unique_ptr<FoxgloveServer>> FoxgloveServer::open(std::unique_ptr<Bus
   auto running = std::make_unique<Running>();
   Running& all = *running;
   all.options = options;
+  if (!options.clock) all.options.clock = [] { return ArrivalTime{wall_now().ns}; };
+  all.now = all.options.clock().ns;
   HttpOptions http;
   http.address = options.host;
   http.port = options.port;

@@ -15,6 +15,8 @@ struct FoxgloveOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8765;  ///< 0: any that is free
   std::string name = "Parhelion";
+  /// The session's time, which clients are told; may go back, as a recording's. None: this machine's.
+  std::function<ArrivalTime()> clock;
 };
 
 /// Shows, and takes no commands; asks nobody who they are. A thread of its own reads the bus.

@@ -212,11 +212,13 @@ void write_injection(const ScanInfo& info, JsonText& out) {
 
 void write_status(const ServerStatus& status, JsonText& out) {
   out.clear();
-  out.open('{').key("timestamp").time(status.stamp.ns).key("values").open('{');
-  for (const auto& [name, value] : status.values) out.key(name).number(value);
-  out.close('}').key("notes").open('{');
-  for (const auto& [name, note] : status.notes) out.key(name).string(note);
-  out.close('}').close('}');
+  out.open('{').key("timestamp").time(status.stamp.ns).key("values").open('[');
+  for (const auto& [name, value] : status.values)
+    out.open('{').key("name").string(name).key("value").number(value).close('}');
+  out.close(']').key("notes").open('[');
+  for (const auto& [name, note] : status.notes)
+    out.open('{').key("name").string(name).key("text").string(note).close('}');
+  out.close(']').close('}');
 }
 
 }  // namespace parhelion::foxglove

@@ -8,6 +8,8 @@
 namespace parhelion::foxglove {
 namespace {
 
+constexpr int deletions_said = 100;  // ten seconds of /scene
+
 using Colour = std::array<double, 4>;  // red, green, blue, alpha; sRGB
 
 /// What a scene entity has besides its head, by kind.
@@ -112,7 +114,7 @@ void open_update(JsonText& out) {
 Colour building_colour(EntityLabel label) {
   switch (label) {
     case EntityLabel::wall:
-      return {0.75, 0.74, 0.70, 1};
+      return {0.75, 0.74, 0.70, 0.5};  // the returns of scans lie in it
     case EntityLabel::floor:
       return {0.35, 0.36, 0.38, 1};
     case EntityLabel::ceiling:
@@ -124,14 +126,14 @@ Colour building_colour(EntityLabel label) {
     case EntityLabel::window:
       return {0.60, 0.80, 0.95, 0.4};
     case EntityLabel::pillar:
-      return {0.62, 0.60, 0.66, 1};
+      return {0.62, 0.60, 0.66, 0.5};
     case EntityLabel::wall_above_door:
       return {0.75, 0.74, 0.70, 0.6};
     case EntityLabel::unknown:
     case EntityLabel::free_space:
       break;
   }
-  return {0.50, 0.45, 0.55, 1};
+  return {0.50, 0.45, 0.55, 0.5};
 }
 
 bool overhead(EntityLabel label) {
@@ -161,8 +163,11 @@ void WorldScene::write(const WorldMessage& world, const EntityShapes& shapes, Js
   for (const auto& body : world.bodies) next_.insert(body.entity);
   out.clear();
   out.open('{').key("deletions").open('[');
-  for (const std::string& name : there_) {
-    if (next_.count(name) > 0) continue;
+  for (const std::string& name : there_)
+    if (next_.count(name) == 0) gone_[name] = deletions_said;
+  std::erase_if(gone_, [this](const auto& each) { return each.second == 0 || next_.count(each.first) > 0; });
+  for (auto& [name, left] : gone_) {
+    --left;
     out.open('{').key("timestamp").time(world.stamp.ns).key("type").integer(0);
     out.key("id").string(name).close('}');
   }

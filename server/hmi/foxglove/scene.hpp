@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <set>
 #include <string>
 
@@ -15,7 +16,8 @@ namespace parhelion::foxglove {
 /// Meshes with more triangles than this are left out: a page of JSON each.
 inline constexpr std::size_t most_mesh_triangles = 100'000;
 
-/// Whole worlds one after the other: who is not in the next one is deleted by it.
+/// Whole worlds one after the other: who is not in the next one is deleted by it and by a hundred after it,
+/// for readers who get only some of them.
 class WorldScene {
  public:
   /// A body of which nobody knows what it looks like is a small magenta ball.
@@ -25,6 +27,7 @@ class WorldScene {
 
  private:
   std::set<std::string, std::less<>> there_, next_;
+  std::map<std::string, int, std::less<>> gone_;  ///< how often their deletion is still to be said
 };
 
 enum class BuildingPart : std::uint8_t { standing, overhead };

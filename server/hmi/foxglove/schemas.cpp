@@ -26,11 +26,6 @@ std::string object_of(const std::string& title, std::initializer_list<Member> me
 
 std::string list_of(const std::string& items) { return R"({"type":"array","items":)" + items + "}"; }
 
-/// Names with values of one kind.
-std::string map_of(const std::string& value) {
-  return R"({"type":"object","additionalProperties":)" + value + "}";
-}
-
 const std::string nanoseconds_of_second = R"({"type":"integer","minimum":0,"maximum":999999999})";
 const std::string stamp = object_of("time", {{"sec", count}, {"nsec", nanoseconds_of_second}});
 const std::string duration =
@@ -155,7 +150,10 @@ std::map<std::string, std::string, std::less<>> all() {
                               {"predicted_error", number},
                               {"replaced_beams", count}});
   add("parhelion.Score", {timestamp, {"score", number}});
-  add("parhelion.Status", {timestamp, {"values", map_of(number)}, {"notes", map_of(text)}});
+  // Lists: Foxglove reads no schema of an object whose members have no names.
+  const std::string value = object_of("parhelion.Value", {{"name", text}, {"value", number}});
+  const std::string note = object_of("parhelion.Note", {{"name", text}, {"text", text}});
+  add("parhelion.Status", {timestamp, {"values", list_of(value)}, {"notes", list_of(note)}});
   return schemas;
 }
 

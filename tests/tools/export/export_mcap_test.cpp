@@ -65,7 +65,7 @@ TEST_F(ExportMcapTest, FoxglovesReaderFindsEveryMessageByItsIndexAndByItsSchema)
   const std::map<std::string, std::string> expected{{"/scan", "foxglove.LaserScan"},
                                                     {"/mr_scan", "foxglove.LaserScan"},
                                                     {"/virtual_returns", "foxglove.LaserScan"},
-                                                    {"/mr_camera", "foxglove.CompressedImage"},
+                                                    {"/mr_camera/image", "foxglove.CompressedImage"},
                                                     {"/scene", "foxglove.SceneUpdate"},
                                                     {"/names", "foxglove.SceneUpdate"},
                                                     {"/building", "foxglove.SceneUpdate"},
@@ -75,6 +75,29 @@ TEST_F(ExportMcapTest, FoxglovesReaderFindsEveryMessageByItsIndexAndByItsSchema)
                                                     {"/injection", "parhelion.Injection"}};
   for (const auto& [topic, schema] : expected) EXPECT_EQ(found[topic]["schema"], schema) << topic;
   EXPECT_EQ(report.unreadable, 0U) << report.first_unreadable;
+}
+
+TEST_F(ExportMcapTest, TheLayoutForFoxgloveShowsWhatThereIs) {
+  const ExportReport report = exported();
+  const json layout = json::parse(
+      test::text_of(std::string(PARHELION_SOURCE_DIR) + "/server/hmi/foxglove/layout.json"), nullptr, false);
+  ASSERT_TRUE(layout.is_object());
+  const json& panels = layout["configById"];
+  const std::string picture = panels["Image!camera"]["imageMode"]["imageTopic"];
+  EXPECT_EQ(panels["Image!camera"]["imageMode"]["calibrationTopic"],
+            picture.substr(0, picture.rfind('/')) + "/calibration");
+  std::vector<std::string> shown = {picture, panels["RosOut!events"]["topicToRender"]};
+  for (const auto& [topic, settings] : panels["3D!site"]["topics"].items()) shown.push_back(topic);
+  for (const json& path : panels["Plot!injection"]["paths"]) {
+    const std::string value = path["value"];
+    shown.push_back(value.substr(0, value.find('.')));
+  }
+  for (const std::string& topic : shown) EXPECT_TRUE(report.messages.contains(topic)) << topic;
+  const json arrangement = layout["layout"].flatten();
+  for (const auto& [where, panel] : arrangement.items()) {
+    const std::string name = panel.is_string() ? panel.get<std::string>() : "";
+    EXPECT_EQ(name.find('!') != std::string::npos, panels.contains(name)) << where;
+  }
 }
 
 TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
