@@ -251,6 +251,8 @@ export const strings = {
     everyone: "everyone",
     send: "Send",
     log: "Messages",
+    said: (from: string, text: string) => `${from}: ${text}`,
+    unread: (count: number) => `${count} new`,
   },
   briefing: {
     briefing: "Briefing",

@@ -1,4 +1,4 @@
-import{d as Rr,s as rc}from"./draw_live.js";import{R as ac,av as oc,e as Pe,at as fn,W as lc,r as cc,aJ as hc}from"./index.js";import{t as gi}from"./outline.js";/**
+import{d as Rr,s as rc}from"./draw_live.js";import{R as ac,ax as oc,e as Pe,av as fn,W as lc,r as cc,aK as hc}from"./index.js";import{t as gi}from"./outline.js";/**
  * @license
  * Copyright 2010-2026 Three.js Authors
  * SPDX-License-Identifier: MIT

@@ -1,7 +1,7 @@
 /** Short words to the user that go away by themselves; read out by screen readers. */
 
-export interface Notice { id: number; text: string; kind: "done" | "wrong" }
-const SHOWN_MS = { done: 4000, wrong: 9000 };
+export interface Notice { id: number; text: string; kind: "done" | "wrong" | "said" }
+const SHOWN_MS = { done: 4000, wrong: 9000, said: 15_000 };
 
 class Notices {
   list = $state.raw<Notice[]>([]);
@@ -13,6 +13,10 @@ class Notices {
     setTimeout(() => this.drop(notice.id), SHOWN_MS[kind]);
   }
 
+  /** What somebody said stands elsewhere now. */
+  dropSaid() {
+    this.list = this.list.filter((each) => each.kind !== "said");
+  }
   drop(id: number) {
     this.list = this.list.filter((each) => each.id !== id);
   }

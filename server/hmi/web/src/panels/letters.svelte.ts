@@ -1,0 +1,25 @@
+/** Which messages of others somebody here has not had before them yet. */
+import { notices } from "../session/notices.svelte";
+import { session } from "../session/session.svelte";
+
+class Letters {
+  /** Panels that show messages now. */
+  #open = $state(0);
+  #read = $state(0);
+  unread = $derived(this.#open ? 0 : session.chat.slice(this.#read).filter((each) => each.from !== session.hello?.who.name).length);
+
+  get shown(): boolean {
+    return this.#open > 0;
+  }
+  /** A panel shows them until the function that comes back is called. */
+  show(): () => void {
+    ++this.#open;
+    notices.dropSaid();
+    return () => {
+      --this.#open;
+      this.#read = session.chat.length;
+    };
+  }
+}
+
+export const letters = new Letters();
