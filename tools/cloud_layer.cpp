@@ -9,7 +9,7 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t header_bytes = 16, point_bytes = 16;
-constexpr std::array<std::uint8_t, 3> grey{170, 178, 190};
+constexpr std::array<std::uint8_t, 3> none{};
 
 }  // namespace
 
@@ -23,13 +23,13 @@ Result<std::string> cloud_layer(const std::filesystem::path& path, const Transfo
   ByteWriter bytes(header_bytes + point_bytes * count);
   bytes.put(std::uint8_t{3});
   bytes.put(std::uint8_t{1});  // a registered cloud
-  bytes.put(std::uint16_t{0});
+  bytes.put(static_cast<std::uint16_t>(cloud.colours.empty() ? 0 : 1));
   bytes.put(static_cast<std::uint32_t>(count));
   bytes.put(0.0);  // s of the session: it was there before
   for (std::size_t i = 0; i < cloud.size(); i += every) {
     const Eigen::Vector3d p = T_map_cloud * cloud.points[i].cast<double>().eval();
     for (const double coordinate : {p.x(), p.y(), p.z()}) bytes.put(static_cast<float>(coordinate));
-    for (const std::uint8_t part : cloud.colours.empty() ? grey : cloud.colours[i]) bytes.put(part);
+    for (const std::uint8_t part : cloud.colours.empty() ? none : cloud.colours[i]) bytes.put(part);
     bytes.put(std::uint8_t{0});
   }
   return bytes.take();

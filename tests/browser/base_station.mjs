@@ -11,7 +11,8 @@ const PATIENCE_MS = 60_000;
 /** A group of its own, so that runs beside each other do not hear each other. */
 export const url = `udpm://239.255.76.67:${20_000 + (process.pid % 20_000)}?ttl=0`;
 
-/** Runs the program until stop(). `said(pattern)` resolves to the match once its output has it, and rejects once it has ended. */
+/** Runs the program until stop(), or to its end: `ended` resolves to how. `said(pattern)` resolves to the match once its output has it,
+ * and rejects once it has ended. */
 export function run(program, options, log) {
   const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
   const file = createWriteStream(log);
@@ -28,6 +29,7 @@ export function run(program, options, log) {
   for (const stream of [child.stdout, child.stderr]) stream.on("data", (bytes) => { file.write(bytes); output += bytes; look(); });
   const exit = new Promise((resolve) => child.on("exit", (code, signal) => { ended = code ?? signal; look(); resolve(ended); }));
   return {
+    ended: exit,
     said: (pattern) => new Promise((resolve, reject) => { waiting.push({ pattern, resolve, reject }); look(); }),
     async stop() {
       if (ended === null) child.kill("SIGINT");
@@ -89,6 +91,17 @@ export async function logIn({ page, address }, name, password, hash = "") {
   await page.keyboard.type(password);
   await page.keyboard.press("Enter");
   await page.locator("main#panels").waitFor();
+}
+
+/** Presses until `look` sees it, and holds on. A machine that is busy may keep the page from speaking for 2 s: then the robot is let go, and
+ * the key must be pressed anew. */
+export async function hold(what, press, release, look) {
+  for (let tries = 0; tries < 20; ++tries) {
+    await press();
+    if (await until(what, look, 2000).catch(() => false)) return;
+    await release();
+  }
+  assert.fail(`never: ${what}`);
 }
 
 /** Holds W until `done` is there. A machine that is busy may let the robot go: then the key is pressed anew. */

@@ -36,6 +36,20 @@ try {
     await put.waitFor({ state: "detached" });  // it is known now
   });
 
+  await step("a live robot is not paused: neither by the button nor by who asks the server", async () => {
+    const { page } = people.instructor;
+    const pause = page.getByRole("button", { name: "Pause", exact: true });
+    assert.equal(await pause.isDisabled(), true);
+    assert.equal(await pause.getAttribute("title"), "A live robot is not paused.");
+    const reply = await page.evaluate(() => new Promise((resolve) => {
+      const socket = new WebSocket(`${location.origin.replace("http", "ws")}/ws/state`);
+      socket.onopen = () => socket.send(JSON.stringify({ type: "control", action: "pause", request: 1 }));
+      socket.onmessage = ({ data }) => { if (typeof data === "string" && JSON.parse(data).type === "reply") resolve(JSON.parse(data)); };
+    }));
+    assert.equal(reply.ok, false);
+    assert.match(reply.text, /a real robot cannot be paused/);
+  });
+
   await step("a thing is dragged from the palette to where it is to stand", async () => {
     const { page } = people.instructor;
     const plan = await page.getByRole("application").boundingBox(), barrel = await page.getByRole("button", { name: "Barrel" }).boundingBox();

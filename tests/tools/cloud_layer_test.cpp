@@ -26,6 +26,7 @@ TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
   const auto all = cloud_layer(folder / "room.xyz", T_map_cloud);
   ASSERT_TRUE(all.ok()) << all.error().message;
   ASSERT_EQ(all->size(), 16U + 4 * 16);
+  EXPECT_EQ(at<std::uint16_t>(*all, 2), 1U) << "has colours";
   EXPECT_EQ(at<std::uint32_t>(*all, 4), 4U);
   EXPECT_NEAR(at<float>(*all, 16), 5, 1e-6);
   EXPECT_NEAR(at<float>(*all, 20), 1, 1e-6);
@@ -36,6 +37,14 @@ TEST(CloudLayer, PointsLieWhereTheModelPutsThem) {
   ASSERT_TRUE(few.ok());
   EXPECT_EQ(at<std::uint32_t>(*few, 4), 2U) << "every second one";
   EXPECT_EQ(few->size(), 16U + 2 * 16);
+}
+
+TEST(CloudLayer, SaysWhereThePointsHaveNoColours) {
+  const test::Folder folder;
+  std::ofstream(folder / "room.xyz") << "1 0 0\n2 0 0\n";
+  const auto made = cloud_layer(folder / "room.xyz", {});
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_EQ(at<std::uint16_t>(*made, 2), 0U);
 }
 
 TEST(CloudLayer, AFileThatIsNoneSaysSo) {

@@ -9,8 +9,9 @@
 
 namespace parhelion {
 
-/// Binary message 3. Of the image every so many pixels, `most` points at most, those within the camera's
-/// range. The lens is taken for a pinhole, as what is shown is for people. `t`: s of the session.
+/// Binary message 3, without colours. Of the image every so many pixels, `most` (at least 1) points at most:
+/// those within the camera's range, the lens' distortion taken out. No points of an image that is not of the
+/// camera's size. `t`: s of the session.
 std::string depth_bytes(const DepthPixels& pixels, const DepthCameraDescription& camera,
                         const Transform<Map, DepthOptical>& T_map_optical, double t, std::size_t most = 8000);
 

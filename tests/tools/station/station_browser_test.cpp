@@ -1,5 +1,5 @@
-// The base station's page in a real browser, as each role uses it: tests/browser/station.mjs and demo.mjs say
-// what is done.
+// The base station's page in a real browser, as each role uses it: tests/browser/station.mjs, crawler.mjs and
+// demo.mjs say what is done.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -36,6 +36,13 @@ void play(const std::string& script, std::vector<std::string> options) {
 TEST(StationBrowserTest, EachRoleDoesItsWorkFromLogInToTheGradedSession) {
   PARHELION_NEEDS_BROWSER_PACKAGES();
   play("station.mjs", {test::program(), PARHELION_SOURCE_DIR});
+}
+
+TEST(StationBrowserTest, ACrawlersArmAndHeadAreMovedAmongTheLayersOfARealRoom) {
+  PARHELION_NEEDS_BROWSER_PACKAGES();
+  const auto scans = test::recording("3d-room-scan");
+  PARHELION_NEEDS_RECORDING(scans);
+  play("crawler.mjs", {test::program(), PARHELION_SOURCE_DIR, scans});
 }
 
 TEST(StationBrowserTest, ADemoIsDrivenInjectedAndGradedByWhoeverOpensItsLinks) {

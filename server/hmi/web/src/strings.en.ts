@@ -187,6 +187,7 @@ export const strings = {
     choose: (joint: string) => `Move ${joint} with R and F`,
     lower: (joint: string) => `${joint}: lower`,
     raise: (joint: string) => `${joint}: raise`,
+    keys: { choose: "choose", move: "move" },
     roles: { turret: "turret", shoulder: "shoulder", elbow: "elbow", wrist: "wrist", gripper: "gripper", flippers: "flipper", head: "camera head", other: "joint" },
     unknown: "not known",
   },

@@ -54,13 +54,16 @@ describe("frames", () => {
     const view = new DataView(new ArrayBuffer(32));
     view.setUint8(0, 3);
     view.setUint8(1, 1);
+    view.setUint16(2, 1, true);
     view.setUint32(4, 1, true);
     [1, 2, 3].forEach((value, k) => view.setFloat32(16 + 4 * k, value, true));
     [10, 20, 30].forEach((value, k) => view.setUint8(28 + k, value));
     const frame = parseFrame(view.buffer);
     if (frame.kind !== "points") throw new Error("not points");
     expect(frame.cloud).toBe(true);
-    expect([...frame.positions, ...frame.colours]).toEqual([1, 2, 3, 10, 20, 30]);
+    expect([...frame.positions, ...frame.colours ?? []]).toEqual([1, 2, 3, 10, 20, 30]);
+    view.setUint16(2, 0, true);
+    expect(parseFrame(view.buffer)).toMatchObject({ count: 1, colours: null });
   });
 
   test("a frame that is shorter or longer than it says is refused", () => {

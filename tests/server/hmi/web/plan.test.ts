@@ -30,6 +30,11 @@ describe("the plan's camera", () => {
     expect(toScreen(panned(camera, 25, -7), grabbed.x, grabbed.y)).toEqual([35, 3]);
   });
 
+  test("what is fitted high lies below the buttons and above the measure", () => {
+    const c = fitted(camera, { x0: 0, y0: 0, x1: 4, y1: 20 });
+    expect(toScreen(c, 0, 20)[1]).toBeGreaterThan(40);
+    expect(toScreen(c, 0, 0)[1]).toBeLessThan(c.height - 30);
+  });
   test("what is fitted lies within the canvas", () => {
     const c = fitted(camera, { x0: -5, y0: 0, x1: 20, y1: 4 });
     for (const [x, y] of [[-5, 0], [20, 4]] as const) {

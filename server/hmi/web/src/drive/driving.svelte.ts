@@ -2,7 +2,7 @@
  * page from the operator (another window, a hidden tab, a lost connection) lets go of everything. */
 import { dialogues } from "../parts/dialogue.svelte";
 import { plan } from "../plan/tool.svelte";
-import { askedOf, jointCommand } from "./joints";
+import { askedOf, jointCommand, movables } from "./joints";
 import { HeldKeys, takesKeys, type DriveKey } from "./keys";
 import { PadDrive, type PadCommand } from "./pad";
 import { DriveSender } from "./sender";
@@ -22,7 +22,7 @@ class Driving {
   twist = $state.raw<Twist>({ vx: 0, vy: 0, wz: 0 });
   /** Of the game pad that is looked at; empty: none. */
   pad = $state("");
-  /** Name of the joint that R and F move. */
+  /** Name of the joint, or of those (`movables`), that R and F move. */
   joint = $state("");
   /** The stick on the screen, -1..1 right and down; null: no thumb on it. */
   stick = $state.raw<{ x: number; y: number } | null>(null);
@@ -77,10 +77,10 @@ class Driving {
     this.#look();
   }
   chooseJoint(by: number) {
-    const joints = teleop.robot?.joints ?? [];
-    if (joints.length === 0) return;
-    const at = joints.findIndex((each) => each.name === this.joint);
-    this.joint = joints[(at + by + joints.length) % joints.length]!.name;
+    const all = movables(teleop.robot?.joints ?? []);
+    if (all.length === 0) return;
+    const at = all.findIndex((each) => each.name === this.joint);
+    this.joint = all[(Math.max(at, by < 0 ? 0 : -1) + by + all.length) % all.length]!.name;
   }
 
   #keyDown(event: KeyboardEvent) {
@@ -125,9 +125,11 @@ class Driving {
     if (this.jointButtons.size) this.jointButtons = new Map();
   }
   #jointsAsked(): Map<string, number> {
-    const asked = new Map(this.jointButtons);
-    const key = this.#keys.joint();
-    if (key && this.joint) asked.set(this.joint, key);
+    const asked = new Map<string, number>(), key = this.#keys.joint();
+    for (const { name, joints } of movables(teleop.robot?.joints ?? [])) {
+      const way = (name === this.joint && key) || this.jointButtons.get(name);
+      if (way) for (const joint of joints) asked.set(joint.name, way);
+    }
     return asked;
   }
   #lookAtPad(): PadCommand {

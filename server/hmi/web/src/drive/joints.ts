@@ -19,6 +19,16 @@ export function roleOf(joint: string): JointRole {
   return roles.find(([pattern]) => pattern.test(joint.toLowerCase()))?.[1] ?? "other";
 }
 
+/** What a press moves: one joint, or both flippers as one, which stairs ask for. */
+export interface Movable { name: string; joints: RobotJoint[] }
+const flippersTogether = "both flippers";
+
+export function movables(joints: RobotJoint[]): Movable[] {
+  const flippers = joints.filter(({ name }) => roleOf(name) === "flippers");
+  const single = joints.map((joint) => ({ name: joint.name, joints: [joint] }));
+  return flippers.length > 1 ? [{ name: flippersTogether, joints: flippers }, ...single] : single;
+}
+
 /** rad/s of a joint that turns, m/s of one that slides, where the robot does not say. */
 export function speedOf(joint: RobotJoint): number {
   if (joint.speed && Number.isFinite(joint.speed)) return joint.speed;

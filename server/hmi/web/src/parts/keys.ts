@@ -5,7 +5,7 @@ export interface KeyUse { key: string; what: string; run(): void }
 
 const uses = new Map<string, KeyUse>();
 
-/** Returns what takes it back. Keys are not heard while something is typed. */
+/** Returns what takes it back. Keys are not heard while something is typed. Those that drive (drive/keys.ts) are none of these. */
 export function useKey(use: KeyUse): () => void {
   const key = use.key.toLowerCase();
   uses.set(key, use);

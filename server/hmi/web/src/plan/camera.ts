@@ -16,9 +16,14 @@ export function zoomed(c: Camera, factor: number, px: number, py: number): Camer
 
 export const panned = (c: Camera, dx: number, dy: number): Camera => ({ ...c, x: c.x - dx / c.scale, y: c.y + dy / c.scale });
 
-export function fitted(c: Camera, box: { x0: number; y0: number; x1: number; y1: number }, margin = 24): Camera {
-  const scale = Math.min((c.width - 2 * margin) / (box.x1 - box.x0), (c.height - 2 * margin) / (box.y1 - box.y0));
-  return { ...c, x: (box.x0 + box.x1) / 2, y: (box.y0 + box.y1) / 2, scale: Math.min(MAX_SCALE, Math.max(MIN_SCALE, scale)) };
+/** Pixels that are left free: above for the buttons, below for the measure. */
+const above = 46, below = 36, beside = 16;
+
+export function fitted(c: Camera, box: { x0: number; y0: number; x1: number; y1: number }): Camera {
+  const height = Math.max(c.height - above - below, c.height / 3);
+  const fits = Math.min((c.width - 2 * beside) / (box.x1 - box.x0), height / (box.y1 - box.y0));
+  const scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, fits));
+  return { ...c, x: (box.x0 + box.x1) / 2, y: (box.y0 + box.y1) / 2 + (above - below) / 2 / scale, scale };
 }
 
 /** Metres of a round number (1, 2, 5 times a power of ten) that take at least `pixels`. */

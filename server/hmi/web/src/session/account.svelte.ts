@@ -3,16 +3,16 @@ import { strings } from "../strings.en";
 import type { Who } from "./protocol";
 
 class Account {
-  /** undefined: not asked yet; null: nobody. */
-  who = $state.raw<Who | null | undefined>(undefined);
+  /** Of the one-time link that makes the first account; null: this page was not opened by it, or it is used. */
+  setUpToken = $state(location.pathname.endsWith("/setup") ? new URLSearchParams(location.search).get("token") : null);
+  /** undefined: not asked yet; null: nobody, as it is while there is no account. */
+  who = $state.raw<Who | null | undefined>(this.setUpToken ? null : undefined);
+
+  #looks = 0;
 
   async look(): Promise<void> {
-    try {
-      const answer = await fetch("api/v1/me");
-      this.who = answer.ok ? ((await answer.json()) as Who) : null;
-    } catch {
-      this.who = null;
-    }
+    const look = ++this.#looks, found = await me();
+    if (look === this.#looks) this.who = found;
   }
 
   /** What went wrong in words, or null. */
@@ -20,9 +20,12 @@ class Account {
     return this.#post("api/v1/login", { name, password });
   }
 
-  /** The first account, with the one-time token of the link that the server printed. */
-  async setUp(token: string, name: string, password: string): Promise<string | null> {
-    return this.#post("api/v1/setup", { token, name, password });
+  /** The first account. The link leaves the address with it, before the page writes there what it shows. */
+  async setUp(name: string, password: string): Promise<string | null> {
+    return this.#post("api/v1/setup", { token: this.setUpToken, name, password }, () => {
+      this.setUpToken = null;
+      history.replaceState(null, "", "./");
+    });
   }
 
   /** All other log-ins of this account end with it. */
@@ -35,7 +38,7 @@ class Account {
     this.who = null;
   }
 
-  async #post(path: string, body: unknown): Promise<string | null> {
+  async #post(path: string, body: unknown, done = () => {}): Promise<string | null> {
     let answer: Response;
     try {
       answer = await fetch(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
@@ -45,7 +48,17 @@ class Account {
     if (answer.status === 429) return strings.login.wait(Number(answer.headers.get("Retry-After")) || 1);
     if (answer.status === 401) return strings.login.wrong;
     if (!answer.ok) return (await reason(answer)) ?? strings.login.failed(answer.status);
+    done();
     await this.look();
+    return null;
+  }
+}
+
+async function me(): Promise<Who | null> {
+  try {
+    const answer = await fetch("api/v1/me");
+    return answer.ok ? ((await answer.json()) as Who) : null;
+  } catch {
     return null;
   }
 }

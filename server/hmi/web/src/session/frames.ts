@@ -1,7 +1,7 @@
 /** The binary frames of /ws/state: little-endian, first byte the kind. Views into the received buffer, not copies. */
 
 export const SCAN_REAL = 0, SCAN_MIXED = 1, SCAN_AGENT = 2;
-export const FLAG_NO_ATTITUDE = 1, FLAG_UNSENSED = 2;
+export const FLAG_NO_ATTITUDE = 1, FLAG_UNSENSED = 2, FLAG_COLOURED = 1;
 
 /** Where every part was at session time `t`: seven floats each, x, y, z, qx, qy, qz, qw in map. */
 export interface WorldFrame { kind: "world"; table: number; t: number; count: number; ids: Uint16Array; flags: Uint16Array; poses: Float32Array }
@@ -10,8 +10,8 @@ export interface ScanFrame {
   kind: "scan"; source: number; entity: number; t: number; pose: { x: number; y: number; yaw: number } | null;
   rad0: number; radstep: number; ranges: Float32Array; agents: Int16Array;
 }
-/** Points in map: positions three floats each, colours three bytes each. */
-export interface PointsFrame { kind: "points"; cloud: boolean; t: number; count: number; positions: Float32Array; colours: Uint8Array }
+/** Points in map: positions three floats each, colours three bytes each; null: they have none. */
+export interface PointsFrame { kind: "points"; cloud: boolean; t: number; count: number; positions: Float32Array; colours: Uint8Array | null }
 export type Frame = WorldFrame | ScanFrame | PointsFrame;
 
 const WORLD_ROW = 32, POINT_ROW = 16, MAX_ROWS = 4_000_000;
@@ -62,11 +62,11 @@ function scan(view: DataView): ScanFrame {
 function points(view: DataView): PointsFrame {
   const count = view.getUint32(4, true);
   fits(view, "points", 16, count, POINT_ROW);
-  const positions = new Float32Array(count * 3), colours = new Uint8Array(count * 3);
+  const positions = new Float32Array(count * 3), colours = view.getUint16(2, true) & FLAG_COLOURED ? new Uint8Array(count * 3) : null;
   for (let i = 0, at = 16; i < count; ++i, at += POINT_ROW)
     for (let k = 0; k < 3; ++k) {
       positions[i * 3 + k] = view.getFloat32(at + 4 * k, true);
-      colours[i * 3 + k] = view.getUint8(at + 12 + k);
+      if (colours) colours[i * 3 + k] = view.getUint8(at + 12 + k);
     }
   return { kind: "points", cloud: view.getUint8(1) === 1, t: view.getFloat64(8, true), count, positions, colours };
 }

@@ -44,7 +44,10 @@ class Site {
     if (this.#askedForCloud) return true;
     this.#askedForCloud = true;
     const answer = await fetch("api/v1/cloud").catch(() => null);
-    if (!answer?.ok) return false;
+    if (!answer?.ok) {
+      this.#askedForCloud = false;
+      return false;
+    }
     const frame = parseFrame(await answer.arrayBuffer());
     if (frame.kind === "points") this.cloud = frame;
     return true;

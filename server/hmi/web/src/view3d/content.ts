@@ -3,6 +3,7 @@ import { CanvasTexture, Color, Group, Mesh, MeshBasicMaterial, PlaneGeometry, SR
 import type { Layers } from "../plan/draw_site";
 import { scanStrength } from "../plan/draw_live";
 import { plan } from "../plan/tool.svelte";
+import { drawsBySoftware } from "../parts/graphics";
 import { poseOf } from "../session/poses";
 import { selection } from "../session/selection.svelte";
 import { session } from "../session/session.svelte";
@@ -12,7 +13,7 @@ import { colours } from "../theme/theme.svelte";
 import { Crowd } from "./crowd";
 import { Lines } from "./lines";
 import { modelMeshes, type ModelMeshes } from "./model_mesh";
-import { Returns } from "./returns";
+import { Returns, type Shades } from "./returns";
 
 const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
 type Inks = Record<(typeof inkNames)[number], Color>;
@@ -28,13 +29,14 @@ export class Content {
   #lines = new Lines();
   #scan = new Returns(46);
   #depth = new Returns(30);
-  #cloud = new Returns(30);
+  #cloud = new Returns(18, drawsBySoftware() ? 40_000 : Infinity);
   #model: ModelMeshes | null = null;
   #modelOf = "";
   /** Height of the lowest floor, m: what reaches below it is shown on it. */
   #lowest = 0;
   #map: Mesh | null = null;
   #inks = {} as Inks;
+  #shades = {} as Record<"depth" | "cloud", Shades>;
   #css = {} as Record<(typeof inkNames)[number], string>;
 
   constructor(private readonly trails: Trails) {
@@ -46,6 +48,9 @@ export class Content {
     for (const name of inkNames) this.#inks[name] = new Color(this.#css[name]);
     this.crowd.setInk(this.#css);
     this.#modelOf = "";
+    // What is seen now is blue, the cloud of another day has no colour.
+    const { real, soft, canvas } = this.#inks;
+    this.#shades = { depth: { low: real.clone().lerp(canvas, 0.35), high: real }, cloud: { low: soft.clone().lerp(canvas, 0.7), high: soft } };
     return this.#css;
   }
 
@@ -60,8 +65,9 @@ export class Content {
     const fresh = (scan: typeof real) => (scan && scanStrength(scan, now) > 0 ? scan : null);
     const laser = site.robots[0]?.laser?.at[2] ?? 0.3;
     this.#scan.setScan(layers.has("scan") ? fresh(real) : null, layers.has("virtual") ? fresh(mixed) : null, laser, this.#inks);
-    this.#depth.setPoints(layers.has("depth") ? session.depth : null);
-    this.#cloud.setPoints(layers.has("cloud") ? site.cloud : null);
+    const top = cut ? CUT_M : 1e6;
+    this.#depth.setPoints(layers.has("depth") ? session.depth : null, this.#shades.depth, top);
+    this.#cloud.setPoints(layers.has("cloud") ? site.cloud : null, this.#shades.cloud, top);
     this.#draw(layers, robot);
   }
 

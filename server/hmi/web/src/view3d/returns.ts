@@ -5,14 +5,15 @@ import { screenColour } from "./solids";
 
 const vertexShader = /* glsl */ `
   attribute vec3 tint;
-  uniform float size;
+  uniform float size, cut;
   varying vec3 shade;
   ${screenColour}
   void main() {
     shade = screenColour(tint);
     vec4 p = modelViewMatrix * vec4(position, 1.0);
     gl_Position = projectionMatrix * p;
-    gl_PointSize = clamp(size / -p.z, 2.0, 9.0);
+    gl_PointSize = clamp(size / -p.z, 1.0, 9.0);
+    if (position.z > cut) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside of every picture
   }`;
 const fragmentShader = /* glsl */ `
   varying vec3 shade;
@@ -20,14 +21,25 @@ const fragmentShader = /* glsl */ `
     gl_FragColor = vec4(shade, 1.0);
   }`;
 
+/** Colours of points that have none of their own: at the floor, and from `HIGH_M` above it. */
+export interface Shades { low: Color; high: Color }
+const HIGH_M = 1.6;
+
 export class Returns {
   readonly points: Points;
   #positions = new Float32Array(0);
   #tints = new Float32Array(0);
+  #frame: PointsFrame | null = null;
+  #shades: Shades | null = null;
 
-  /** `size`: pixels of a point a metre away. */
-  constructor(size: number) {
-    this.points = new Points(new BufferGeometry(), new ShaderMaterial({ vertexShader, fragmentShader, uniforms: { size: { value: size } } }));
+  /** `size`: pixels of the page of a point a metre away. `most`: of more points every so many are drawn. */
+  constructor(size: number, private readonly most = Infinity) {
+    const material = new ShaderMaterial({ vertexShader, fragmentShader, uniforms: { size: { value: size }, cut: { value: 1e6 } } });
+    this.points = new Points(new BufferGeometry(), material);
+    this.points.onBeforeRender = (renderer) => {
+      material.uniforms.size!.value = size * renderer.getPixelRatio();
+      material.uniformsNeedUpdate = true;
+    };
     this.points.frustumCulled = false;
     this.points.visible = false;
   }
@@ -51,16 +63,26 @@ export class Returns {
     this.#show(n);
   }
 
-  setPoints(frame: PointsFrame | null) {
-    const n = frame?.count ?? 0;
+  /** Nothing is done where frame and shades are those of before. `cut`: what is higher, m, is left out. */
+  setPoints(frame: PointsFrame | null, shades: Shades, cut: number) {
+    (this.points.material as ShaderMaterial).uniforms.cut!.value = cut;
+    if (frame === this.#frame && shades === this.#shades) return;
+    this.#frame = frame;
+    this.#shades = shades;
+    this.#show(frame ? this.#paint(frame, shades) : 0);
+  }
+  /** How many were put into the buffers. */
+  #paint({ count, positions, colours }: PointsFrame, { low, high }: Shades): number {
+    const step = Math.ceil(count / this.most) || 1, n = Math.floor(count / step), colour = new Color();
     this.#reserve(n);
-    if (frame) {
-      this.#positions.set(frame.positions);
-      const colour = new Color();
-      for (let i = 0; i < n * 3; i += 3)
-        colour.setRGB((frame.colours[i] as number) / 255, (frame.colours[i + 1] as number) / 255, (frame.colours[i + 2] as number) / 255, "srgb").toArray(this.#tints, i);
+    for (let k = 0; k < n; ++k) {
+      const i = 3 * k * step;
+      this.#positions.set(positions.subarray(i, i + 3), 3 * k);
+      if (colours) colour.setRGB((colours[i] as number) / 255, (colours[i + 1] as number) / 255, (colours[i + 2] as number) / 255, "srgb");
+      else colour.lerpColors(low, high, Math.min(1, Math.max(0, (positions[i + 2] as number) / HIGH_M)));
+      colour.toArray(this.#tints, 3 * k);
     }
-    this.#show(n);
+    return n;
   }
 
   #reserve(count: number) {

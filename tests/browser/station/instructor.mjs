@@ -1,0 +1,78 @@
+// An instructor places, commands, marks, writes and saves.
+import { existsSync } from "node:fs";
+import { join } from "node:path";
+import { listen } from "../lcm.mjs";
+import { until, url } from "../base_station.mjs";
+
+export async function instructor({ step, picture, scratch, trainee, instructor, observer, arrive }) {
+  await step("the instructor puts a person where the plan is pressed, and everybody sees it", async () => {
+    await arrive("observer", "otto");
+    const { page } = instructor;
+    await page.getByRole("button", { name: "Person", exact: true }).click();
+    await page.getByText("Place by numbers").click();
+    await page.getByLabel("x (m)").fill("1.5");
+    await page.getByLabel("y (m)").fill("1.5");
+    await page.getByRole("button", { name: "Put there" }).click();
+    const chosen = page.getByRole("combobox", { name: "Choose", exact: true });
+    await until("it is chosen", async () => (await chosen.inputValue()) === "person_1");
+    const plan = await page.getByRole("application").boundingBox();
+    await page.getByRole("button", { name: "Barrel" }).click();
+    await page.mouse.move(plan.x + plan.width * 0.6, plan.y + plan.height * 0.5);
+    await page.mouse.down();
+    await page.mouse.move(plan.x + plan.width * 0.6, plan.y + plan.height * 0.42, { steps: 3 });
+    await picture(page, "placing");
+    await page.mouse.up();
+    await chosen.locator("option", { hasText: "barrel_1" }).waitFor({ state: "attached" });
+    await page.keyboard.press("Escape");
+    const listed = (who) => who.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "person_1" });
+    for (const who of [trainee, observer]) await listed(who).waitFor({ state: "attached" });
+  });
+
+  await step("the instructor sets off a script and begins a lesson; the trainee sees what comes of both", async () => {
+    const { page } = instructor;
+    await page.getByRole("button", { name: "Start visitor" }).click();
+    await trainee.page.getByRole("combobox", { name: "Select", exact: true }).locator("option", { hasText: "visitor_1" }).waitFor({ state: "attached" });
+    await page.getByRole("combobox", { name: "Lessons" }).selectOption("Lost video");
+    await page.getByRole("button", { name: "Start", exact: true }).click();
+    const said = (what) => trainee.page.locator(".events li", { hasText: what }).first().waitFor();
+    await said(/lesson begins.*Lost video/);
+    await page.getByRole("button", { name: "End", exact: true }).click();
+    await said(/lesson ends.*Lost video/);
+  });
+
+  await step("the instructor gives a way, opens a door, freezes, marks, writes, sees what the trainee sees, and saves what was placed", async () => {
+    const { page } = instructor;
+    const told = [], deaf = await listen(url, "MR_AGENT_CMD", (payload) => told.push(Buffer.from(payload).toString("latin1")));
+    const plan = await page.getByRole("application").boundingBox();
+    const at = (x, y) => page.mouse.click(plan.x + plan.width * x, plan.y + plan.height * y);
+    await page.getByRole("combobox", { name: "Choose", exact: true }).selectOption("person_1");
+    const chosen = page.getByRole("region", { name: "Chosen" });
+    await chosen.getByLabel("Does").selectOption("patrols a way");
+    await chosen.getByRole("button", { name: "Draw its way" }).click();
+    for (const [x, y] of [[0.2, 0.45], [0.25, 0.6], [0.25, 0.6]]) await at(x, y);
+    await chosen.getByText("2 points").waitFor();
+    await chosen.getByRole("button", { name: "Do so" }).click();
+    await until("it walks", async () => (await page.getByText(/^person_1 /).textContent()) !== null);
+    await page.getByRole("button", { name: "Open door" }).click();
+    await at(0.5, 0.5);
+    await page.keyboard.press("Escape");
+    await until("the door is told", () => told.some((each) => each.includes("door 1")));
+    deaf();
+    for (const name of ["Freeze all", "Let all go"]) await page.getByRole("button", { name, exact: true }).click();
+    await page.getByLabel("What was it?").fill("well done");
+    await page.getByRole("button", { name: "Mark this moment" }).click();
+    await page.getByRole("tab", { name: "Messages" }).click();
+    await page.getByLabel("Message", { exact: true }).fill("mind the door");
+    await page.keyboard.press("Enter");
+    await trainee.page.getByText("ines: mind the door").waitFor();
+    await trainee.page.getByRole("tab", { name: "Messages" }).click();
+    await trainee.page.getByText("mind the door").waitFor();
+    await trainee.page.getByRole("tab", { name: "Events" }).click();
+    await page.getByRole("tab", { name: "Events" }).click();
+    await page.getByRole("combobox", { name: "Robot" }).selectOption({ label: "as the trainee (trainee)" });
+    await page.locator("[data-age]").waitFor();
+    await page.getByLabel("Name of the scenario").fill("with_visitors");
+    await page.getByRole("button", { name: "Save as scenario" }).click();
+    await until("the saved scenario", () => existsSync(join(scratch, "site", "scenarios", "with_visitors.yaml")));
+  });
+}
