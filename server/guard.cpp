@@ -16,7 +16,7 @@ Guard::~Guard() {
     send_before(std::numeric_limits<std::uint64_t>::max());
     stop_ = true;
   }
-  changed_.notify_all();
+  stopped_.notify_all();
   thread_.join();
 }
 
@@ -24,7 +24,6 @@ std::uint64_t Guard::watch(std::span<const std::uint8_t> raw_scan) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t ticket = next_ticket_++;
   watched_.push_back({ticket, steady_now() + patience_, {raw_scan.begin(), raw_scan.end()}});
-  changed_.notify_all();
   return ticket;
 }
 
@@ -58,16 +57,14 @@ void Guard::send_before(std::uint64_t ticket) {
   while (!watched_.empty() && watched_.front().ticket < ticket) send_oldest();
 }
 
+/// Looks at least as often as a scan may wait, so that nobody has to wake it: a thread that wakes would take
+/// its time from the loop's answer.
 void Guard::run() {
   std::unique_lock lock(mutex_);
   while (!stop_) {
-    if (watched_.empty()) {
-      changed_.wait(lock);
-      continue;
-    }
-    const Duration left = watched_.front().deadline - steady_now();
+    const Duration left = watched_.empty() ? patience_ : watched_.front().deadline - steady_now();
     if (left.ns > 0) {
-      changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
+      stopped_.wait_for(lock, std::chrono::nanoseconds(left.ns));
     } else {
       send_oldest();
     }

@@ -47,7 +47,7 @@ class Guard {
   const Publish publish_;
   // Held while a scan is sent: otherwise the other thread could send the next one first.
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable stopped_;
   std::deque<Watched> watched_;  // unanswered; ascending ticket, so ascending deadline
   std::uint64_t next_ticket_ = 1;
   std::uint64_t fired_ = 0;

@@ -71,15 +71,17 @@ void Inbox::push(Message message) {
   if (kind == InputKind::scan && claims_to_be_scan(message.payload))
     arrived.ticket = guard_.watch(message.payload);
   arrived.message = std::move(message);
-  const std::lock_guard lock(mutex_);
-  if (!make_room(kind, arrived.message.payload.size())) return;
-  if (may_be_dropped(kind)) {
-    ++others_;
-  } else {
-    bytes_ += arrived.message.payload.size();
+  {
+    const std::lock_guard lock(mutex_);
+    if (!make_room(kind, arrived.message.payload.size())) return;
+    if (may_be_dropped(kind)) {
+      ++others_;
+    } else {
+      bytes_ += arrived.message.payload.size();
+    }
+    queue_.push_back(std::move(arrived));
   }
-  queue_.push_back(std::move(arrived));
-  changed_.notify_all();
+  changed_.notify_one();  // the loop, which finds the lock free
 }
 
 void Inbox::note_foreign(const Message& message) {

@@ -37,7 +37,7 @@ Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t c
 }
 
 /// One live session.
-class Session {
+class Session : private StageObserver {
  public:
   Session(Bus& bus, const Configuration& configuration, const ServeOptions& options,
           std::optional<LogWriter> log)
@@ -63,6 +63,8 @@ class Session {
   void end();
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
+  void ended(Stage stage) override { stages_.ended(stage); }
+  void answered(std::span<const std::uint8_t> scan) override;
   bool refuse_unwritable(const Message& message);
   void keep_robot_stopped();
   void tell_robot_stop();
@@ -94,6 +96,8 @@ class Session {
   std::unique_ptr<State> state_;
   Outputs outputs_;
   StageClock stages_;
+  const Arrived* scan_ = nullptr;  // the one that is being answered
+  enum class Answer : std::uint8_t { none, sent, too_late } answer_ = Answer::none;
   ArrivalTime started_, last_;
   WallTime last_housekeeping_ = steady_now();
   Percentiles frame_us_, in_to_out_us_;
@@ -120,7 +124,7 @@ void Session::keep_robot_stopped() {
   const Message stop = stop_of_robot(configuration_, inbox_.stamp());
   last_ = stop.arrival;
   outputs_.clear();
-  tick(configuration_, stop, *state_, outputs_, stages_);
+  tick(configuration_, stop, *state_, outputs_, *this);
   tell_robot_stop();
   outbox_.send(&stop, outputs_.entries(), stop.arrival);
   const std::string& robot = configuration_.robot.name;
@@ -200,7 +204,7 @@ void Session::handle(Arrived arrived) {
   const bool command = configuration_.channels.kind(message.channel) == InputKind::agent_command;
   if (command && refuse_unwritable(message)) return;
   outputs_.clear();
-  tick(configuration_, message, *state_, outputs_, stages_);
+  tick(configuration_, message, *state_, outputs_, *this);
   if (command) tell_robot_stop();
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
@@ -226,21 +230,25 @@ bool Session::refuse_unwritable(const Message& message) {
   return true;
 }
 
-/// The answer goes out before anything is written; if the guard was first, what it sent is what the log gets.
+/// Before anything is written, and before the server learns anything for itself from that scan.
+void Session::answered(std::span<const std::uint8_t> scan) {
+  if (scan_ == nullptr) return;
+  answer_ = guard_.answer(scan_->ticket, scan) ? Answer::sent : Answer::too_late;
+  in_to_out_us_.add((steady_now() - scan_->received).microseconds());
+}
+
+/// If the guard was first, what it sent is what the log gets.
 void Session::handle_scan(const Arrived& arrived) {
   outputs_.clear();
   stages_.begin();
-  tick(configuration_, arrived.message, *state_, outputs_, stages_);
-  bool answered = false, guarded = false;
-  for (const Outputs::Entry& entry : outputs_.entries()) {
-    if (entry.channel != mr_scan_) continue;
-    answered = true;
-    guarded = !guard_.answer(arrived.ticket, entry.payload);
-    in_to_out_us_.add((steady_now() - arrived.received).microseconds());
-  }
-  if (!answered) guard_.give_up(arrived.ticket);  // a fault of the tick: the robot does not go blind for it
+  scan_ = &arrived;
+  answer_ = Answer::none;
+  tick(configuration_, arrived.message, *state_, outputs_, *this);
+  scan_ = nullptr;
+  if (answer_ == Answer::none)
+    guard_.give_up(arrived.ticket);  // no scan, or a fault of the tick: the robot does not go blind
   std::optional<Message> fired;
-  if (guarded) {
+  if (answer_ == Answer::too_late) {
     substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
     fired = note(LoopDecision::Kind::guard_fired, state_->scan.sequence);
   }
@@ -263,7 +271,7 @@ void Session::step_on_time() {
   last_ = now;
   outputs_.clear();
   stages_.begin();
-  advance(configuration_, now, *state_, outputs_, stages_);
+  advance(configuration_, now, *state_, outputs_, *this);
   if (!outputs_.entries().empty()) outbox_.send(nullptr, outputs_.entries(), now);
   send_frames();
 }
@@ -288,7 +296,7 @@ void Session::decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime s
   last_ = stamp;
   const Message decision = loop_message(kind, stamp, count);
   outputs_.clear();
-  tick(configuration_, decision, *state_, outputs_, stages_);
+  tick(configuration_, decision, *state_, outputs_, *this);
   outbox_.send(&decision, outputs_.entries(), stamp);
   send_frames();  // an image that waited for its depth may have waited long enough
 }
@@ -329,7 +337,7 @@ void Session::take_models() {
     state_->prepared_model = std::move(ready->prepared);
     outputs_.clear();
     const WallTime begun = steady_now();
-    tick(configuration_, message, *state_, outputs_, stages_);
+    tick(configuration_, message, *state_, outputs_, *this);
     outbox_.send(&message, outputs_.entries(), last_);
     views_->held_up(steady_now() - begun);
     send_frames();

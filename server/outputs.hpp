@@ -15,7 +15,7 @@
 
 namespace parhelion {
 
-/// Stages of a tick, in the order in which they end.
+/// Stages of a tick, in the order in which they end. `encode` is that of MR_SCAN.
 enum class Stage : std::uint8_t {
   physics_step,
   agents,
@@ -28,11 +28,14 @@ enum class Stage : std::uint8_t {
   encode
 };
 
-/// Told when a stage ends. The tick itself reads no clock.
+/// Told how far a tick is. The tick itself reads no clock and sends nothing.
 class StageObserver {
  public:
   virtual ~StageObserver() = default;
   virtual void ended(Stage) {}
+  /// MR_SCAN of the input is whole, and what the server learns from the scan for itself comes after: a robot
+  /// need not wait for that. The same bytes are among the outputs.
+  virtual void answered(std::span<const std::uint8_t>) {}
 };
 
 /// Reused from tick to tick, so that warm messages keep their capacity.

@@ -266,8 +266,9 @@ void answer_scan(const Configuration& configuration, const Message& input, State
     degrade(verdict, state);
   }
   ++state.tally.scans_out;
-  encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
   observer.ended(Stage::encode);
+  observer.answered(scan_out);
+  encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
   note_injection(configuration, path.last_scan, verdict.text, state, outputs);
   // Without a model everything real is unexplained, and there is nothing to tell people from walls.
   if (verdict.why == Degraded::no && (state.model ? *state.model : configuration.model).entities.size() > 0)

@@ -51,6 +51,39 @@ TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
   EXPECT_GT(replaced, 50U);
 }
 
+/// What is told of an answer, and what the server had learnt by then.
+class Answers : public StageObserver {
+ public:
+  explicit Answers(const std::unique_ptr<State>& state) : state_(state) {}
+  void answered(std::span<const std::uint8_t> scan) override {
+    scans.emplace_back(scan.begin(), scan.end());
+    learnt = learnt || state_->obstacles_seen == state_->scan.last_scan;
+  }
+  std::vector<std::vector<std::uint8_t>> scans;
+  bool learnt = false;  ///< anything from the scan that was not answered yet
+
+ private:
+  const std::unique_ptr<State>& state_;
+};
+
+TEST_F(TickTest, TickTellsOfEachAnswerBeforeItLearnsFromThatScan) {
+  start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
+  Answers answers(state_);
+  std::vector<std::vector<std::uint8_t>> sent;
+  for (const Message& each : test::drive(3)) {
+    outputs_.clear();
+    tick(configuration_, each, *state_, outputs_, answers);
+    for (const Outputs::Entry& entry : outputs_.entries()) {
+      if (entry.channel == channel::mr_scan) sent.push_back(entry.payload);
+    }
+    ASSERT_EQ(answers.scans.size(), sent.size());
+  }
+  EXPECT_GT(sent.size(), 20U);
+  EXPECT_TRUE(answers.scans == sent) << "what was told is not what is sent and logged";
+  EXPECT_FALSE(answers.learnt);
+  EXPECT_EQ(state_->obstacles_seen, state_->scan.last_scan) << "nothing was learnt at all";
+}
+
 TEST_F(TickTest, TickAnswersTheFirstScansWithThemselvesUntilThereIsAPose) {
   start(test::configuration({agent("box_1", AgentKind::box, 3, 0)}));
   const Message first = test::message(channel::scan, test::start_us + 100, test::scan_at(0));
