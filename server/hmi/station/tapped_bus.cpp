@@ -1,109 +1,83 @@
 #include "server/hmi/station/tapped_bus.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <mutex>
 #include <set>
-#include <string>
+#include <stdexcept>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "protocols/bus/channel_pattern.hpp"
 #include "protocols/bus/queues.hpp"
+#include "server/hmi/station/handed_messages.hpp"
+#include "server/wall_clock.hpp"
 
 namespace parhelion {
 namespace {
 
-constexpr int least_waiting = 64;  // messages of a subscription, whoever asked for it first
+constexpr Duration look_period = milliseconds(5);
+constexpr int least_waiting = 64;                // messages of a subscription, whoever asked for it first
+constexpr std::size_t most_remembered = 10'000;  // channels: agents come and go, with names of any number
 
-/// What one of them has subscribed to.
-struct Wanted {
-  std::set<std::string, std::less<>> channels;
-  std::vector<ChannelPattern> expressions;
-
-  void add(ChannelPattern pattern) {
-    if (pattern.expression) {
-      expressions.push_back(std::move(pattern));
-    } else {
-      channels.insert(std::move(pattern.text));
-    }
-  }
-  bool contains(std::string_view channel) const {
-    return channels.contains(channel) ||
-           std::any_of(expressions.begin(), expressions.end(),
-                       [&](const ChannelPattern& each) { return each.matches(channel); });
-  }
-};
+/// The first that matches; patterns.size(): none does.
+std::size_t match(const std::vector<ChannelPattern>& patterns, std::string_view channel) {
+  return static_cast<std::size_t>(
+      std::find_if(patterns.begin(), patterns.end(),
+                   [&](const ChannelPattern& each) { return each.matches(channel); }) -
+      patterns.begin());
+}
 
 }  // namespace
 
 struct TappedBus::Shared {
-  struct Listener {
-    std::vector<ChannelPattern> patterns;
-    SubscriptionQueues queues;
-    std::condition_variable came;
-    bool waits = false;
-  };
+  enum Side : std::uint8_t { owner, tap };
 
   Shared(std::unique_ptr<Bus> heard, std::unique_ptr<Bus> spoken)
       : network(std::move(heard)), speaker(std::move(spoken)) {}
 
-  /// Each pattern once, whoever wants it.
-  Status subscribe(const std::string& pattern, int capacity) {
-    const std::lock_guard lock(subscribing);
-    if (subscribed.contains(pattern)) return {};
-    if (Status done = network->subscribe(pattern, capacity); !done) return done;
-    subscribed.insert(pattern);
+  /// The network is asked for each pattern once, whoever wants it.
+  Status subscribe(Side side, ChannelPattern pattern, int capacity) {
+    const std::lock_guard lock(mutex);
+    if (!subscribed.contains(pattern.text)) {
+      if (Status done = network->subscribe(pattern.text, capacity); !done) return done;
+      subscribed.insert(pattern.text);
+    }
+    patterns[side].push_back(std::move(pattern));
+    ++version;
     return {};
   }
 
-  void copy_for_taps(const Message& message) {
-    const std::lock_guard lock(mutex);
-    for (Listener* listener : listeners) {
-      for (std::size_t i = 0; i < listener->patterns.size(); ++i) {
-        if (!listener->patterns[i].matches(message.channel)) continue;
-        listener->queues.push(i, message.channel, message.arrival, message.payload);
-        if (listener->waits) listener->came.notify_one();
-        break;
-      }
-    }
-  }
-
   const std::unique_ptr<Bus> network, speaker;
-  std::mutex subscribing;
+  HandedMessages handed;
+  std::mutex mutex;  // of what follows: the owner takes it where something new is subscribed to, never else
   std::set<std::string> subscribed;
-  mutable std::mutex mutex;  // of what follows: held for moments only
-  Wanted owners;
-  std::vector<Listener*> listeners;
+  std::vector<ChannelPattern> patterns[2];
+  std::atomic<std::uint64_t> version{1};  // of the patterns
+  bool tapped = false;
 };
 
 class TappedBus::Tap : public Bus {
  public:
-  explicit Tap(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {
-    const std::lock_guard lock(shared_->mutex);
-    shared_->listeners.push_back(&listener_);
-  }
-  ~Tap() override {
-    const std::lock_guard lock(shared_->mutex);
-    std::erase(shared_->listeners, &listener_);
-  }
-  Tap(const Tap&) = delete;
-  Tap& operator=(const Tap&) = delete;
+  explicit Tap(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
   Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override {
     return shared_->speaker->publish(channel, payload);
   }
 
   Result<bool> receive(Message& message, Duration timeout) override {
-    std::unique_lock lock(shared_->mutex);
-    if (listener_.queues.pop(message)) return true;
-    if (timeout.ns <= 0) return false;
-    listener_.waits = true;
-    listener_.came.wait_for(lock, std::chrono::nanoseconds(timeout.ns),
-                            [this] { return !listener_.queues.empty(); });
-    listener_.waits = false;
-    return listener_.queues.pop(message);
+    for (const WallTime deadline = steady_now() + timeout;;) {
+      {
+        const std::lock_guard lock(mutex_);
+        shared_->handed.take_all([this](const Message& each) { sort(each); });
+        if (queues_.pop(message)) return true;
+      }
+      const Duration left = deadline - steady_now();
+      if (left.ns <= 0) return false;
+      std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, look_period).ns));
+    }
   }
 
   Status subscribe(const std::string& pattern, int capacity) override {
@@ -111,21 +85,28 @@ class TappedBus::Tap : public Bus {
     auto made = make_pattern(pattern);
     if (!made) return made.error();
     {
-      const std::lock_guard lock(shared_->mutex);
-      listener_.patterns.push_back(std::move(*made));
-      listener_.queues.add(capacity);
+      const std::lock_guard lock(mutex_);
+      patterns_.push_back(*made);
+      queues_.add(capacity);
     }
-    return shared_->subscribe(pattern, std::max(capacity, least_waiting));
+    return shared_->subscribe(Shared::tap, std::move(*made), std::max(capacity, least_waiting));
   }
 
   std::uint64_t dropped() const override {
-    const std::lock_guard lock(shared_->mutex);
-    return listener_.queues.dropped();
+    const std::lock_guard lock(mutex_);
+    return queues_.dropped() + shared_->handed.dropped();
   }
 
  private:
+  void sort(const Message& message) {
+    const std::size_t queue = match(patterns_, message.channel);
+    if (queue < patterns_.size()) queues_.push(queue, message.channel, message.arrival, message.payload);
+  }
+
   const std::shared_ptr<Shared> shared_;
-  Shared::Listener listener_;
+  mutable std::mutex mutex_;  // of what follows; the owner never takes it
+  std::vector<ChannelPattern> patterns_;
+  SubscriptionQueues queues_;
 };
 
 TappedBus::TappedBus(std::unique_ptr<Bus> network, std::unique_ptr<Bus> speaker)
@@ -138,30 +119,45 @@ Status TappedBus::publish(std::string_view channel, std::span<const std::uint8_t
 }
 
 Result<bool> TappedBus::receive(Message& message, Duration timeout) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::nanoseconds(timeout.ns);
+  const WallTime deadline = steady_now() + timeout;
   while (true) {
-    const std::chrono::nanoseconds left = deadline - std::chrono::steady_clock::now();
-    auto came = shared_->network->receive(message, Duration{std::max<std::int64_t>(left.count(), 0)});
+    const Duration left = deadline - steady_now();
+    auto came = shared_->network->receive(message, std::max(left, Duration{0}));
     if (!came || !*came) return came;
-    shared_->copy_for_taps(message);
-    const std::lock_guard lock(shared_->mutex);
-    if (shared_->owners.contains(message.channel)) return true;
+    const Wanted by = wanted(message.channel);
+    if (by.by_tap) shared_->handed.put(message);
+    if (by.by_owner) return true;
   }
+}
+
+/// Expressions are matched once a channel.
+TappedBus::Wanted TappedBus::wanted(const std::string& channel) {
+  if (const std::uint64_t now = shared_->version; now != version_ || wanted_.size() > most_remembered) {
+    version_ = now;
+    wanted_.clear();
+  }
+  const auto known = wanted_.find(channel);
+  if (known != wanted_.end()) return known->second;
+  const std::lock_guard lock(shared_->mutex);
+  const auto wants = [&](Shared::Side side) {
+    return match(shared_->patterns[side], channel) < shared_->patterns[side].size();
+  };
+  return wanted_[channel] = {wants(Shared::owner), wants(Shared::tap)};
 }
 
 Status TappedBus::subscribe(const std::string& pattern, int capacity) {
   if (Status status = check_capacity(pattern, capacity); !status) return status;
   auto made = make_pattern(pattern);
   if (!made) return made.error();
-  {
-    const std::lock_guard lock(shared_->mutex);
-    shared_->owners.add(std::move(*made));
-  }
-  return shared_->subscribe(pattern, capacity);
+  return shared_->subscribe(Shared::owner, std::move(*made), capacity);
 }
 
 std::uint64_t TappedBus::dropped() const { return shared_->network->dropped(); }
 
-std::unique_ptr<Bus> TappedBus::tap() { return std::make_unique<Tap>(shared_); }
+std::unique_ptr<Bus> TappedBus::tap() {
+  const std::lock_guard lock(shared_->mutex);
+  if (std::exchange(shared_->tapped, true)) throw std::logic_error("a bus has one tap: share that one");
+  return std::make_unique<Tap>(shared_);
+}
 
 }  // namespace parhelion
