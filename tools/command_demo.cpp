@@ -1,8 +1,10 @@
 // parhelion demo: the main job on a real recording, no robot needed.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 
+#include "server/hmi/station/base_station.hpp"
 #include "tools/command.hpp"
 #include "tools/demo/demo.hpp"
 #include "tools/progress.hpp"
@@ -29,6 +31,12 @@ Exit run(Arguments& arguments) {
   DemoOptions& options = arguments.options;
   // Whoever looks at a page looks at real time.
   if (!arguments.headless && !options.fast) options.http = arguments.http;
+  if (!options.http.empty()) {
+    if (const auto at = parse_host_port(options.http); !at) return fail("--http: " + at.error().message);
+  }
+  if (!options.overwrite && std::filesystem::exists(std::filesystem::path(options.folder) / "recording.lcm"))
+    return fail(options.folder +
+                " holds an earlier demo; --force makes it anew, --folder NAME goes elsewhere");
   for (const std::string& path : {options.session, arguments.report}) {
     if (const Status writable = check_writable(path, options.overwrite); !writable)
       return fail(writable.error().message);
@@ -100,7 +108,9 @@ void add_demo(CLI::App& app, Exit& exit) {
   command->footer(
       "Example:\n  parhelion demo\n  parhelion demo --headless --fast -o session.lcm --report report.json\n\n"
       "Prints links: whoever opens the first on this machine is the instructor, who ends it (or ^C does);\n"
-      "the others are for a trainee, who drives a virtual robot and is graded, and for an observer.");
+      "the others are for a trainee, who drives a virtual robot and is graded, and for an observer. A "
+      "browser\n"
+      "is one of them at a time: open the others elsewhere, or in a private window.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -3,8 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <vector>
 
 namespace parhelion {
+
+/// What was typed, for CLI::App::parse (the last word first). `help WORDS` is `WORDS --help`.
+std::vector<std::string> typed_words(int argc, const char* const* argv);
 
 /// "parhelion: unknown subcommand 'relay', did you mean 'replay'?" and the like, one line and a pointer to
 /// --help. `app` is the program's, after the parse that threw `error`.

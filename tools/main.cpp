@@ -21,9 +21,12 @@ int main(int argc, char** argv) try {
   const AddCommand commands[] = {PARHELION_COMMANDS};
   for (const AddCommand add : commands) add(app, exit);
   try {
-    app.parse(argc, argv);
+    app.parse(typed_words(argc, argv));
   } catch (const CLI::Success& request) {
-    return app.exit(request);
+    const bool asks_of_nothing = app.get_subcommands().empty() && !app.remaining().empty();
+    if (!asks_of_nothing) return app.exit(request);
+    std::fputs(explain(app, request).c_str(), stderr);
+    return static_cast<int>(Exit::usage);
   } catch (const CLI::ParseError& error) {
     std::fputs(explain(app, error).c_str(), stderr);
     return static_cast<int>(Exit::usage);

@@ -31,6 +31,14 @@ TEST(CommandLine, AnUnknownSubcommandIsNamedWithTheNearestOne) {
               HasSubstr("parhelion map: unknown subcommand 'extrud', did you mean 'extrude'?"));
 }
 
+TEST(CommandLine, HelpIsAskedForInEitherWay) {
+  EXPECT_EQ(say({"help"}).output, say({"--help"}).output);
+  const auto ran = say({"help", "map", "extrude"});
+  EXPECT_EQ(ran.exit, 0);
+  EXPECT_EQ(ran.output, say({"map", "extrude", "--help"}).output);
+  EXPECT_EQ(say({"help", "frobnicate"}).exit, 2);
+}
+
 TEST(CommandLine, WithoutASubcommandItAsksWhich) {
   const auto ran = say({"topic"});
   EXPECT_EQ(ran.exit, 2);

@@ -146,6 +146,7 @@ Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOpti
   options.say("open this  " + (*station)->link(Role::instructor, "guest"));
   options.say("trainee    " + (*station)->link(Role::trainee, "trainee"));
   options.say("observer   " + (*station)->link(Role::observer, "observer"));
+  options.say("           each in a browser of its own, or in a private window; ^C ends it");
   const Speaker speaker(std::move(*robot), hub.connect());
   ServeOptions serving;
   serving.session = options.session;

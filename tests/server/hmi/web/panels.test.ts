@@ -1,5 +1,7 @@
 import { clockText, leftText } from "../../../../server/hmi/web/src/events/clock_text";
 import { eventGroups, filtered, groupOf, seekMarks, weightOf } from "../../../../server/hmi/web/src/events/kinds";
+import { detailOf } from "../../../../server/hmi/web/src/events/words";
+import type { SessionEvent } from "../../../../server/hmi/web/src/session/protocol";
 import { countsOf, stagesOf } from "../../../../server/hmi/web/src/events/stages";
 import { doorAt } from "../../../../server/hmi/web/src/instructor/doors";
 import { outline, placement, wayWith } from "../../../../server/hmi/web/src/instructor/gestures";
@@ -100,5 +102,13 @@ test("the keys of ros2 bag play", () => {
   expect(playCommand("ArrowUp", false, state)).toEqual({ action: "rate", value: 1.1 });
   expect(playCommand("ArrowDown", false, { ...state, rate: 0.1 })).toEqual({ action: "rate", value: 0.1 });
   expect(playCommand("ArrowRight", true, { ...state, position: 55 })).toEqual({ action: "seek", value: 60 });
+  expect(playCommand("ArrowRight", false, { ...state, paused: false })).toEqual({ action: "seek", value: 15 });
+  expect(playCommand("ArrowLeft", false, state)).toEqual({ action: "seek", value: 0 });
   expect(playCommand("KeyQ", false, state)).toBeUndefined();
+});
+
+test("who drives is called by the role: names of pages on the bus are numbers", () => {
+  const of = (subject: string) => detailOf({ t: 1, kind: "operator_switched", subject, object: "robot_1", impulse: 0, text: "browser" } as SessionEvent);
+  expect(of("trainee_74142a")).toBe("Trainee – robot_1 · browser");
+  expect(of("joystick_1")).toBe("joystick_1 – robot_1 · browser");
 });

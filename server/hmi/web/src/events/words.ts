@@ -7,10 +7,16 @@ export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
   return strings.eventKinds[event.kind] ?? event.kind.replaceAll("_", " ");
 }
 
+/** Nothing personal goes on the bus: of somebody at a page it has the role and a number. */
+function personOf(name: string): string {
+  const role = /^(trainee|instructor|observer|admin)_[0-9a-f]{6}$/.exec(name)?.[1] as keyof typeof strings.roles | undefined;
+  return role ? strings.roles[role] : name;
+}
+
 /** Who, whom, how hard and what else was said. */
 export function detailOf(event: SessionEvent): string {
   const object = (strings.instruct.lessonKinds as Record<string, string>)[event.object] ?? event.object;
-  const whom = (groupOf(event.kind) === "task" ? [event.object] : [event.subject, object]).filter(Boolean).join(" – ");
+  const whom = (groupOf(event.kind) === "task" ? [event.object] : [personOf(event.subject), object]).filter(Boolean).join(" – ");
   const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)}\u00a0N\u00a0s` : "";
   // The server's words are a sentence or one of its own names.
   const text = event.text?.replaceAll("_", event.kind === "command_reduced" ? " " : "_");

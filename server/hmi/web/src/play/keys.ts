@@ -1,4 +1,5 @@
-/** The keys of `ros2 bag play`: space pauses and goes on, right arrow one message on, up and down a tenth faster and slower. */
+/** The keys of `ros2 bag play`, as `parhelion play` has them: space pauses and goes on, right arrow one message on while it is paused, up and
+ * down a tenth faster and slower. */
 
 export interface PlayCommand { action: "pause" | "resume" | "step" | "rate" | "seek"; value?: number }
 
@@ -7,6 +8,8 @@ export interface PlayState { paused: boolean; rate: number; position: number; du
 export const slowest = 0.1;
 export const fastest = 10;
 
+/** s, of an arrow while it plays. */
+const leap = 10;
 const seek = (value: number): PlayCommand => ({ action: "seek", value });
 
 export function rateTimes(rate: number, factor: number): number {
@@ -16,8 +19,8 @@ export function rateTimes(rate: number, factor: number): number {
 export function playCommand(code: string, shift: boolean, state: PlayState): PlayCommand | undefined {
   switch (code) {
     case "Space": return { action: state.paused ? "resume" : "pause" };
-    case "ArrowRight": return shift ? seek(Math.min(state.duration, state.position + 10)) : { action: "step" };
-    case "ArrowLeft": return seek(Math.max(0, state.position - (shift ? 10 : 2)));
+    case "ArrowRight": return state.paused && !shift ? { action: "step" } : seek(Math.min(state.duration, state.position + leap));
+    case "ArrowLeft": return seek(Math.max(0, state.position - leap));
     case "ArrowUp": return { action: "rate", value: rateTimes(state.rate, 1.1) };
     case "ArrowDown": return { action: "rate", value: rateTimes(state.rate, 1 / 1.1) };
     case "Home": return seek(0);
