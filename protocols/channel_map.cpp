@@ -37,8 +37,15 @@ std::vector<std::string> output_channels(const std::vector<std::string>& agents)
       channel::loop,         channel::mr_scan,  channel::mr_scan_info, channel::mr_camera, channel::mr_depth,
       channel::mr_session,   channel::mr_world, channel::mr_events,    channel::mr_status, channel::mr_cmd,
       channel::mr_joint_cmd, channel::mr_model, channel::bumper,       channel::hazard};
-  for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_SCAN");
+  for (const std::string& agent : agents) {
+    names.push_back("MR_AGENT_" + agent + "_SCAN");
+    names.push_back(agent_camera_channel(agent));
+  }
   return names;
+}
+
+std::string agent_camera_channel(std::string_view agent) {
+  return "MR_AGENT_" + std::string(agent) + "_CAMERA";
 }
 
 const std::vector<std::string>& sensor_channels() {

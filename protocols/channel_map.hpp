@@ -13,6 +13,8 @@ namespace parhelion {
 std::vector<std::string> input_channels(const std::vector<std::string>& agents);
 /// Canonical names of the server's outputs; agents' own scans included.
 std::vector<std::string> output_channels(const std::vector<std::string>& agents);
+/// MR_AGENT_<name>_CAMERA: what the camera of a virtual robot sees.
+std::string agent_camera_channel(std::string_view agent);
 
 /// Canonical names of what a robot says of itself, its pose the last of them: at levels 1 and 2 outputs of
 /// the simulated robot (its pose only where the scenario wants no SLAM).

@@ -52,6 +52,9 @@ struct AgentDefinition {
   Behaviour behaviour;
   std::string laser;  ///< preset of its own simulated laser, empty: none
   std::string model;  ///< of a robot: its robot model by name; empty: the simple one that stays upright
+  /// Hz, of the pictures that its robot model's camera sends; 0: none. Not on the wire: Action::camera says
+  /// it of an agent that is there.
+  double camera_rate = 0;
 };
 
 struct AgentCommand {
@@ -71,8 +74,9 @@ struct AgentCommand {
     lesson,  ///< begins the lesson of this kind (protocols/lesson.hpp): x its amount (of a dead wheel 1 for
              ///< the right side, else the left), y how many seconds it lasts, 0: until it is ended
     lesson_over,  ///< ends the lessons of this kind that were begun so
+    camera,       ///< the camera of the agent of this name sends x pictures a second; 0: none any more
   };
-  static constexpr Action last_action = Action::lesson_over;
+  static constexpr Action last_action = Action::camera;
   SensorTime stamp;           ///< when it was asked for, the sender's clock
   std::uint64_t request = 0;  ///< chosen by the sender; the answering event carries it
   Action action = Action::spawn;

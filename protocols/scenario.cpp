@@ -157,6 +157,21 @@ void check_supply(const Scenario& scenario, const Node& node, const char* key, y
                    "its own; remove it, or give an agent a 'model'");
 }
 
+/// In the line of the first agent whose pictures are too many.
+void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Problems& problems) {
+  double asked = 0;
+  std::optional<int> line;
+  for (std::size_t i = 0; i < scenario.agents.size(); ++i) {
+    asked += scenario.agents[i].camera_rate;
+    if (asked > scenario.most_agent_pictures && !line) line = list.items[i].find("camera")->line;
+  }
+  if (!line) return;
+  problems.add(*line, "'camera': the agents' cameras take " + yaml::format_quantity(asked, Quantity::rate) +
+                          " together, more than most_agent_pictures, " +
+                          yaml::format_quantity(scenario.most_agent_pictures, Quantity::rate) +
+                          "; lower some, or raise that where the machine can draw as many");
+}
+
 Scenario read_scenario(Node& node, yaml::Problems& problems) {
   Scenario scenario;
   yaml::read(node, "name", scenario.name);
@@ -167,6 +182,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   yaml::read(node, "robot", scenario.robot);
   yaml::read(node, "mapping", scenario.mapping);
   yaml::read(node, "most_agents", scenario.most_agents);
+  yaml::read(node, "most_agent_pictures", scenario.most_agent_pictures);
   if (const Node* injection = node.find("injection")) {
     yaml::read(*injection, "max_error", scenario.injection.max_error);
     yaml::read(*injection, "restore", scenario.injection.restore);
@@ -181,6 +197,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
   if (const Node* agents = node.find("agents")) {
     for (const Node& agent : agents->items) scenario.agents.push_back(yaml::read_agent(agent, problems));
     check_agent_names(scenario.agents, *agents, problems);
+    check_agent_pictures(scenario, *agents, problems);
   }
   if (const Node* zones = node.find("zones")) scenario.zones = read_zones(*zones, problems);
   if (const Node* trainee = node.find("trainee")) {
@@ -281,6 +298,7 @@ std::string to_yaml(const Scenario& scenario) {
   if (!scenario.robot.empty()) writer.text("robot", scenario.robot);
   if (scenario.mapping) writer.word("mapping", "true");
   writer.integer("most_agents", scenario.most_agents);
+  writer.quantity("most_agent_pictures", scenario.most_agent_pictures, Quantity::rate);
   writer.open("injection");
   writer.quantity("max_error", scenario.injection.max_error, Quantity::length);
   writer.number("restore", scenario.injection.restore);

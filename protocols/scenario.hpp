@@ -71,6 +71,7 @@ struct Scenario {
   std::optional<Trainee> trainee;
   std::optional<PoseInput> pose;     ///< none: POSE is not consumed, POSE_COV is
   std::uint64_t most_agents = 1000;  ///< more are refused: what this machine can step and send in time
+  double most_agent_pictures = 10;   ///< Hz, of the cameras of all agents together; more are refused
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
   std::vector<Script> scripts;

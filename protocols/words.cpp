@@ -74,6 +74,8 @@ const char* to_string(AgentCommand::Action action) {
       return "lesson";
     case AgentCommand::Action::lesson_over:
       return "lesson_over";
+    case AgentCommand::Action::camera:
+      return "camera";
   }
   return "unknown";
 }

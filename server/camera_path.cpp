@@ -2,6 +2,7 @@
 // with the reason. At levels 1 and 2 there is no CAMERA but what the render thread makes.
 #include <algorithm>
 
+#include "server/agent_cameras.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
 
@@ -132,7 +133,7 @@ void finish_image(const Configuration& configuration, State& state, Outputs& out
   show_at_their_rows(job.camera, state, job);
   job.floor_z = 0;
   add_occluders(configuration, state, job);
-  outputs.add_frame({std::move(job), waiting.sequence, state.model, "", {}});
+  outputs.add_frame({std::move(job), waiting.sequence, state.model, "", {}, {}});
 }
 
 /// The depth image of the image's own moment, or a later one, is there.
@@ -153,7 +154,8 @@ void add_picture(const Configuration& configuration, const RenderAnswer& answer,
   if (seen || answer.depth) ++state.tally.frames_out;
 }
 
-/// How a head of the simulated robot is turned at the newest step.
+}  // namespace
+
 Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head, const Joints& joints) {
   const auto turn = head_turn(head, [&joints](const std::string& joint) {
     const auto found = std::find(joints.names.begin(), joints.names.end(), joint);
@@ -163,8 +165,6 @@ Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head,
   if (!turn) return turn.error();
   return Transform<Base, Base>(*turn);
 }
-
-}  // namespace
 
 void answer_image(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
   Image image;
@@ -225,6 +225,7 @@ void watch_waiting_image(const Configuration& configuration, SimulationTime now,
 
 void add_frame_outputs(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                        State& state) {
+  if (!done.agent.empty()) return publish_agent_picture(configuration, done, outputs, state);
   if (done.simulated) return add_picture(configuration, done.answer, outputs, state);
   encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
   if (done.answer.depth)

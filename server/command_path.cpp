@@ -2,6 +2,7 @@
 // (promise 3).
 #include <algorithm>
 
+#include "server/agent_cameras.hpp"
 #include "server/emergency_stop.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
@@ -198,6 +199,19 @@ Status stop_or_let_go(const Configuration& configuration, const AgentCommand& co
   return state.simulation.command(command, std::nullopt);
 }
 
+/// An agent's camera begins to send pictures, or ends.
+Status do_camera_command(const Configuration& configuration, const AgentCommand& command, State& state) {
+  const std::string& name = command.agent.name;
+  if (name == configuration.robot.name)
+    return Error{"'" + name + "' is the trainee's robot: its camera's pictures are " +
+                 configuration.channels.bus(channel::mr_camera)};
+  const AgentDefinition* known = state.simulation.find_agent(name);
+  if (known == nullptr) return Error{"no agent is called '" + name + "'"};
+  AgentDefinition agent = *known;
+  agent.camera_rate = command.agent.T_map_base.translation().x();
+  return set_agent_camera(configuration, agent, state);
+}
+
 /// What must not appear on the trainee's robot is checked against where that is, simulated or real; itself
 /// excepted.
 std::optional<RealRobotState> robot_in_the_way(const Configuration& configuration,
@@ -211,9 +225,18 @@ std::optional<RealRobotState> robot_in_the_way(const Configuration& configuratio
 
 Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
                         Outputs& outputs) {
-  const Status done = state.simulation.command(command, robot_in_the_way(configuration, command, state));
-  if (done.ok() && command.action == AgentCommand::Action::spawn)
+  using Action = AgentCommand::Action;
+  if (command.action == Action::camera) return do_camera_command(configuration, command, state);
+  const bool spawns = command.action == Action::spawn;
+  if (spawns) {
+    if (Status fits = check_agent_camera(configuration, command.agent, state); !fits) return fits;
+  }
+  Status done = state.simulation.command(command, robot_in_the_way(configuration, command, state));
+  if (done.ok() && spawns) {
     state.kinds[command.agent.name] = command.agent.kind;
+    if (command.agent.camera_rate > 0) done = set_agent_camera(configuration, command.agent, state);
+  }
+  forget_agent_cameras(state);
   publish_simulation_events(configuration, state, outputs);
   return done;
 }

@@ -20,6 +20,7 @@ namespace {
 
 constexpr int laser_threads = 2;  // the tick's own and one beside it: what more there are draws and encodes
 constexpr int render_nice = 10;   // rendering never takes a core from the tick
+constexpr int agents_nice = 15;   // what agents see, less than what the trainee's robot does
 constexpr int mapping_nice = 15;  // nor does mapping, or from rendering
 constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
 constexpr Duration status_period = seconds(1.0);
@@ -92,6 +93,7 @@ class Session : private StageObserver {
   Guard guard_;
   Inbox inbox_;
   RenderThread renderer_;
+  std::optional<RenderThread> agents_renderer_;  // from the first picture of an agent's camera on
   std::optional<ViewSource> views_;
   std::unique_ptr<State> state_;
   Outputs outputs_;
@@ -101,7 +103,8 @@ class Session : private StageObserver {
   ArrivalTime started_, last_;
   WallTime last_housekeeping_ = steady_now();
   Percentiles frame_us_, in_to_out_us_;
-  std::uint64_t frames_dropped_ = 0;
+  Percentiles agent_frame_us_;
+  std::uint64_t frames_dropped_ = 0, agent_frames_dropped_ = 0;
   bool robot_stopped_ = false;  // as robot_stop_held was told
   std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
@@ -189,6 +192,7 @@ void Session::end() {
   outbox_.send(nullptr, outputs_.entries(), last_);
   send_frames();
   renderer_.wait();
+  if (agents_renderer_) agents_renderer_->wait();
   take_answers();
   syncer_.request_stop();
   syncer_.join();
@@ -309,9 +313,11 @@ Message Session::note(LoopDecision::Kind kind, std::uint64_t sequence) {
 
 void Session::send_frames() {
   for (Outputs::Frame& frame : outputs_.frames()) {
-    const auto dropped = renderer_.submit_newest(std::move(frame));
+    const bool agents = !frame.agent.empty();
+    if (agents && !agents_renderer_) agents_renderer_.emplace(configuration_.model, true, agents_nice);
+    const auto dropped = (agents ? *agents_renderer_ : renderer_).submit_newest(std::move(frame));
     if (!dropped) continue;
-    ++frames_dropped_;
+    ++(agents ? agent_frames_dropped_ : frames_dropped_);
     const Message decision = note(LoopDecision::Kind::frame_dropped, *dropped);
     outbox_.send(&decision, {}, last_);
   }
@@ -319,12 +325,16 @@ void Session::send_frames() {
 }
 
 void Session::take_answers() {
-  while (auto done = renderer_.take(false)) {
-    Outputs answer;
-    add_frame_outputs(configuration_, *done, answer, *state_);
-    frame_us_.add(done->latency.microseconds());
-    outbox_.send(nullptr, answer.entries(), last_);
-  }
+  const auto take = [this](RenderThread& renderer, Percentiles& latency_us) {
+    while (auto done = renderer.take(false)) {
+      Outputs answer;
+      add_frame_outputs(configuration_, *done, answer, *state_);
+      latency_us.add(done->latency.microseconds());
+      outbox_.send(nullptr, answer.entries(), last_);
+    }
+  };
+  take(renderer_, frame_us_);
+  if (agents_renderer_) take(*agents_renderer_, agent_frame_us_);
 }
 
 /// A model that is ready is an input like any other: stamped, logged, and what replay obeys.
@@ -378,16 +388,19 @@ Report Session::report() {
   report.source = "live";
   report.tally = state_->tally;
   report.frames_dropped = frames_dropped_;
+  report.agent_frames_dropped = agent_frames_dropped_;
   report.inputs_dropped = inbox_.dropped();
   report.scan_us = stages_.scan_us;
   report.scan_in_to_out_us = in_to_out_us_;
   report.frame_us = frame_us_;
+  report.agent_frame_us = agent_frame_us_;
   report.physics_step_us = stages_.physics_step_us;
   report.physics_wait_us = stages_.physics_wait_us;
   report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
   tell_completeness(outbox_, report);
   report.guard_fired = guard_.fired();
   note_what_images_lack(configuration_.robot, renderer_.fault(), report);
+  if (agents_renderer_) note_what_images_lack(configuration_.robot, agents_renderer_->fault(), report);
   report.notes["priority"] = real_time_.note();
   if (configuration_.scenario.mapping)
     report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";

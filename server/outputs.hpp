@@ -53,6 +53,7 @@ class Outputs {
     std::string reason;  ///< why nothing is to be drawn: the original goes out, in its turn
     /// Of a simulated robot's camera: there is no image yet, the whole picture is rendered.
     std::optional<Exposure> exposure;
+    std::string agent;  ///< whose camera it is; empty: the trainee's robot's
   };
 
   void clear() {

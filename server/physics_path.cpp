@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 
+#include "server/agent_cameras.hpp"
 #include "server/grading_path.hpp"
 #include "server/sensor_path.hpp"
 #include "server/tick.hpp"
@@ -117,6 +118,7 @@ void step_once(const Configuration& configuration, State& state, Outputs& output
   watch_lessons(configuration, next, state, outputs);
   answer_lasers(configuration, state, outputs);
   publish_sensors(configuration, next, state, outputs);
+  take_agent_picture(configuration, next, state, outputs);
   watch_silence(configuration, next, state, outputs);
   watch_injection(configuration, next, state, outputs);
   watch_operators(configuration, next, state, outputs);

@@ -1,5 +1,6 @@
 #include "server/render_thread.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "render/virtual_depth.hpp"
@@ -8,6 +9,8 @@
 
 namespace parhelion {
 namespace {
+
+constexpr std::size_t most_waiting = 8;  // each holds a world
 
 RenderAnswer original(Image image, const std::string& reason) {
   RenderAnswer answer;
@@ -83,8 +86,8 @@ class Painter {
   std::string fault_;
 };
 
-RenderThread::RenderThread(SemanticModel building, bool simulates, int nice)
-    : thread_([this, building = std::move(building), simulates, nice] { run(building, simulates, nice); }) {}
+RenderThread::RenderThread(const SemanticModel& building, bool simulates, int nice)
+    : thread_([this, &building, simulates, nice] { run(building, simulates, nice); }) {}
 
 RenderThread::~RenderThread() {
   {
@@ -98,29 +101,38 @@ RenderThread::~RenderThread() {
 std::optional<std::uint64_t> RenderThread::submit_newest(Outputs::Frame frame) {
   const std::lock_guard lock(mutex_);
   std::optional<std::uint64_t> dropped;
-  if (waiting_) dropped = waiting_->sequence;
-  waiting_ = std::move(frame);
-  waiting_since_ = steady_now();
+  auto place = std::find_if(waiting_.begin(), waiting_.end(),
+                            [&](const Waiting& each) { return each.frame.agent == frame.agent; });
+  if (place == waiting_.end() && waiting_.size() == most_waiting) {
+    dropped = waiting_.front().frame.sequence;
+    waiting_.pop_front();
+    place = waiting_.end();
+  }
+  if (place == waiting_.end()) {
+    waiting_.push_back({std::move(frame), steady_now()});
+  } else {
+    dropped = place->frame.sequence;
+    *place = {std::move(frame), steady_now()};
+  }
   changed_.notify_all();
   return dropped;
 }
 
 void RenderThread::submit(Outputs::Frame frame) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return !waiting_ && !busy_; });
-  waiting_ = std::move(frame);
-  waiting_since_ = steady_now();
+  changed_.wait(lock, [this] { return waiting_.empty() && !busy_; });
+  waiting_.push_back({std::move(frame), steady_now()});
   changed_.notify_all();
 }
 
 void RenderThread::wait() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return !waiting_ && !busy_; });
+  changed_.wait(lock, [this] { return waiting_.empty() && !busy_; });
 }
 
 std::optional<FrameAnswer> RenderThread::take(bool wait) {
   std::unique_lock lock(mutex_);
-  if (wait) changed_.wait(lock, [this] { return !answers_.empty() || (!waiting_ && !busy_); });
+  if (wait) changed_.wait(lock, [this] { return !answers_.empty() || (waiting_.empty() && !busy_); });
   if (answers_.empty()) return std::nullopt;
   FrameAnswer answer = std::move(answers_.front());
   answers_.pop_front();
@@ -144,11 +156,10 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
   std::shared_ptr<const SemanticModel> model;
   std::unique_lock lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return stop_ || waiting_.has_value(); });
-    if (!waiting_) return;  // what was submitted is answered before the end
-    Outputs::Frame frame = std::move(*waiting_);
-    waiting_.reset();
-    const WallTime since = waiting_since_;
+    changed_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;  // what was submitted is answered before the end
+    auto [frame, since] = std::move(waiting_.front());
+    waiting_.pop_front();
     busy_ = true;
     lock.unlock();
     if (frame.model != nullptr && frame.model != model) {
@@ -157,7 +168,7 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
       painter = std::make_unique<Painter>(*model, simulates);
       note_fault(*painter);
     }
-    FrameAnswer done{frame.sequence, frame.exposure.has_value(), painter->answer(frame), {}};
+    FrameAnswer done{frame.agent, frame.sequence, frame.exposure.has_value(), painter->answer(frame), {}};
     done.latency = steady_now() - since;
     lock.lock();
     busy_ = false;

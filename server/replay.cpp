@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <thread>
+#include <utility>
 
 #include "protocols/arrival_order.hpp"
 #include "protocols/bus/log_file.hpp"
@@ -19,22 +20,26 @@ class Run {
  public:
   Run(const ReplayOptions& options, const Preview& preview, const Configuration& configuration,
       Outbox& outbox)
-      : options_(options),
-        preview_(preview),
-        configuration_(configuration),
-        outbox_(outbox),
-        renderer_(configuration.model, simulates_trainee(configuration.scenario), 0) {}
+      : options_(options), preview_(preview), configuration_(configuration), outbox_(outbox) {
+    robots_.renderer.emplace(configuration.model, simulates_trainee(configuration.scenario), 0);
+  }
 
   Result<Report> operator()();
 
  private:
+  /// A renderer and whether it draws a frame whose answer is not written yet.
+  struct Easel {
+    std::optional<RenderThread> renderer;
+    bool busy = false;
+  };
+
   bool is_input(const Message& message) const;
   Status handle(Message message);
   ArrivalTime place_in_time(const Message& message);
   void skip_to(ArrivalTime arrival);
   void pace(ArrivalTime arrival);
   void answer_frames();
-  void write_frame();
+  void write_frame(Easel& easel);
   void take_stock();
   void publish_status();
   void finish(const LogReader& reader);
@@ -43,7 +48,7 @@ class Run {
   const Preview& preview_;
   const Configuration& configuration_;
   Outbox& outbox_;
-  RenderThread renderer_;
+  Easel robots_, agents_;  // the latter's renderer from the first picture of an agent's camera on
   std::unique_ptr<State> state_;
   Outputs outputs_, frame_outputs_;
   StageClock stages_;
@@ -51,7 +56,6 @@ class Run {
   ArrivalTime first_, last_, last_status_;
   ArrivalOrder order_;
   WallTime begun_ = steady_now();
-  bool frame_under_way_ = false;
 };
 
 bool Run::is_input(const Message& message) const {
@@ -124,27 +128,30 @@ Status Run::handle(Message message) {
 /// same place.
 void Run::answer_frames() {
   for (Outputs::Frame& frame : outputs_.frames()) {
-    write_frame();
+    const bool agents = !frame.agent.empty();
+    Easel& easel = agents ? agents_ : robots_;
+    write_frame(easel);
     if (preview_.dropped_frames.contains(frame.sequence)) {
-      ++report_.frames_dropped;
+      ++(agents ? report_.agent_frames_dropped : report_.frames_dropped);
       continue;
     }
-    renderer_.submit(std::move(frame));
-    frame_under_way_ = true;
-    if (options_.threads == 1) renderer_.wait();
+    if (!easel.renderer) easel.renderer.emplace(configuration_.model, true, 0);
+    easel.renderer->submit(std::move(frame));
+    easel.busy = true;
+    if (options_.threads == 1) easel.renderer->wait();
   }
 }
 
-void Run::write_frame() {
-  if (!frame_under_way_) return;
-  frame_under_way_ = false;
-  const auto done = renderer_.take(true);
+void Run::write_frame(Easel& easel) {
+  if (!std::exchange(easel.busy, false)) return;
+  const auto done = easel.renderer->take(true);
   if (!done) return;
   frame_outputs_.clear();
   add_frame_outputs(configuration_, *done, frame_outputs_, *state_);
-  report_.frame_us.add(done->latency.microseconds());
+  (done->agent.empty() ? report_.frame_us : report_.agent_frame_us).add(done->latency.microseconds());
   outbox_.send(nullptr, frame_outputs_.entries(), last_);
-  if (options_.watch_camera && !done->answer.image.bytes.empty()) options_.watch_camera(done->answer.image);
+  if (options_.watch_camera && done->agent.empty() && !done->answer.image.bytes.empty())
+    options_.watch_camera(done->answer.image);
 }
 
 void Run::take_stock() {
@@ -160,7 +167,8 @@ void Run::take_stock() {
   report_.log_seconds = (last_ - first_).seconds();
   report_.wall_seconds = (steady_now() - begun_).seconds();
   tell_completeness(outbox_, report_);
-  note_what_images_lack(configuration_.robot, renderer_.fault(), report_);
+  for (const Easel* easel : {&robots_, &agents_})
+    if (easel->renderer) note_what_images_lack(configuration_.robot, easel->renderer->fault(), report_);
 }
 
 /// Once a second of the log, for whoever listens; never in the session log, since the figures are measured.
@@ -180,7 +188,7 @@ void Run::finish(const LogReader& reader) {
     outbox_.send(nullptr, outputs_.entries(), last_);
     answer_frames();
   }
-  write_frame();
+  for (Easel* easel : {&robots_, &agents_}) write_frame(*easel);
   (void)outbox_.sync();
   take_stock();
   report_.log_damage_bytes = reader.skipped_bytes();

@@ -119,12 +119,17 @@ std::string to_json(const Report& report) {
                     {"out", tally.frames_out},
                     {"composited", tally.frames_composited},
                     {"dropped", report.frames_dropped}};
+  if (tally.agent_frames_in > 0)
+    json["agent_frames"] = {{"in", tally.agent_frames_in},
+                            {"out", tally.agent_frames_out},
+                            {"dropped", report.agent_frames_dropped}};
   json["latency_us"] = {{"scan", percentiles(report.scan_us)},
                         {"scan_in_to_out", percentiles(report.scan_in_to_out_us)},
                         {"frame", percentiles(report.frame_us)},
                         {"physics_step", percentiles(report.physics_step_us)},
                         {"physics_wait", percentiles(report.physics_wait_us)},
                         {"slam", percentiles(tally.slam_us)}};
+  if (tally.agent_frames_in > 0) json["latency_us"]["agent_frame"] = percentiles(report.agent_frame_us);
   json["pose"] = {{"age_ms",
                    {{"p50", tally.pose_age_us.at(0.5) / 1e3},
                     {"p99", tally.pose_age_us.at(0.99) / 1e3},
@@ -167,6 +172,10 @@ std::string summary(const Report& report) {
       report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
       report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
   std::string text = line;
+  if (tally.agent_frames_in > 0)
+    text += "agents  " + std::to_string(tally.agent_frames_out) + " of " +
+            std::to_string(tally.agent_frames_in) + " pictures of agents' cameras, " +
+            std::to_string(report.agent_frames_dropped) + " dropped\n";
   if (tally.refused_inputs > 0) {
     text +=
         "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";

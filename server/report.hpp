@@ -34,14 +34,14 @@ class StageClock : public StageObserver {
 struct Report {
   std::string source;
   Tally tally;
-  std::uint64_t frames_dropped = 0;
+  std::uint64_t frames_dropped = 0, agent_frames_dropped = 0;
   std::uint64_t inputs_dropped = 0;  ///< by full queues
   std::uint64_t log_damage_bytes = 0;
   std::uint64_t guard_fired = 0;
   std::uint64_t arrivals_corrected = 0;  ///< log events whose timestamp did not increase
   Percentiles
       scan_in_to_out_us;  ///< live: from receipt on the bus to MR_SCAN on it, the wait in the inbox included
-  Percentiles scan_us, frame_us, physics_step_us, physics_wait_us;
+  Percentiles scan_us, frame_us, agent_frame_us, physics_step_us, physics_wait_us;
   double log_seconds = 0, wall_seconds = 0;
   bool complete = true;
   std::string incomplete_because;

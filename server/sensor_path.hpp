@@ -57,6 +57,9 @@ void take_slam_word(const Configuration& configuration, PoseEstimate& estimate, 
 /// For the report; empty where the pose is not SLAM's.
 std::string slam_note(const State& state);
 
+/// How a head that a sensor sits on is turned in a simulated robot's joints. Error: it lacks one of them.
+Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head, const Joints& joints);
+
 /// The trainee's simulated robot as agents must reckon with it; nullopt at level 3.
 std::optional<RealRobotState> trainee_state(const Configuration& configuration, const State& state);
 

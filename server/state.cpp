@@ -1,5 +1,6 @@
 #include "server/state.hpp"
 
+#include "server/agent_cameras.hpp"
 #include "server/check_training.hpp"
 #include "server/crowd_memory.hpp"
 #include "server/door_sight.hpp"
@@ -90,6 +91,9 @@ Result<std::unique_ptr<State>> make_state(const Configuration& configuration, Ar
       return Error{"scenario agent '" + agent.name + "': " + spawned.error().message};
     }
     state->kinds[agent.name] = agent.kind;
+    if (agent.camera_rate == 0) continue;
+    if (const Status filmed = set_agent_camera(configuration, agent, *state); !filmed)
+      return Error{"scenario agent '" + agent.name + "': " + filmed.error().message};
   }
   return state;
 }

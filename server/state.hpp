@@ -52,6 +52,7 @@ struct Tally {
   std::array<std::uint64_t, degraded_kinds> scans_degraded{};
   std::uint64_t beams_total = 0, beams_replaced = 0;
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
+  std::uint64_t agent_frames_in = 0, agent_frames_out = 0;  ///< of agents' cameras: due, and published
   std::uint64_t refused_inputs = 0;
   std::string last_refusal;
   std::array<std::uint64_t, static_cast<std::size_t>(kLastEventKind) + 1> events{};  ///< by EventKind
@@ -124,6 +125,7 @@ struct WaitingImage {
 using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
 
 struct SimulatedSensors;
+struct AgentCameras;
 struct DoorSights;
 struct LiveGrading;
 
@@ -162,7 +164,8 @@ struct State {
   HazardResponse hazard_sensor;
   Crew crew;
   AgentScanPath agent_laser;
-  std::unique_ptr<SimulatedSensors> sensors;  ///< of the trainee's robot where it is simulated
+  std::unique_ptr<SimulatedSensors> sensors;    ///< of the trainee's robot where it is simulated
+  std::unique_ptr<AgentCameras> agent_cameras;  ///< null: no agent's was ever asked for
   std::vector<LaserRequest> laser_requests;
   std::vector<RealObstacle> obstacles;
   SimulationTime obstacles_seen;  ///< arrival of the scan that showed them

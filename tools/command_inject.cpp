@@ -21,11 +21,11 @@ namespace parhelion {
 namespace {
 
 struct Arguments {
-  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, target, url,
+  std::string action, name, kind = "box", at, size, behaviour = "stay", laser, model, target, url,
                             channel = channel::mr_agent_cmd, side;
   std::vector<std::string> waypoints;
   double speed = 0.5, distance = 1.5, timeout = 2.0;
-  std::optional<double> amount;
+  std::optional<double> amount, rate;
   double lasting = 0;
   bool yields = false, leaves_doors = false;
 };
@@ -36,7 +36,8 @@ const std::map<std::string, AgentCommand::Action> actions{
     {"remove-all", AgentCommand::Action::remove_all}, {"freeze", AgentCommand::Action::freeze},
     {"unfreeze", AgentCommand::Action::unfreeze},     {"reset", AgentCommand::Action::move},
     {"report", AgentCommand::Action::report},         {"script", AgentCommand::Action::script},
-    {"lesson", AgentCommand::Action::lesson},         {"lesson-over", AgentCommand::Action::lesson_over}};
+    {"lesson", AgentCommand::Action::lesson},         {"lesson-over", AgentCommand::Action::lesson_over},
+    {"camera", AgentCommand::Action::camera}};
 const std::map<std::string, AgentKind> kinds{
     {"box", AgentKind::box},     {"barrel", AgentKind::barrel},       {"person", AgentKind::person},
     {"robot", AgentKind::robot}, {"container", AgentKind::container}, {"cable", AgentKind::cable}};
@@ -83,6 +84,7 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   agent.name = arguments.name;
   agent.kind = kinds.at(arguments.kind);
   agent.laser = arguments.laser;
+  agent.model = arguments.model;
   agent.behaviour.kind = behaviours.at(arguments.behaviour);
   agent.behaviour.speed = arguments.speed;
   agent.behaviour.target = arguments.target;
@@ -103,6 +105,10 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
   }
   if (command.action == AgentCommand::Action::lesson) {
     if (const Status said = put_lesson(arguments, agent); !said) return said.error();
+  }
+  if (command.action == AgentCommand::Action::camera) {
+    if (!arguments.rate) return Error{"how many pictures a second? give --rate, 0 for none"};
+    agent.T_map_base = Transform<Map, Base>::planar(*arguments.rate, 0, 0);
   }
   if (!arguments.size.empty()) {
     const auto size = parse_lengths(arguments.size);
@@ -221,8 +227,11 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->add_option("--lasting", arguments->lasting,
                    "Seconds that a lesson lasts; without it until lesson-over")
       ->check(CLI::PositiveNumber);
+  command->add_option("--rate", arguments->rate, "Pictures a second that a robot's camera sends; 0: none")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));
   command->add_option("--laser", arguments->laser, "Preset of its own laser, such as lms-200");
+  command->add_option("--model", arguments->model, "Robot model of a robot, such as rover");
   command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
       ->check(CLI::PositiveNumber);
   command->add_option("--channel", arguments->channel, "Channel of agent commands");
@@ -237,6 +246,7 @@ void add_inject(CLI::App& app, Exit& exit) {
       "         parhelion inject lesson --name camera_delay --amount 0.3 --lasting 30\n"
       "         parhelion inject lesson --name dead_wheel --side left\n"
       "         parhelion inject lesson-over --name dead_wheel\n"
+      "         parhelion inject camera --name robot_4 --rate 5    (of a robot with a model)\n"
       "         parhelion inject freeze --name robot    (the trainee's: an emergency stop; unfreeze takes it "
       "back)\n"
       "         parhelion inject reset --name trainee\n\n"

@@ -57,6 +57,11 @@ AgentDefinition read_agent(const Node& node, Problems& problems) {
   read(node, "model", agent.model);
   if (!agent.model.empty() && agent.kind != AgentKind::robot)
     problems.add(node.find("model")->line, "'model': only an agent of kind robot has a robot model");
+  read(node, "camera", agent.camera_rate);
+  if (agent.camera_rate > 0 && agent.model.empty())
+    problems.add(
+        node.find("camera")->line,
+        "'camera' is the robot model's, and this agent has none; add 'model', such as 'model: rover'");
   return agent;
 }
 
@@ -84,6 +89,7 @@ void write_agent(Writer& writer, const AgentDefinition& agent) {
   write_behaviour(writer, agent.behaviour);
   if (!agent.laser.empty()) writer.text("laser", agent.laser);
   if (!agent.model.empty()) writer.text("model", agent.model);
+  if (agent.camera_rate > 0) writer.quantity("camera", agent.camera_rate, Quantity::rate);
 }
 
 }  // namespace parhelion::yaml

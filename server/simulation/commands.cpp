@@ -186,6 +186,7 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
     case Action::script:
     case Action::lesson:
     case Action::lesson_over:
+    case Action::camera:
       break;
   }
   return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +

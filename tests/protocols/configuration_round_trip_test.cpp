@@ -31,6 +31,7 @@ AgentDefinition any_agent(int number) {
   agent.behaviour = any_behaviour();
   agent.laser = text();
   if (agent.kind == AgentKind::robot) agent.model = text();
+  if (!agent.model.empty() && *rc::gen::arbitrary<bool>()) agent.camera_rate = between(0.1, 2);
   return agent;
 }
 
@@ -96,6 +97,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   a.robot = text();
   a.mapping = *rc::gen::arbitrary<bool>();
   a.most_agents = static_cast<std::uint64_t>(*rc::gen::inRange(1, 10'001));
+  a.most_agent_pictures = between(10, 240);
   a.injection.max_error = positive();
   a.injection.restore = between(0, 1);
   a.contact.stop_distance = between(0, 1);
@@ -123,6 +125,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   RC_ASSERT(b->model == a.model);
   RC_ASSERT(b->mapping == a.mapping);
   RC_ASSERT(b->most_agents == a.most_agents);
+  RC_ASSERT(b->most_agent_pictures == a.most_agent_pictures);
   RC_ASSERT(b->robot == a.robot);
   RC_ASSERT(b->injection.max_error == a.injection.max_error);
   RC_ASSERT(b->injection.restore == a.injection.restore);
@@ -145,6 +148,7 @@ RC_GTEST_PROP(RoundTrip, Scenario, ()) {
   for (std::size_t i = 0; i < a.agents.size(); ++i) {
     const AgentDefinition &x = a.agents[i], &y = b->agents[i];
     RC_ASSERT(x.name == y.name && x.kind == y.kind && x.laser == y.laser && x.model == y.model);
+    RC_ASSERT(x.camera_rate == y.camera_rate);
     RC_ASSERT(same(x.T_map_base, y.T_map_base));
     RC_ASSERT(x.size == y.size);
     expect_same(x.behaviour, y.behaviour);

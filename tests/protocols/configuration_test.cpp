@@ -107,6 +107,12 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
        "expected box, barrel, person, robot, container or cable, found 'cube'"},
       {"agents:\n  - {name: a, kind: box, pose: {x: 1 m}, size: [1 m, 2 m]}",
        "expected number of items >= 3, found 2"},
+      {"agents:\n  - {name: a, kind: robot, pose: {x: 1 m}, camera: 5 Hz}",
+       "s.yaml:2: 'camera' is the robot model's, and this agent has none; add 'model'"},
+      {"agents:\n  - {name: a, kind: robot, model: rover, pose: {x: 1 m}, camera: 5}", "a unit is missing"},
+      {"agents:\n  - {name: a, kind: robot, model: rover, pose: {x: 1 m}, camera: 8 Hz}\n"
+       "  - {name: b, kind: robot, model: rover, pose: {x: 2 m}, camera: 4 Hz}",
+       "s.yaml:3: 'camera': the agents' cameras take 12 Hz together, more than most_agent_pictures, 10 Hz"},
       {"agents:\n  - {name: a, kind: box, pose: {x: 1 m}, size: [1 m, 2 m, 0 m]}", "expected size > 0 m"},
       {"agents:\n  - {name: a, kind: box, pose: {pitch: 1 deg}}", "an agent stands upright"},
       {"agents:\n  - name: a\n    kind: box\n    pose: {x: 1 m}\n    behaviour: {kind: patrol}",

@@ -26,6 +26,9 @@ VideoOptions video_options(const StationOptions& station) {
   video.camera = configuration.channels.bus(channel::mr_camera);
   video.original = configuration.channels.bus(channel::camera);
   video.simulated = simulates_trainee(configuration.scenario);
+  video.agent_camera = [all = station.configuration](const std::string& agent) {
+    return all->channels.bus(agent_camera_channel(agent));
+  };
   video.now = [] { return steady_now(); };
   video.stamp = [] { return SensorTime{wall_now().ns}; };
   if (station.clock) video.session = [clock = station.clock] { return SensorTime{clock().ns}; };

@@ -58,6 +58,8 @@ void PlacedAgents::done(const AgentCommand& command) {
   const auto agent = agents_.find(name);
   if (agent == agents_.end()) return;
   if (command.action == Action::behave) agent->second.behaviour = command.agent.behaviour;
+  if (command.action == Action::camera)
+    agent->second.camera_rate = command.agent.T_map_base.translation().x();
   if (command.action == Action::move) agent->second.T_map_base = command.agent.T_map_base;
 }
 

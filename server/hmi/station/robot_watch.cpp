@@ -11,13 +11,12 @@ namespace {
 constexpr Duration poll = milliseconds(20);  // the desk wants its turn every 50 ms
 constexpr Duration world_period = milliseconds(250);
 
-const RobotModel* model_of(const DrivenRobot& robot, const Configuration& configuration) {
+const RobotModel* model_of(const DrivenRobot& robot, const Configuration& configuration,
+                           const AgentDefinition* placed) {
   const Scenario& scenario = configuration.scenario;
   std::string name;
+  if (placed != nullptr) name = placed->model;
   if (scenario.trainee && scenario.trainee->name == robot.name) name = scenario.trainee->model;
-  for (const AgentDefinition& agent : scenario.agents) {
-    if (agent.name == robot.name) name = agent.model;
-  }
   const auto& models = configuration.robot_models;
   const auto found =
       std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
@@ -32,19 +31,21 @@ const char* word(JointKind kind) {
 
 }  // namespace
 
-TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuration) {
+TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuration,
+                     const AgentDefinition* placed) {
   TeleopRobot made;
   made.driven = robot;
   if (robot.teleop == channel::teleop) made.driven.teleop = configuration.channels.bus(channel::teleop);
   if (robot.joints == channel::joint_cmd) made.driven.joints = configuration.channels.bus(channel::joint_cmd);
-  const RobotModel* model = model_of(robot, configuration);
+  const RobotModel* model = model_of(robot, configuration, placed);
   const bool trainees = robot.name == configuration.robot.name;
   if (trainees || model != nullptr) {
     const RobotLimits& limits = trainees ? configuration.robot.limits : model->description.limits;
     made.vx = limits.speed;
     made.wz = limits.yaw_rate;
   }
-  made.video = trainees && (configuration.robot.camera || !simulates_trainee(configuration.scenario));
+  made.video = trainees ? configuration.robot.camera || !simulates_trainee(configuration.scenario)
+                        : placed != nullptr && placed->camera_rate > 0;
   if (model == nullptr || made.driven.joints.empty()) return made;
   for (const RobotJoint& joint : model->joints) {
     const bool wheel =
@@ -64,7 +65,8 @@ RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const Configura
       configuration_(std::move(configuration)),
       video_(video),
       teleop_(teleop),
-      trainee_why_not_(std::move(trainee_why_not)) {}
+      trainee_why_not_(std::move(trainee_why_not)),
+      placed_(configuration_->scenario) {}
 
 Status RobotWatch::start() {
   const ChannelMap& channels = configuration_->channels;
@@ -98,14 +100,18 @@ void RobotWatch::take(const Message& message) {
   Event event;
   AgentCommand command;
   if (message.channel == channels.bus(channel::mr_world)) return take_world(message);
-  if (message.channel == channels.bus(channel::mr_agent_cmd) && teleop_ != nullptr &&
-      decode(message.channel, message.payload, command).ok())
-    teleop_->hear(command);
+  if (message.channel == channels.bus(channel::mr_agent_cmd) &&
+      decode(message.channel, message.payload, command).ok()) {
+    placed_.take(command);
+    if (teleop_ != nullptr) teleop_->hear(command);
+  }
   if (message.channel == channels.bus(channel::operators) && teleop_ != nullptr &&
       decode(message.channel, message.payload, word_).ok())
     teleop_->hear(word_);
   if (message.channel == channels.bus(channel::mr_events) &&
       decode(message.channel, message.payload, event).ok()) {
+    placed_.take(event);
+    if (event.kind == EventKind::command_accepted) names_.clear();  // what it changed is told anew
     if (lessons_.hear(event)) video_.impair(lessons_.delay(), lessons_.loss());
     if (teleop_ != nullptr) teleop_->hear(event);
   }
@@ -125,7 +131,7 @@ void RobotWatch::take_world(const Message& message) {
   if (teleop_ == nullptr) return;
   std::vector<TeleopRobot> drivables;
   for (const DrivenRobot& robot : robots) {
-    drivables.push_back(drivable(robot, *configuration_));
+    drivables.push_back(drivable(robot, *configuration_, placed_.find(robot.name)));
     if (robot.name == configuration_->robot.name) drivables.back().why_not = trainee_why_not_;
   }
   teleop_->set_robots(std::move(drivables));

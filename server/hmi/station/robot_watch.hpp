@@ -7,6 +7,7 @@
 
 #include "server/configuration.hpp"
 #include "server/hmi/station/camera_lessons.hpp"
+#include "server/hmi/station/placed_agents.hpp"
 #include "server/hmi/station/teleop_desk.hpp"
 #include "server/hmi/station/video_feed.hpp"
 
@@ -35,10 +36,14 @@ class RobotWatch {
   WallTime world_due_;              ///< robots come and go seldom: not every world is read
   std::vector<std::string> names_;  ///< that were told last
   CameraLessons lessons_;
+  PlacedAgents placed_;
   std::jthread thread_;
 };
 
-/// A robot as pages may drive it: with the limits and joints of its model where that is known.
-TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuration);
+/// A robot as pages may drive it: with the limits and joints of its model where that is known, and whether
+/// its camera sends pictures. `placed`: how an agent was defined; nullptr: nobody knows, or it is the
+/// trainee's.
+TeleopRobot drivable(const DrivenRobot& robot, const Configuration& configuration,
+                     const AgentDefinition* placed);
 
 }  // namespace parhelion

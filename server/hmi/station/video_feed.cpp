@@ -161,7 +161,7 @@ void VideoFeed::follow_viewers() {
       if (!known || sources_.count(viewer->robot) != 0) continue;
       const bool trainee = viewer->robot == options_.robot;
       sources_[viewer->robot] = std::make_unique<VideoSource>(
-          viewer->robot, trainee ? options_.camera : "MR_AGENT_" + viewer->robot + "_CAMERA",
+          viewer->robot, trainee ? options_.camera : options_.agent_camera(viewer->robot),
           trainee ? options_.original : "", !trainee || options_.simulated);
     }
     std::erase_if(sources_, [&](const auto& each) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
+#include "protocols/channel_map.hpp"
 #include "server/hmi/http/web_client.hpp"
 #include "server/hmi/station/video_link.hpp"
 #include "server/hmi/station/video_source.hpp"
@@ -26,7 +27,9 @@ struct VideoOptions {
   std::string camera = "MR_CAMERA";  ///< its channels on the bus: what the server makes of the picture,
   std::string original = "CAMERA";   ///< and the camera's own, shown (and called so) where that does not come
   bool simulated = false;            ///< the trainee's robot is
-  std::function<WallTime()> now;     ///< steady
+  /// The channel on the bus of an agent's camera.
+  std::function<std::string(const std::string& agent)> agent_camera = agent_camera_channel;
+  std::function<WallTime()> now;        ///< steady
   std::function<SensorTime()> stamp;    ///< wall clock
   std::function<SensorTime()> session;  ///< where a recording is now; empty: the wall clock
   VideoLinkLimits limits = {};

@@ -229,9 +229,29 @@ TEST_F(VideoFeedTest, CallsAPictureOriginalWhereNothingWasDrawnIn) {
 
 TEST_F(VideoFeedTest, ShowsAnAgentsCamera) {
   auto page = look("robot=robot_2&codec=h264");
+  show("MR_AGENT_robot_2_CAMERA", 0.08);
+  const auto seen = frames(*page);
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].state, PictureState::simulated);
+  EXPECT_EQ(seen[0].server_us - seen[0].stamp_us, 80'000);
+  pass(0.6);
+  EXPECT_NE(page->texts().back().find(R"("state":"stale")"), std::string::npos);
+  EXPECT_NE(page->texts().back().find("no picture comes on MR_AGENT_robot_2_CAMERA"), std::string::npos);
+}
+
+TEST_F(VideoFeedTest, ShowsAnAgentsCameraOnTheChannelThatItIsRenamedTo) {
+  VideoOptions options;
+  options.robot = "trainee";
+  options.now = [this] { return now_; };
+  options.stamp = [this] { return wall(); };
+  options.agent_camera = [](const std::string& agent) { return "site/" + agent; };
+  feed_ = std::make_unique<VideoFeed>(hub_.connect(), options);
+  feed_->set_robots({"trainee", "robot_2"});
+  auto page = look("robot=robot_2&codec=jpeg");
   show("MR_AGENT_robot_2_CAMERA");
-  ASSERT_EQ(frames(*page).size(), 1U);
-  EXPECT_EQ(frames(*page)[0].state, PictureState::simulated);
+  EXPECT_TRUE(frames(*page).empty());
+  show("site/robot_2");
+  EXPECT_EQ(frames(*page).size(), 1U);
 }
 
 TEST_F(VideoFeedTest, CodesRawImagesAndSizesThatChange) {
