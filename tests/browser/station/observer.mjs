@@ -13,6 +13,10 @@ export async function observer({ step, picture, folder, observer }) {
     await picture(page, "back");
     await page.getByRole("button", { name: "Back to now" }).click();
     await page.getByText(/You look back/).waitFor({ state: "detached" });
+    await page.locator(".events li button", { hasText: "lesson begins" }).first().click();
+    await page.getByText(/You look back: plan and 3D show 0:/).waitFor();
+    await page.getByRole("button", { name: "Back to now" }).click();
+    await page.getByText(/You look back/).waitFor({ state: "detached" });
   });
 
   await step("P saves a picture of the page", async () => {

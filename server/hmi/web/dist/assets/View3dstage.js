@@ -1,4 +1,4 @@
-import{d as Ps,s as ac}from"./draw_live.js";import{R as oc,ay as lc,e as Pe,aw as fn,X as cc,r as hc,aL as uc}from"./index.js";import{t as gi}from"./outline.js";/**
+import{d as Ps,s as ac}from"./draw_live.js";import{S as oc,ay as lc,e as Pe,aw as fn,Y as cc,F as hc,aM as uc}from"./index.js";import{t as gi}from"./outline.js";/**
  * @license
  * Copyright 2010-2026 Three.js Authors
  * SPDX-License-Identifier: MIT

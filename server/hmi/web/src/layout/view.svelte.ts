@@ -9,10 +9,17 @@ class View {
   /** The URL named it, or somebody chose it. */
   asked = false;
   layers = $state.raw<ReadonlySet<LayerName>>(new Set(defaultLayers));
+  /** That the address names; the browser's Back leads to it once another one is chosen. */
+  #written: LayoutName | null = null;
+
+  /** Without a step back from there. */
+  open(layout: LayoutName) {
+    this.layout = this.#written = layout;
+  }
 
   read(role: Role) {
     const address = parseAddress(location.hash, role);
-    this.layout = address.layout;
+    this.layout = this.#written = address.layout;
     this.asked = location.hash.includes("/");
     if (address.robot) selection.robot = address.robot;
     this.layers = new Set(address.layers ? layerNames.filter((name) => address.layers?.includes(name)) : defaultLayers);
@@ -21,7 +28,11 @@ class View {
   write(role: Role) {
     const usual = this.layers.size === defaultLayers.length && defaultLayers.every((name) => this.layers.has(name));
     const hash = formatAddress(role, { layout: this.layout, robot: selection.robot, layers: usual ? null : [...this.layers] });
-    if (hash !== location.hash) history.replaceState(null, "", hash);
+    if (hash === location.hash) return;
+    const another = this.#written !== this.layout;
+    this.#written = this.layout;
+    if (another) history.pushState(null, "", hash);
+    else history.replaceState(null, "", hash);
   }
 
   switchLayer(name: LayerName, on: boolean) {

@@ -8,11 +8,20 @@ class Account {
   /** undefined: not asked yet; null: nobody, as it is while there is no account. */
   who = $state.raw<Who | null | undefined>(this.setUpToken ? null : undefined);
 
+  /** Who this browser is since another tab logged in; null: still `who`. Nobody becomes someone else unasked. */
+  other = $state.raw<Who | null>(null);
   #looks = 0;
 
   async look(): Promise<void> {
     const look = ++this.#looks, found = await me();
-    if (look === this.#looks) this.who = found;
+    if (look !== this.#looks) return;
+    if (!this.who || !found) this.who = found;
+    else this.other = this.who.name === found.name && this.who.role === found.role ? null : found;
+  }
+  /** Everything is connected anew, as whom this browser is logged in now. */
+  goOn() {
+    this.who = this.other ?? (this.who && { ...this.who });
+    this.other = null;
   }
 
   /** What went wrong in words, or null. */

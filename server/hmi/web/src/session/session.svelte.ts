@@ -46,6 +46,8 @@ class Session {
   depth = $state.raw<PointsFrame | null>(null);
   /** Session time that world, scans and entities are shown of, while somebody looks back; null: now. */
   back = $state.raw<number | null>(null);
+  /** performance.now() when this page last asked for another place of a recording. */
+  soughtAt = $state.raw(-Infinity);
   readonly history = new History();
   /** What is now, whatever is shown. */
   #live: Moment = { table: -1, entities: [], forms: [], world: null, scans: {} };
@@ -95,6 +97,7 @@ class Session {
 
   /** A message without an answer; false: not connected. */
   say(message: Say): boolean {
+    if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
     return this.#link.send(JSON.stringify(message));
   }
 
@@ -107,6 +110,9 @@ class Session {
   poseOf(name: string): FlatPose | null {
     return poseOf(this.entities.find((each) => each.name === name), this.world);
   }
+
+  /** Whose place is known: the session's robot's, only others', or nobody's yet. */
+  placed: "site" | "others" | "robot" = $derived(this.poseOf(this.hello?.session.robot ?? "") ? "robot" : this.world ? "others" : "site");
 
   /** Where robots and agents are; doors and the like are part of the site. */
   places(): FlatPose[] {

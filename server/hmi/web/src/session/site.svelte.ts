@@ -87,6 +87,10 @@ export function siteBounds(model: Model | null, map: MapPicture | null): Bounds 
   return x1 > x0 && y1 > y0 ? { x0, y0, x1, y1 } : null;
 }
 
+/** What is known of where to look, the less before the more: each is worth another first look. */
+export const known = ["nothing", "site", "others", "robot"] as const;
+export type Known = (typeof known)[number];
+
 const MARGIN_M = 7, DWARFED = 1.6;
 /** What is looked at first: the site, or of one that dwarfs them the part where robots and agents are. */
 export function firstBounds(site: Bounds | null, places: readonly { x: number; y: number }[]): Bounds | null {

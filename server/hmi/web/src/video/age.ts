@@ -30,6 +30,23 @@ export function freshness(quietMs: number | undefined, age: FrameAge | undefined
   return age && age.ms > warnMs ? "late" : "fresh";
 }
 
+/** Where a recording stands, and since when by the page's clock. */
+export interface Stand { position: number; at: number }
+/** s that a step of single messages goes on at the most: nothing else is to be seen then. */
+const stepS = 0.2;
+
+export function standing(before: Stand | null, control: { paused: boolean; position: number } | null, now: number): Stand | null {
+  if (!control?.paused) return null;
+  const on = before ? control.position - before.position : NaN;
+  return { position: control.position, at: before && on >= 0 && on < stepS ? before.at : now };
+}
+
+/** The server says each second where it stands. */
+const toldMs = 1200;
+/** Is the picture of the moment where the recording stands? `soughtAt`: when this page last asked for another. */
+export const isOfStand = (stand: Stand | null, shownAt: number | undefined, soughtAt: number): boolean =>
+  stand !== null && shownAt !== undefined && shownAt > Math.max(stand.at - toldMs, soughtAt);
+
 /** The middle and the worst but one of twenty of the last while, for the panel's title. */
 export class AgeStatistics {
   private ages: number[] = [];

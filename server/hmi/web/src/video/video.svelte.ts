@@ -14,6 +14,8 @@ export class Video {
   why = $state("");
   age = $state.raw<FrameAge | undefined>(undefined);
   freshness = $state<Freshness>("none");
+  /** performance.now() when the picture came to the screen. */
+  shownAt = $state<number | undefined>(undefined);
   picture = $state<FrameState>("live");
   size = $state.raw<{ width: number; height: number }>({ width: 640, height: 480 });
   /** Those that have video, as the server says. */
@@ -119,6 +121,7 @@ export class Video {
     this.freshness = freshness(quiet, age);
     // Between two frames the age grows by itself: what is shown is that of the newest when it came, until it is stale.
     this.age = age;
+    this.shownAt = this.#shownAt;
     const p50 = this.#ages.quantile(0.5), p95 = this.#ages.quantile(0.95);
     if (p50 !== undefined && p95 !== undefined) this.usual = { p50, p95 };
     if (before !== "stale" && this.freshness === "stale") this.#askKey();
