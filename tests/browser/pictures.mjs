@@ -1,14 +1,21 @@
-// The pictures of the page in README.md: node pictures.mjs PROGRAM SOURCES FOLDER (server/hmi/web/pictures). It asserts nothing.
+// The pictures of the page in README.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER (server/hmi/web/pictures). It asserts nothing.
+// SCANS: room_scan1.pcd and room_scan2.pcd are there. On a machine that does nothing else: the pictures say how old their video is.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { driveUntil, logIn, openBrowser, person, run, until, url } from "./base_station.mjs";
+import { driveUntil, hold, logIn, openBrowser, person, run, until, url } from "./base_station.mjs";
+import { serveRoom } from "./real_room.mjs";
 
-const [program, sources, folder] = process.argv.slice(2);
+const [program, sources, scans, folder] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-")), password = "a long enough word";
 const browser = await openBrowser();
 const picture = (page, name) => page.screenshot({ path: join(folder, `${name}.jpg`), type: "jpeg", quality: 82 });
-const settled = (page) => until("video", async () => (await page.locator("[data-age]").count()) > 0).then(() => page.waitForTimeout(1500));
+/** Video is there, and as young as it gets. */
+const settled = async (page) => {
+  await page.locator("[data-age]").first().waitFor();
+  await page.waitForTimeout(2000);
+  await until("a young picture", async () => Number(await page.locator("[data-age]").first().getAttribute("data-age")) < 100, 10_000).catch(() => console.log("the video is old: is the machine busy?"));
+};
 
 async function open(address, theme, to) {
   const one = await person(browser, address);
@@ -18,16 +25,22 @@ async function open(address, theme, to) {
   return one.page;
 }
 
+/** Of a `serve` that has just begun: its address, with a trainee tess and an instructor ines. */
+async function withAccounts(server) {
+  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const { context, page: admin } = await person(browser, address);
+  const post = (path, data) => admin.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } });
+  await post("setup", { token: new URL(link).searchParams.get("token"), name: "ada", password });
+  for (const [name, role] of [["tess", "trainee"], ["ines", "instructor"]]) await post("accounts", { name, role, password });
+  await context.close();
+  return address;
+}
+
 /** A simulated robot among people. */
 async function busyHall() {
   const server = run(program, ["serve", join(sources, "server/scenarios/programmes/busy_hall.yaml"), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
     "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
-  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
-  const admin = (await person(browser, address)).page;
-  const post = (path, data) => admin.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } });
-  await post("setup", { token: new URL(link).searchParams.get("token"), name: "ada", password });
-  for (const [name, role] of [["tess", "trainee"], ["ines", "instructor"]]) await post("accounts", { name, role, password });
-
+  const address = await withAccounts(server);
   const trainee = await open(address, "light", (one) => logIn(one, "tess", password, "#trainee/drive"));
   await trainee.getByText("Dead-man released").waitFor();
   await settled(trainee);
@@ -39,6 +52,26 @@ async function busyHall() {
   const scene = await open(address, "dark", (one) => logIn(one, "ines", password, "#instructor/scene"));
   await settled(scene);
   await picture(scene, "scene");
+  await server.stop();
+}
+
+/** The room of two scans: their cloud with what a depth camera and a laser see in it, and the crawler's arm. */
+async function realRoom() {
+  const server = await serveRoom(program, sources, scans, mkdtempSync(join(scratch, "room-"))), address = await withAccounts(server);
+  const page = await open(address, "dark", (one) => logIn(one, "tess", password, "#trainee/drive"));
+  await page.getByText("Dead-man released").waitFor();
+  await page.getByRole("tab", { name: "Arm and head" }).click();
+  const raise = page.getByRole("button", { name: /^shoulder.*raise$/ }), value = () => page.locator(".joints li", { has: raise }).locator(".value").textContent();
+  await raise.hover();
+  await hold("the arm is up", () => page.mouse.down(), () => page.mouse.up(), async () => Number.parseFloat(await value()) > 60);
+  await page.mouse.up();
+  await settled(page);
+  await picture(page, "crawler");
+  await page.evaluate(() => { location.hash = "#trainee/scene?layers=robots,scan,virtual,depth,cloud"; });
+  await page.getByRole("application", { name: /three dimensions/ }).focus();
+  for (let i = 0; i < 5; ++i) await page.keyboard.press("+");
+  await settled(page);
+  await picture(page, "cloud");
   await server.stop();
 }
 
@@ -81,6 +114,7 @@ async function demo() {
 try {
   await demo();
   await busyHall();
+  await realRoom();
 } finally {
   await browser.close();
   rmSync(scratch, { recursive: true });

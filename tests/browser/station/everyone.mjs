@@ -42,4 +42,15 @@ export async function everyone({ step, picture, roles, observer }) {
     await page.goBack();
     await page.getByRole("button", { name: "Watch", exact: true, pressed: true }).waitFor();
   });
+
+  await step("axe finds nothing in the other layouts of each role", async () => {
+    for (const [role, { page }] of Object.entries(roles)) {
+      const layouts = page.getByRole("navigation", { name: "Layout" }).getByRole("button"), [first, ...others] = await layouts.allTextContents();
+      for (const layout of [...others, first]) {
+        await layouts.getByText(layout, { exact: true }).click();
+        await page.locator("[data-age]").first().waitFor();
+        if (layout !== first) await noViolation(page, `${role}, ${layout}`);
+      }
+    }
+  });
 }
