@@ -54,6 +54,10 @@ class Teleop {
     this.driven = "";
   }
 
+  /** Name of the robot that was asked for, given or not; empty: none, or it was lost to somebody. */
+  get wanted(): string {
+    return this.#wanted;
+  }
   drive(robot: string) {
     this.#wanted = robot;
     this.refusal = "";
