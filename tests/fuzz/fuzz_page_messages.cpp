@@ -1,5 +1,5 @@
-// What pages say on /ws/state and /ws/teleop: no crash, no hang; what is accepted is within its bounds, and
-// goes to the bus and back.
+// What pages say on /ws/state, /ws/teleop and /ws/video: no crash, no hang; what is accepted is within its
+// bounds, and goes to the bus and back.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -10,6 +10,7 @@
 #include "protocols/codec.hpp"
 #include "server/hmi/station/page_messages.hpp"
 #include "server/hmi/station/teleop_words.hpp"
+#include "server/hmi/station/video_words.hpp"
 
 namespace {
 
@@ -55,20 +56,31 @@ void check_teleop(std::string_view text) {
   for (const double velocity : request->velocities) check(std::isfinite(velocity));
 }
 
+void check_video(std::string_view text) {
+  const auto request = read_video_request(text);
+  if (!request) return check(!request.error().message.empty());
+  if (request->kind != VideoRequest::Kind::clock) return;
+  check(std::isfinite(request->at_ms) && !clock_text(request->at_ms, 0).empty());
+}
+
+void check_all(std::string_view text) {
+  check_page_message(text);
+  check_teleop(text);
+  check_video(text);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
-  check_page_message(text);
-  check_teleop(text);
+  check_all(text);
   // What comes after a type that there is: the schemas are behind it.
-  static constexpr const char* types[] = {"subscribe", "agent",   "script", "lesson",  "end",   "save",
-                                          "report",    "chat",    "mark",   "control", "estop", "drive",
-                                          "twist",     "release", "joints", "ping"};
+  static constexpr const char* types[] = {
+      "subscribe", "agent", "script", "lesson",  "end",    "save", "report", "chat", "mark", "control",
+      "estop",     "drive", "twist",  "release", "joints", "ping", "ack",    "key",  "clock"};
   if (text.empty()) return 0;
   const char* type = types[bytes[0] % std::size(types)];
   const std::string whole = std::string(R"({"type":")") + type + "\"," + std::string(text.substr(1)) + "}";
-  check_page_message(whole);
-  check_teleop(whole);
+  check_all(whole);
   return 0;
 }
