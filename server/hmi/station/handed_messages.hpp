@@ -33,6 +33,7 @@ class HandedMessages {
     }
     bytes_.fetch_add(size, std::memory_order_relaxed);
     if (spare_ == nullptr) spare_ = used_.exchange(nullptr, std::memory_order_acquire);
+    if (spare_ != nullptr) kept_.fetch_sub(1, std::memory_order_relaxed);
     Node* node = spare_ == nullptr ? new Node : std::exchange(spare_, spare_->next);
     node->message = message;  // into the capacity that it has
     push(handed_, node);
@@ -48,8 +49,13 @@ class HandedMessages {
       Node* node = std::exchange(oldest, oldest->next);
       take(std::as_const(node->message));
       const std::size_t size = node->message.payload.size() + overhead;
-      if (size > most_kept) node->message = {};  // pictures; their memory is given back
-      push(used_, node);
+      // What a burst or a picture took is given back.
+      if (size > longest_kept || kept_.load(std::memory_order_relaxed) >= most_kept) {
+        delete node;
+      } else {
+        kept_.fetch_add(1, std::memory_order_relaxed);
+        push(used_, node);
+      }
       bytes_.fetch_sub(size, std::memory_order_relaxed);
     }
   }
@@ -57,9 +63,10 @@ class HandedMessages {
   std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr std::size_t overhead = 128;                       // of a message without payload
-  static constexpr std::size_t most_bytes = std::size_t{64} << 20U;  // waiting
-  static constexpr std::size_t most_kept = std::size_t{64} << 10U;   // of a node that waits to be used again
+  static constexpr std::size_t overhead = 128;                         // of a message without payload
+  static constexpr std::size_t most_bytes = std::size_t{64} << 20U;    // waiting
+  static constexpr std::size_t longest_kept = std::size_t{16} << 10U;  // bytes of a node to be used again
+  static constexpr std::size_t most_kept = 64;                         // such nodes
 
   struct Node {
     Message message;
@@ -77,7 +84,7 @@ class HandedMessages {
   }
 
   std::atomic<Node*> handed_{nullptr}, used_{nullptr};
-  std::atomic<std::size_t> bytes_{0};
+  std::atomic<std::size_t> bytes_{0}, kept_{0};
   std::atomic<std::uint64_t> dropped_{0};
   Node* spare_ = nullptr;  // of the thread that puts
 };
