@@ -63,6 +63,8 @@ class ClientSession : public OpenClient, public std::enable_shared_from_this<Cli
     stuck_since_ = std::chrono::steady_clock::now();
     if (next.closing) {
       closing_ = true;
+      // Who is sent away for what it said or did not take is on record.
+      if (next.closing->code == 1008 || next.closing->code == 1013) refuse(next.closing->why);
       write_close(next.closing->code, next.closing->why);
     } else {
       writing_ = std::move(next.message->bytes);

@@ -104,6 +104,7 @@ TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
   pass(seconds(2 * 3600.0));
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", unused).status, 401) << "unused for two hours";
   EXPECT_EQ(RawClient(port()).open_socket("/ws/echo", unused).status, 401);
+  EXPECT_NE(audit().find("the session has ended; log in again"), std::string::npos);
 }
 
 TEST_F(LogIn, OfAnAccountThatChangesIsOver) {

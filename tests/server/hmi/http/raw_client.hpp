@@ -30,8 +30,10 @@ constexpr int patience_ms = 20'000;
 
 class RawClient {
  public:
-  explicit RawClient(std::uint16_t port, bool encrypted = false) {
+  /// `from`: the address of this machine that the server sees; null: 127.0.0.1.
+  explicit RawClient(std::uint16_t port, bool encrypted = false, const char* from = nullptr) {
     socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (from) bind_to(from);
     sockaddr_in to{};
     to.sin_family = AF_INET;
     to.sin_port = htons(port);
@@ -186,6 +188,13 @@ class RawClient {
  private:
   static std::string cookie_line(const std::string& cookie) {
     return cookie.empty() ? "" : "Cookie: " + cookie + "\r\n";
+  }
+
+  void bind_to(const char* address) {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    EXPECT_EQ(inet_pton(AF_INET, address, &own.sin_addr), 1) << address;
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0) << address;
   }
 
   void shake_hands() {

@@ -1,0 +1,181 @@
+// Everything that an attacker would try, at once, against the real server, while a robot asks it for scans.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "protocols/channels.hpp"
+#include "server/hmi/http/accounts.hpp"
+#include "server/hmi/http/password.hpp"
+#include "server/wall_clock.hpp"
+#include "tests/server/synthetic.hpp"
+#include "tests/tools/process.hpp"
+#include "tests/tools/station/attacks.hpp"
+
+namespace parhelion {
+namespace {
+
+using attack::Json;
+using testing::RawAnswer;
+using testing::RawClient;
+
+constexpr const char* password = "correct horse";
+
+std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
+
+class AttackTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::ofstream(folder_ / "model.yaml") << to_yaml(test::room());
+    std::ofstream(folder_ / "robot.yaml") << to_yaml(test::robot());
+    Scenario scenario;
+    scenario.name = "attack";
+    scenario.model = "model.yaml";
+    scenario.robot = "robot.yaml";
+    std::ofstream(folder_ / "scenario.yaml") << to_yaml(scenario);
+    make_accounts();
+    auto bus = open_network_bus(url());
+    ASSERT_TRUE(bus.ok()) << bus.error().message;
+    bus_ = std::move(*bus);
+    for (const char* pattern : {"MR_SCAN", "MR_AGENT_CMD", "TELEOP", "JOINT_CMD"})
+      ASSERT_TRUE(bus_->subscribe(pattern, 1000).ok());
+    server_.emplace(
+        std::vector<std::string>{"serve", folder_ / "scenario.yaml", "-o", folder_ / "s.lcm", "--url", url(),
+                                 "--no-restart", "--state-folder", folder_ / "state", "--http", "127.0.0.1:0",
+                                 "--report", folder_ / "report.json"},
+        folder_ / "serve.txt");
+    const WallTime deadline = steady_now() + seconds(20.0);
+    while (port_ == 0 && server_->running() && steady_now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      const std::string said = test::text_of(folder_ / "serve.txt"), before = "http://127.0.0.1:";
+      const std::size_t at = said.find(before),
+                        end = said.find_first_not_of("0123456789", at + before.size());
+      if (at != std::string::npos && end != std::string::npos)
+        port_ = static_cast<std::uint16_t>(std::stoi(said.substr(at + before.size())));
+    }
+    ASSERT_NE(port_, 0) << test::text_of(folder_ / "serve.txt");
+    for (int tries = 0; tries < 200 && !answered(milliseconds(100)); ++tries)
+      ASSERT_TRUE(server_->running()) << test::text_of(folder_ / "serve.txt");
+  }
+
+  void make_accounts() {
+    const std::filesystem::path site = folder_ / "state";
+    std::filesystem::create_directories(site);
+    std::filesystem::permissions(site, std::filesystem::perms::owner_all);
+    auto accounts = Accounts::open(site / "accounts.json");
+    const auto hash = hash_password(password);
+    ASSERT_TRUE(accounts && hash);
+    for (const Role role : {Role::admin, Role::instructor, Role::trainee, Role::observer})
+      ASSERT_TRUE((*accounts)->put(std::string(role_word(role)), role, *hash));
+  }
+  /// Of the account that is called as its role.
+  std::string cookie(const std::string& name) const {
+    const RawAnswer answer = RawClient(port_).post(
+        "/api/v1/login", R"({"name":")" + name + R"(","password":")" + password + "\"}");
+    EXPECT_EQ(answer.status, 204) << name;
+    const std::string header = answer.headers.at("set-cookie");
+    return header.substr(0, header.find(';'));
+  }
+
+  /// Sends a scan; whether MR_SCAN brings it back, as it was: no pose is known, so nothing is injected.
+  bool answered(Duration patience) {
+    Message scan = test::message(channel::scan, 0, scan_);
+    scan_.stamp = scan_.stamp + milliseconds(25);
+    EXPECT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
+    const WallTime deadline = steady_now() + patience;
+    for (Message message; steady_now() < deadline;) {
+      const auto came = bus_->receive(message, deadline - steady_now());
+      if (!came || !*came) continue;
+      if (message.channel != channel::mr_scan)
+        ++commands_;
+      else if (message.payload == scan.payload)
+        return true;
+    }
+    return false;
+  }
+
+  const test::Folder folder_;
+  std::unique_ptr<Bus> bus_;
+  std::optional<test::Process> server_;
+  std::uint16_t port_ = 0;
+  Scan scan_ = test::scan_at(0);
+  int commands_ = 0;  ///< on the channels on which somebody is told to do something
+};
+
+TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswered) {
+  attack::Cookies cookies{cookie("admin"), cookie("instructor"), cookie("trainee"), cookie("observer"),
+                          cookie("trainee")};
+  ASSERT_EQ(RawClient(port_).post("/api/v1/logout", "", cookies.over).status, 204);
+
+  struct Attack {
+    std::function<void(const attack::Attacker&, const attack::Cookies&)> commit;
+    std::vector<std::string> noted;  ///< what the audit log says of it, among others
+  };
+  const auto words_to = [](const char* path) {
+    return [path](const attack::Attacker& attacker, const attack::Cookies& known) {
+      attack::with_words_that_are_none(attacker, path, known);
+    };
+  };
+  const std::vector<Attack> attacks = {
+      {attack::without_a_cookie, {"GET /ws/state", "GET /ws/teleop", "GET /ws/video", "GET /video.mjpg"}},
+      {attack::with_anothers_role, {"GET /api/v1/accounts", "POST /api/v1/accounts", "GET /ws/teleop"}},
+      {attack::with_a_cookie_that_is_over, {"GET /api/v1/model", "GET /ws/teleop"}},
+      {attack::from_another_site, {"GET /ws/teleop", "POST /api/v1/logout", "GET /healthz"}},
+      {attack::with_requests_too_long, {"a request"}},
+      {attack::with_paths_out_of_the_page, {"GET /../accounts.json", "GET /%2e%2e/accounts.json"}},
+      {attack::as_a_trainee_who_instructs, {"spawn a", "end"}},
+      {attack::with_script_in_names, {"account " + attack::markup, "log in as " + attack::markup}},
+      {attack::with_ten_thousand_passwords, {"log in as admin", "try a password of admin"}},
+      {attack::with_broken_and_enormous_frames, {"message on /ws/state", "message on /ws/teleop"}},
+      {words_to("/ws/state"), {"unreadable message"}},
+      {words_to("/ws/teleop"), {"message on /ws/teleop"}},
+      {words_to("/ws/video"), {"message on /ws/video"}}};
+  const auto address_of = [](std::size_t attack) { return "127.0.0." + std::to_string(10 + attack); };
+  // For as long as the others: requests that never end, and a page that never reads.
+  std::vector<std::unique_ptr<RawClient>> slow;
+  for (int i = 0; i < 200; ++i) {
+    slow.push_back(std::make_unique<RawClient>(port_));
+    ASSERT_TRUE(slow.back()->send("GET /healthz HTTP/1.1\r\nX-Slow: "));
+  }
+  RawClient deaf(port_);
+  ASSERT_EQ(deaf.open_socket("/ws/state", cookies.observer).status, 101);
+
+  std::atomic<std::size_t> over = 0;
+  std::vector<std::thread> attackers;
+  for (std::size_t i = 0; i < attacks.size(); ++i) {
+    attackers.emplace_back([&, i] {
+      attacks[i].commit(attack::Attacker(port_, address_of(i)), cookies);
+      ++over;
+    });
+  }
+  std::size_t scans = 0;
+  for (bool fine = true; fine && (over < attacks.size() || scans < 100); ++scans) {
+    fine = answered(seconds(20.0));
+    EXPECT_TRUE(fine) << "scan " << scans << " was not answered";
+    (void)slow[scans % slow.size()]->send("x");
+  }
+  for (std::thread& each : attackers) each.join();
+  EXPECT_EQ(commands_, 0) << "nobody was told to move, or to come";
+  EXPECT_EQ(RawClient(port_).get("/healthz").status, 200);
+
+  // Each is on record, by where it came from.
+  const Json log = Json::parse(RawClient(port_).get("/api/v1/audit", cookies.admin).body)["entries"];
+  for (std::size_t i = 0; i < attacks.size(); ++i) {
+    for (const std::string& noted : attacks[i].noted) {
+      const bool found = std::any_of(log.begin(), log.end(), [&](const Json& entry) {
+        return entry["from"] == address_of(i) && entry["what"] == noted && entry["outcome"] != "done";
+      });
+      EXPECT_TRUE(found) << noted << " from " << address_of(i);
+    }
+  }
+
+  server_->signal(SIGINT);
+  EXPECT_EQ(server_->wait(), 0) << test::text_of(folder_ / "serve.txt");
+  const Json report = Json::parse(test::text_of(folder_ / "report.json"));
+  EXPECT_EQ(report["scans"]["in"], report["scans"]["out"]) << report["scans"];
+  EXPECT_GE(report["scans"]["in"].get<std::size_t>(), scans);
+}
+
+}  // namespace
+}  // namespace parhelion
