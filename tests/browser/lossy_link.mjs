@@ -1,0 +1,78 @@
+// Driving and video over a link that loses packets: node lossy_link.mjs PROGRAM SOURCES [PRESSES]
+// Run where packets are lost (tests/bench/with_loss). A key is held for half a second, again and again, on the trainee's
+// whole page: when the robot's command turns, whether it turns at all, and for how long it goes on after the key was let go (silence stops
+// it after 0.3 s, what is older than 0.25 s moves nothing); meanwhile the pictures that the page draws.
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { listen, readTwist } from "./lcm.mjs";
+import { logIn, openBrowser, person, run, url, writeLesson } from "./base_station.mjs";
+
+const [program, sources, presses = "100"] = process.argv.slice(2);
+const scratch = mkdtempSync(join(tmpdir(), "parhelion-")), password = "a long enough word";
+const server = run(program, ["serve", writeLesson(scratch, sources), "-o", join(scratch, "session.lcm"), "--url", url, "--no-restart",
+  "--http", "127.0.0.1:0", "--state-folder", join(scratch, "site")], join(scratch, "serve.txt"));
+const browser = await openBrowser();
+let commands = [];
+const deaf = await listen(url, "MR_CMD", (payload, at) => commands.push({ ...readTwist(payload), at }));
+const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+const now = () => performance.timeOrigin + performance.now();
+
+/** Runs in the page: when each picture of the video was drawn. */
+function watch() {
+  globalThis.drawn = [];
+  const draw = CanvasRenderingContext2D.prototype.drawImage;
+  CanvasRenderingContext2D.prototype.drawImage = function (picture, ...place) {
+    draw.call(this, picture, ...place);
+    if (picture instanceof VideoFrame) globalThis.drawn.push(performance.now());
+  };
+}
+
+function told(what, list) {
+  list.sort((a, b) => a - b);
+  const at = (share) => list[Math.min(list.length - 1, Math.floor(share * list.length))]?.toFixed(1);
+  console.log(`${what}: p50 ${at(0.5)} ms, p95 ${at(0.95)} ms, p99 ${at(0.99)} ms, worst ${list.at(-1)?.toFixed(1)} ms of ${list.length}`);
+}
+
+try {
+  const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
+  const { context, page } = await person(browser, address);
+  await page.addInitScript(watch);
+  const post = (path, data) => page.request.post(`${address}/api/v1/${path}`, { data, headers: { origin: address } });
+  await post("setup", { token: new URL(link).searchParams.get("token"), name: "ada", password });
+  await post("accounts", { name: "tess", role: "trainee", password });
+  await context.clearCookies();
+  await logIn({ page, address }, "tess", password);
+  await page.getByText("Dead-man released").waitFor();
+  await page.locator("[data-age]").first().waitFor();
+  await wait(2000); // what a page loads at first is not what it does later
+  await page.evaluate(() => { globalThis.drawn.length = 0; });
+  const turned = [], stood = [];
+  let nothing = 0;
+  for (let i = 0; i < Number(presses); ++i) {
+    const key = i % 2 ? "d" : "a", turns = (each) => (key === "a" ? each.wz > 0 : each.wz < 0);
+    commands = [];
+    const pressed = now();
+    await page.keyboard.down(key);
+    await wait(500);
+    const released = now();
+    await page.keyboard.up(key);
+    await wait(700);
+    const moving = commands.filter(turns);
+    if (moving.length === 0) nothing += 1;
+    else {
+      turned.push(moving[0].at - pressed);
+      stood.push(Math.max(0, moving.at(-1).at - released));
+    }
+  }
+  const drawn = await page.evaluate(() => [...globalThis.drawn, performance.now()]);
+  told("key press to the first command that turns", turned);
+  console.log(`presses that moved nothing: ${nothing} of ${presses}`);
+  told("key let go to the last command that turns", stood);
+  told("from one picture to the next, or to the end", drawn.slice(1).map((at, i) => at - drawn[i]));
+} finally {
+  await browser.close();
+  deaf();
+  await server.stop();
+  rmSync(scratch, { recursive: true });
+}
