@@ -12,9 +12,9 @@ namespace {
 // A reader that begins in the middle of a file needs to know where the sensors are mounted.
 constexpr Duration mount_interval = seconds(1);
 
-/// "robot_1" of "MR_AGENT_robot_1_SCAN"; empty: another channel.
-std::string scanning_agent(std::string_view channel) {
-  constexpr std::string_view before = "MR_AGENT_", after = "_SCAN";
+/// "robot_1" of "MR_AGENT_robot_1_SCAN" and "_SCAN"; empty: another channel.
+std::string agent_of(std::string_view channel, std::string_view after) {
+  constexpr std::string_view before = "MR_AGENT_";
   if (!channel.starts_with(before) || !channel.ends_with(after)) return {};
   channel.remove_prefix(before.size());
   return channel.size() <= after.size() ? std::string()
@@ -52,8 +52,11 @@ Status Converter::take(const Message& message) {
   const auto handler = handlers_.find(message.channel);
   if (handler != handlers_.end()) return (this->*handler->second)(message);
   if (!configuration_) return {};
-  const std::string agent = scanning_agent(message.channel);
-  return agent.empty() ? Status{} : agent_scan(message, agent);
+  if (const std::string agent = agent_of(message.channel, "_SCAN"); !agent.empty())
+    return agent_scan(message, agent);
+  if (const std::string agent = agent_of(message.channel, "_CAMERA"); !agent.empty())
+    return image("/agents/" + agent + "/camera", agent + "/camera_optical", message);
+  return {};
 }
 
 Status Converter::session(const Message& message) {

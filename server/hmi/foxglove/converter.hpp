@@ -34,7 +34,8 @@ struct Converted {
 };
 
 /// Frames: `map`, `base_link` (the trainee's robot), `laser`, `camera_optical`, `depth_optical`, and an
-/// agent's name and `<name>/laser`. Stamps are as on the wire: the sensor's where it is a sensor's.
+/// agent's name, `<name>/laser` and (said by no transform) `<name>/camera_optical`. Stamps are as on the
+/// wire: the sensor's where it is a sensor's.
 class Converter {
  public:
   /// `send` gets each message; its text holds until it returns. `wanted`: whether anybody looks at a channel
@@ -69,8 +70,8 @@ class Converter {
   Status estimate(const Message& message);
   Status plain_pose(const Message& message);
   Status world(const Message& message);
-  Status camera(const Message& message) { return image("/camera", message); }
-  Status injected_camera(const Message& message) { return image("/mr_camera", message); }
+  Status camera(const Message& message) { return image("/camera", "camera_optical", message); }
+  Status injected_camera(const Message& message) { return image("/mr_camera", "camera_optical", message); }
   Status depth(const Message& message) { return depth_image("/depth/image", message); }
   Status injected_depth(const Message& message) { return depth_image("/mr_depth/image", message); }
   Status asked(const Message& message) { return twist("/teleop", message); }
@@ -81,7 +82,7 @@ class Converter {
   Status model(const Message& message);
   Status server_status(const Message& message);
 
-  Status image(const std::string& camera, const Message& message);
+  Status image(const std::string& camera, const std::string& frame, const Message& message);
   Status depth_image(const char* topic, const Message& message);
   Status twist(const char* topic, const Message& message);
   void moved(const Message& message, std::int64_t stamp, const Eigen::Isometry3d& T_map_base);

@@ -111,15 +111,15 @@ Status Converter::world(const Message& message) {
   return {};
 }
 
-Status Converter::image(const std::string& camera, const Message& message) {
+Status Converter::image(const std::string& camera, const std::string& frame, const Message& message) {
   const Channel& compressed = channel(camera + "/image", "foxglove.CompressedImage");
   if (!wanted(compressed)) return {};
   if (const Status read = decode(message.channel, message.payload, image_); !read) return read;
   if (image_.format == PixelFormat::mjpeg) {
-    write_jpeg(image_, "camera_optical", json_);
+    write_jpeg(image_, frame, json_);
     send(compressed, message, image_.stamp.ns);
   } else if (image_.format != PixelFormat::depth_mm) {
-    write_pixels(image_, "camera_optical", json_);
+    write_pixels(image_, frame, json_);
     send(channel(camera + "/raw", "foxglove.RawImage"), message, image_.stamp.ns);
   }
   return {};
