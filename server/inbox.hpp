@@ -57,8 +57,8 @@ class Inbox {
   std::uint64_t dropped() const;
   /// Scans given up to the guard since the last call: the session log lacks them.
   std::uint64_t take_given_up();
-  /// Channels (indices in sensor_channels()) on which others have published since the last call, ascending;
-  /// each at most once a minute. Who it was no message says.
+  /// Channels (as SentMessages::foreign() has them) on which others have published since the last call,
+  /// ascending; each at most once a minute. Who it was no message says.
   std::vector<std::int64_t> take_foreign(WallTime now);
   std::string fault() const;  ///< why receiving has ended, or empty
 

@@ -64,10 +64,12 @@ void LiveSession::housekeeping() {
   publish_status(last_);
 }
 
-/// Whoever speaks for the robot is news, not each of the words.
+/// Whoever speaks for the robot or for us is news, not each of the words.
 void LiveSession::note_foreign_messages() {
-  for (const std::int64_t channel : inbox_.take_foreign(steady_now()))
+  for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
+    if (channel == another_server() && options_.say) options_.say(another_server_text);
     decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
+  }
 }
 
 /// On a thread of its own: a slow disk holds up no scan.

@@ -38,9 +38,9 @@ Result<Report> serve(Bus& bus, const Configuration& configuration, const ServeOp
     if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)
       return subscribed.error();
   }
-  // On those of a simulated robot's sensors nobody else may speak: heard only to notice it.
-  const SentMessages sensors(configuration);
-  for (const std::string& own : sensors.channels()) {
+  // Nobody else may speak on these: heard only to notice it.
+  const SentMessages own_words(configuration);
+  for (const std::string& own : own_words.channels()) {
     if (const Status subscribed = bus.subscribe(own, 64); !subscribed) return subscribed.error();
   }
   std::optional<LogWriter> log;

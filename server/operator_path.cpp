@@ -1,6 +1,8 @@
 // Operators and their consoles: whom one drives, what is lost with a console, and who else speaks for the
 // robot.
 #include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
+#include "server/sent_messages.hpp"
 #include "server/tick.hpp"
 
 namespace parhelion {
@@ -77,6 +79,9 @@ void watch_operators(const Configuration& configuration, SimulationTime now, Sta
 
 void note_foreign_message(const Configuration& configuration, SimulationTime now, std::int64_t channel,
                           State& state, Outputs& outputs) {
+  if (channel == another_server())
+    return say(configuration, EventKind::foreign_publisher, now, configuration.robot.name,
+               configuration.channels.bus(channel::mr_status), another_server_text, state, outputs);
   const auto& names = sensor_channels();
   if (channel < 0 || channel >= static_cast<std::int64_t>(names.size())) return;
   const std::string name = configuration.channels.bus(names[static_cast<std::size_t>(channel)]);

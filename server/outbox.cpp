@@ -41,7 +41,9 @@ void Outbox::record(const Message* input, std::span<const Outputs::Entry> output
 
 void Outbox::publish_now(std::string_view channel, std::span<const std::uint8_t> payload) {
   // Without the lock: the guard must get through while a slow disk holds up a write.
-  if (bus_ != nullptr) (void)bus_->publish(channel, payload);
+  if (bus_ == nullptr) return;
+  if (sent_ != nullptr) sent_->add(channel, payload);
+  (void)bus_->publish(channel, payload);
 }
 
 bool Outbox::write_input(const Message& input) {

@@ -19,7 +19,11 @@ std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> pa
 
 }  // namespace
 
+std::int64_t another_server() { return static_cast<std::int64_t>(sensor_channels().size()); }
+
 SentMessages::SentMessages(const Configuration& configuration) {
+  channels_.push_back(configuration.channels.bus(channel::mr_status));
+  indices_.push_back(another_server());
   if (!simulates_trainee(configuration.scenario)) return;
   const std::vector<std::string>& names = sensor_channels();
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -1,5 +1,5 @@
-// Tells a simulated robot's own messages, which the bus hands back, from those that others publish on the
-// channels of its sensors.
+// Tells the server's own messages, which the bus hands back, from those that others publish in its place: on
+// the channels of a simulated robot's sensors, or as another server on the same bus.
 #pragma once
 
 #include <array>
@@ -15,16 +15,24 @@
 
 namespace parhelion {
 
+/// Stands for the channel on which servers say how they are, beside the indices in sensor_channels().
+std::int64_t another_server();
+inline constexpr const char* another_server_text =
+    "another server (serve, demo or play --publish) is on this bus: both answer the same scans and commands, "
+    "and "
+    "their events mix; end one of them, or give it a bus of its own (--url)";
+
 /// Remembers the newest few thousand messages by a hash: some seconds of all sensors. Thread-safe.
 class SentMessages {
  public:
-  /// The sensor channels that are outputs of this session: none at level 3.
+  /// MR_STATUS, and the sensor channels that are outputs of this session: none at level 3.
   explicit SentMessages(const Configuration& configuration);
 
   const std::vector<std::string>& channels() const { return channels_; }  ///< on the bus
   /// Before it is published; what is on another channel is ignored.
   void add(std::string_view channel, std::span<const std::uint8_t> payload);
-  /// Somebody else's: the index of its channel in sensor_channels(). nullopt: our own, or on no such channel.
+  /// Somebody else's: the index of its channel in sensor_channels(), or another_server(). nullopt: our own,
+  /// or on no such channel.
   std::optional<std::int64_t> foreign(std::string_view channel, std::span<const std::uint8_t> payload) const;
 
  private:

@@ -35,7 +35,10 @@ class LoopTest : public testing::Test {
       at_gate_ = false;
       return stop_.load();
     };
-    options_.say = [this](const std::string&) { started_ = true; };
+    options_.say = [this](const std::string& news) {
+      said_.push_back(news);
+      started_ = true;
+    };
     thread_ = std::thread([this] { report_.emplace(serve(*server_bus_, configuration_, options_)); });
     const WallTime deadline = steady_now() + seconds(20);
     while (!started_ && steady_now() < deadline) std::this_thread::yield();
@@ -138,7 +141,8 @@ class LoopTest : public testing::Test {
   ServeOptions options_;
   std::atomic<bool> stop_ = false, started_ = false;
   std::atomic<bool> gate_shut_ = false, at_gate_ = false;
-  std::vector<Message> heard_;  ///< MR_SCAN, by await_scan()
+  std::vector<Message> heard_;     ///< MR_SCAN, by await_scan()
+  std::vector<std::string> said_;  ///< to a person; whole after stop()
   std::optional<Result<Report>> report_;
   std::thread thread_;
 };

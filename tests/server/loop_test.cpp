@@ -142,6 +142,37 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
   expect_same_bytes_again(live);
 }
 
+TEST_F(LoopTest, AnotherServerOnTheBusIsToldOfOnceAndOnesOwnWordsAreNot) {
+  serve_in_background(test::configuration({}));
+  const auto await_own_status = [&](int times) {
+    ServerStatus status;
+    for (; times > 0; times -= status.values.size() > 1) {
+      const auto heard = await(channel::mr_status, 1);
+      ASSERT_EQ(heard.size(), 1U);
+      ASSERT_TRUE(decode(channel::mr_status, heard[0].payload, status).ok());
+    }
+  };
+  await_own_status(2);
+  for (int i = 0; i < 5; ++i) {
+    const Message another =
+        test::message(channel::mr_status, 0, ServerStatus{{wall_now().ns}, {{"i", i}}, {}});
+    ASSERT_TRUE(robot_->publish(another.channel, another.payload).ok());
+    await_own_status(i == 0 ? 2 : 0);
+  }
+  await_own_status(1);
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  EXPECT_EQ(std::count(said_.begin(), said_.end(), another_server_text), 1);
+  std::vector<std::string> told;
+  for (const Message& each : session_log()) {
+    Event event;
+    if (each.channel != channel::mr_events || !decode("", each.payload, event)) continue;
+    if (event.kind == EventKind::foreign_publisher) told.push_back(event.object + ": " + event.text);
+  }
+  EXPECT_EQ(told, std::vector<std::string>{std::string("MR_STATUS: ") + another_server_text});
+  expect_same_bytes_again(**report_);
+}
+
 TEST_F(LoopTest, ARobotThatWasStoppedWhenTheServerDiedStaysStoppedAndItsLogSaysSo) {
   std::vector<bool> held;
   options_.robot_stopped = true;
