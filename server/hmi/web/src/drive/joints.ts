@@ -1,4 +1,5 @@
 /** The joints of a robot by what they do, and how fast each may go. */
+import { strings } from "../strings.en";
 import type { PadJoints } from "./pad";
 
 export interface RobotJoint { name: string; kind?: string; lower?: number; upper?: number; speed?: number }
@@ -21,12 +22,11 @@ export function roleOf(joint: string): JointRole {
 
 /** What a press moves: one joint, or both flippers as one, which stairs ask for. */
 export interface Movable { name: string; joints: RobotJoint[] }
-const flippersTogether = "both flippers";
 
 export function movables(joints: RobotJoint[]): Movable[] {
   const flippers = joints.filter(({ name }) => roleOf(name) === "flippers");
   const single = joints.map((joint) => ({ name: joint.name, joints: [joint] }));
-  return flippers.length > 1 ? [{ name: flippersTogether, joints: flippers }, ...single] : single;
+  return flippers.length > 1 ? [{ name: strings.joints.bothFlippers, joints: flippers }, ...single] : single;
 }
 
 /** rad/s of a joint that turns, m/s of one that slides, where the robot does not say. */
