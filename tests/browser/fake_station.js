@@ -119,7 +119,7 @@
       this.give({ type: "score", score: 12, possible: 20, passed: null, left_s: 95, tasks: [{ name: "a", title: "Reach the platform", state: "running", points: 4, of: 10, left_s: 95 }] });
       const say = () => {
         this.give({ type: "status", values: {}, notes: {}, sensors: [{ name: "SCAN", rate_hz: 20, age_ms: 12, loss: 0, state: "ok" }] });
-        this.give({ type: "control", mode: "live", paused: false, rate: 1, position: t(), duration: null, ended: false, frozen: false, estop: false });
+        this.give({ type: "control", mode: "live", paused: false, rate: 1, position: t(), duration: null, ended: false, frozen: false, estop: globalThis.fakeStopped ?? false });
         this.give({ type: "plans", list: [{ entity: "rover", kind: "predicted", points: near(t()) }, ...entities.filter((e) => e.kind === "robot" && e.id).slice(0, 6).map((e) => ({ entity: e.name, kind: "planned", points: [place(e.id, t()).slice(0, 2), place(e.id, t() + 2).slice(0, 2), place(e.id, t() + 4).slice(0, 2)] }))] });
       };
       say();

@@ -16,7 +16,7 @@ try {
   const state = () => page.evaluate(() => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), headset = ground.headset();
     const { map, renderer } = ground.stage, at = (x, y, z) => map.localToWorld(new map.position.constructor(x, y, z)).toArray();
-    return { presenting: renderer.xr.isPresenting, calibrated: headset?.calibrated, robot: at(...globalThis.fakePlace(0).slice(0, 2), 0), agent: at(...globalThis.fakePlace(1).slice(0, 2), 0), place: [globalThis.fakePlace(0), globalThis.fakePlace(1)], model: map.children[0].children.map((each) => each.visible), drawn: renderer.info.render.frame };
+    return { presenting: renderer.xr.isPresenting, calibrated: headset?.calibrated, robot: at(...globalThis.fakePlace(0).slice(0, 2), 0), agent: at(...globalThis.fakePlace(1).slice(0, 2), 0), place: [globalThis.fakePlace(0), globalThis.fakePlace(1)], building: map.getObjectByName("model")?.visible, drawn: renderer.info.render.frame };
   });
   const until = async (what, found) => {
     for (let i = 0; i < 600; ++i) {
@@ -58,8 +58,39 @@ try {
     assert.ok(Math.abs(now.robot[0] - 0.5) < 0.02, `robot at ${now.robot}`);
     assert.ok(Math.hypot(now.agent[0] - (0.5 - dy), now.agent[2] - (-1.2 - dx)) < 0.02, `agent at ${now.agent}, not at ${[0.5 - dy, -1.2 - dx]}`);
     assert.ok(Math.abs(now.agent[1]) < 1e-3);
+    assert.equal(now.building, false, "through glass the building is seen itself");
     await pictures(3);
     await page.screenshot({ path: join(folder, "headset.png") });
+  });
+
+  await step("a closed hand is the emergency stop, and the wearer sees that it holds", async () => {
+    const stops = () => page.evaluate(() => globalThis.fakeStationHeard.filter((text) => JSON.parse(text).type === "estop").length);
+    const shown = () => page.evaluate(() => [...document.querySelectorAll(".ground")].find((each) => each.stage).stage.scene.getObjectByName("stopped").visible);
+    assert.equal(await stops(), 0);
+    assert.equal(await shown(), false);
+    await page.evaluate(() => globalThis.headset.controllers.left.updateButtonValue("squeeze", 1));
+    await pictures(3);
+    await page.evaluate(() => globalThis.headset.controllers.left.updateButtonValue("squeeze", 0));
+    await pictures(3);
+    assert.ok((await stops()) > 0, "nobody was told to stop");
+    await page.evaluate(() => { globalThis.fakeStopped = true; });
+    for (let i = 0; i < 600 && !(await shown()); ++i) await pictures(1);
+    assert.equal(await shown(), true);
+    await page.screenshot({ path: join(folder, "headset-stopped.png") });
+    assert.ok((await state()).calibrated, "a stop moves nothing of what is seen");
+    await page.evaluate(() => { globalThis.fakeStopped = false; });
+  });
+
+  await step("a long pull places the site again", async () => {
+    await page.evaluate(() => {
+      globalThis.headset.controllers.right.position.set(-0.4, 0.9, -1.5);
+      globalThis.headset.controllers.right.updateButtonValue("trigger", 1);
+    });
+    const began = Date.now();
+    await pictures(3);
+    await page.waitForFunction((at) => Date.now() - at > 1700, began);
+    await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 0));
+    await until("placed again", (s) => s.calibrated && Math.abs(s.robot[0] + 0.4) < 0.02 && Math.abs(s.robot[2] + 1.5) < 0.02);
   });
 
   await step("pictures go on while it is worn, and it can be taken off", async () => {
@@ -67,6 +98,24 @@ try {
     await page.getByRole("button", { name: "Leave the headset" }).press("Enter");
     await until("left", (s) => !s.presenting && s.calibrated === undefined);
     await button.waitFor();
+  });
+
+  await step("one that shows nothing of the room draws the building, too", async () => {
+    await page.close();
+    const options = { station: { agents: 2, still: true, headset: { supportedSessionModes: ["inline", "immersive-vr"] } }, hash: "#instructor/scene", scripts: [emulator, install], wrong };
+    const closed = await openPage(browser, options);
+    await closed.getByRole("button", { name: "Headset", exact: true }).click();
+    const seen = () => closed.evaluate(() => {
+      const { map, renderer } = [...document.querySelectorAll(".ground")].find((each) => each.stage).stage;
+      return { mode: renderer.xr.getSession()?.environmentBlendMode, building: map.getObjectByName("model")?.visible, drawn: renderer.info.render.triangles };
+    });
+    let now = await seen();
+    for (let i = 0; i < 600 && !(now.mode && now.building && now.drawn > 0); ++i) {
+      await closed.waitForTimeout(50);
+      now = await seen();
+    }
+    assert.deepEqual([now.mode, now.building], ["opaque", true]);
+    await closed.screenshot({ path: join(folder, "headset-vr.png") });
   });
 
   assert.deepEqual(wrong, []);

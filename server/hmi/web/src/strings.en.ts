@@ -115,7 +115,8 @@ export const strings = {
     enter: "Headset",
     leave: "Leave the headset",
     refused: (why: string) => `The headset did not open: ${why}`,
-    how: ["Hold the controller over the robot,", "point it the way the robot looks,", "and pull the trigger. Squeeze to do it again."],
+    how: ["Hold the controller over the robot,", "point it the way the robot looks,", "and pull the trigger (a long pull: again).", "Squeeze: emergency stop."],
+    stopped: ["STOP: the emergency stop holds.", "If the robot moves, stop it by its own switch."],
   },
   layers: {
     title: "Layers",

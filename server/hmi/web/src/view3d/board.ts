@@ -1,4 +1,4 @@
-/** A flat picture that hangs in the room: the robot's video with its age, or words. Always turned to the wearer. */
+/** A flat picture that hangs in the room: the robot's video with its age, or words, which no wall hides. Always turned to the wearer. */
 import { CanvasTexture, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, type Vector3 } from "three";
 import { ageText } from "../parts/age";
 import { strings } from "../strings.en";
@@ -35,6 +35,8 @@ export class Board {
 
 export function wordsBoard(lines: string[]): Board {
   const board = new Board(1.1, 0.1 + 0.09 * lines.length, [1100, 100 + 90 * lines.length]);
+  (board.mesh.material as MeshBasicMaterial).depthTest = false;
+  board.mesh.renderOrder = 1;
   board.draw((g, width, height) => {
     g.fillStyle = "#10161ee6";
     g.fillRect(0, 0, width, height);

@@ -78,6 +78,7 @@ export class Content {
       this.#modelOf = wanted;
       if (this.#model) this.group.remove(this.#model.group);
       this.#model = modelMeshes(site.model, new Set(doors), this.#css);
+      this.#model.group.name = "model";
       this.group.add(this.#model.group);
       this.#lowest = Math.min(...site.model.elements.filter((each) => each.label === "floor").map((each) => each.at[2] + each.size[2] / 2));
       if (!Number.isFinite(this.#lowest)) this.#lowest = 0;

@@ -1,5 +1,6 @@
 /** The site in a headset (WebXR): virtual things stand where they are among what is real, the video hangs over the robot. */
 import { Color, Vector3, type XRTargetRaySpace } from "three";
+import { emergencyStop, stopState } from "../drive/stop.svelte";
 import { layerNames, type LayerName } from "../layout/layers";
 import { session } from "../session/session.svelte";
 import { strings } from "../strings.en";
@@ -22,6 +23,7 @@ export const headsetLayers = (mode: HeadsetMode, layers: ReadonlySet<LayerName>)
   new Set(layerNames.filter((name) => layers.has(name) && !(mode === "immersive-ar" && hiddenThroughGlass.includes(name))));
 
 const VIDEO_HEIGHT_M = 1.55;
+const AGAIN_MS = 1500;  // the trigger held for so long: the site is to be placed again
 
 export class Headset {
   /** Whether someone said where the site lies; until then it is assumed. */
@@ -29,6 +31,8 @@ export class Headset {
   place: SiteInHeadset;
   #video: VideoBoard;
   #words: Board;
+  #stopped: Board;
+  #pulled = 0;
   #session: XRSession | null = null;
   #background: Color | null;
   #hands: XRTargetRaySpace[];
@@ -40,11 +44,15 @@ export class Headset {
     this.#background = stage.scene.background as Color | null;
     this.#video = new VideoBoard(robot);
     this.#words = wordsBoard(strings.headset.how);
+    this.#stopped = wordsBoard(strings.headset.stopped);
+    this.#stopped.mesh.name = "stopped";
+    this.#stopped.mesh.visible = false;
     this.#hands = [0, 1].map((i) => stage.renderer.xr.getController(i));
-    stage.scene.add(this.#video.mesh, this.#words.mesh, ...this.#hands);
+    stage.scene.add(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, ...this.#hands);
     for (const hand of this.#hands) {
+      hand.addEventListener("selectstart", this.#pull);
       hand.addEventListener("select", this.#point);
-      hand.addEventListener("squeeze", this.#again);
+      hand.addEventListener("squeezestart", this.#stop);
     }
   }
 
@@ -86,10 +94,18 @@ export class Headset {
     this.#words.mesh.visible = !this.calibrated;
     this.#words.mesh.position.set(this.#eye.x, 1.2, this.#eye.z - 1.4);
     this.#words.face(this.#eye);
+    this.#stopped.mesh.visible = stopState.latched || stopState.failed;
+    stage.renderer.xr.getCamera().getWorldDirection(this.#stopped.mesh.position).multiplyScalar(1.2).add(this.#eye);
+    this.#stopped.face(this.#eye);
     stage.renderer.render(stage.scene, stage.camera);
   }
 
+  #pull = () => {
+    this.#pulled = performance.now();
+  };
+
   #point = ({ target }: { target: XRTargetRaySpace }) => {
+    if (performance.now() - this.#pulled > AGAIN_MS) this.calibrated = false;
     const pose = session.poseOf(this.robot);
     if (this.calibrated || !pose) return;
     const found = calibrated(target.getWorldPosition(new Vector3()), target.getWorldDirection(new Vector3()).negate(), pose);
@@ -98,8 +114,9 @@ export class Headset {
     this.calibrated = true;
   };
 
-  #again = () => {
-    this.calibrated = false;
+  /** Whoever wears it sees no button: a closed hand is the stop. */
+  #stop = () => {
+    if (session.drives) emergencyStop();
   };
 
   #end() {
@@ -107,12 +124,14 @@ export class Headset {
     stage.renderer.setAnimationLoop(null);
     stage.renderer.xr.enabled = false;
     for (const hand of this.#hands) {
+      hand.removeEventListener("selectstart", this.#pull);
       hand.removeEventListener("select", this.#point);
-      hand.removeEventListener("squeeze", this.#again);
+      hand.removeEventListener("squeezestart", this.#stop);
     }
-    stage.scene.remove(this.#video.mesh, this.#words.mesh, ...this.#hands);
+    stage.scene.remove(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, ...this.#hands);
     this.#video.dispose();
     this.#words.dispose();
+    this.#stopped.dispose();
     stage.scene.background = this.#background;
     stage.map.rotation.set(0, 0, 0);
     stage.map.position.set(0, 0, 0);
