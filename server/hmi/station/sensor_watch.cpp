@@ -2,19 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace parhelion {
 namespace {
 
 constexpr Duration window = seconds(10.0);  // what rate and loss speak of
 
-/// s between two that follow each other, most often.
-double usual_period(const std::deque<SensorTime>& stamps) {
+/// s between two that follow each other; 0: fewer than two. As a rule the usual gap, so that what is lost
+/// makes longer ones. A sensor that is read at the beats of a faster clock (100 Hz at 120) has longer ones,
+/// too, but regularly: any twenty together last as long, give or take a beat. Then it is their mean.
+double period_of(const std::deque<SensorTime>& stamps) {
+  constexpr std::size_t row = 20, too_many_to_be_chance = 4;
   std::vector<double> gaps;
   for (std::size_t i = 1; i < stamps.size(); ++i) gaps.push_back((stamps[i] - stamps[i - 1]).seconds());
+  if (gaps.empty()) return 0;
   const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  const double usual = *middle;
+  const auto is_longer = [usual](double gap) { return gap > 1.25 * usual; };
+  const auto longer = static_cast<std::size_t>(std::count_if(gaps.begin(), gaps.end(), is_longer));
+  if (gaps.size() < 2 * row || longer < too_many_to_be_chance) return usual;
+  double shortest = std::numeric_limits<double>::infinity(), longest = 0;
+  for (std::size_t i = row; i < stamps.size(); ++i) {
+    const double lasts = (stamps[i] - stamps[i - row]).seconds();
+    shortest = std::min(shortest, lasts);
+    longest = std::max(longest, lasts);
+  }
+  if (longest - shortest > 1.5 * usual) return usual;
+  return (stamps.back() - stamps.front()).seconds() / static_cast<double>(gaps.size());
 }
 
 }  // namespace
@@ -53,7 +69,7 @@ std::vector<SensorState> SensorWatch::states(ArrivalTime now) const {
     if (sensor.stamps.size() > 1) {
       const double span = (newest - sensor.stamps.front()).seconds();
       const auto gaps = static_cast<double>(sensor.stamps.size() - 1);
-      period = usual_period(sensor.stamps);
+      period = period_of(sensor.stamps);
       state.rate = gaps / span;
       state.loss = std::max(0.0, 1 - gaps / std::max(1.0, std::round(span / period)));
     }
