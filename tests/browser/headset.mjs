@@ -65,7 +65,7 @@ try {
 
   await step("a closed hand is the emergency stop, and the wearer sees that it holds", async () => {
     const stops = () => page.evaluate(() => globalThis.fakeStationHeard.filter((text) => JSON.parse(text).type === "estop").length);
-    const shown = () => page.evaluate(() => [...document.querySelectorAll(".ground")].find((each) => each.stage).stage.scene.getObjectByName("stopped").visible);
+    const shown = (name = "stopped") => page.evaluate((board) => [...document.querySelectorAll(".ground")].find((each) => each.stage).stage.scene.getObjectByName(board).visible, name);
     assert.equal(await stops(), 0);
     assert.equal(await shown(), false);
     await page.evaluate(() => globalThis.headset.controllers.left.updateButtonValue("squeeze", 1));
@@ -76,6 +76,7 @@ try {
     await page.evaluate(() => { globalThis.fakeStopped = true; });
     for (let i = 0; i < 600 && !(await shown()); ++i) await pictures(1);
     assert.equal(await shown(), true);
+    assert.equal(await shown("unheard"), false);
     await page.screenshot({ path: join(folder, "headset-stopped.png") });
     assert.ok((await state()).calibrated, "a stop moves nothing of what is seen");
     await page.evaluate(() => { globalThis.fakeStopped = false; });
@@ -86,8 +87,8 @@ try {
       globalThis.headset.controllers.right.position.set(-0.4, 0.9, -1.5);
       globalThis.headset.controllers.right.updateButtonValue("trigger", 1);
     });
+    await pictures(3);  // by now the headset has seen the pull
     const began = Date.now();
-    await pictures(3);
     await page.waitForFunction((at) => Date.now() - at > 1700, began);
     await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 0));
     await until("placed again", (s) => s.calibrated && Math.abs(s.robot[0] + 0.4) < 0.02 && Math.abs(s.robot[2] + 1.5) < 0.02);
@@ -98,6 +99,22 @@ try {
     await page.getByRole("button", { name: "Leave the headset" }).press("Enter");
     await until("left", (s) => !s.presenting && s.calibrated === undefined);
     await button.waitFor();
+  });
+
+  await step("a stop that reached nobody says so, and not that it holds", async () => {
+    await button.click();
+    await until("presenting", (s) => s.presenting);
+    await page.evaluate(() => {
+      for (const socket of globalThis.fakeSockets) socket.readyState = 3;
+    });
+    await pictures(3);
+    await page.evaluate(() => globalThis.headset.controllers.left.updateButtonValue("squeeze", 1));
+    await pictures(3);
+    const boards = await page.evaluate(() => {
+      const { scene } = [...document.querySelectorAll(".ground")].find((each) => each.stage).stage;
+      return ["unheard", "stopped"].map((name) => scene.getObjectByName(name).visible);
+    });
+    assert.deepEqual(boards, [true, false]);
   });
 
   await step("one that shows nothing of the room draws the building, too", async () => {

@@ -116,7 +116,8 @@ export const strings = {
     leave: "Leave the headset",
     refused: (why: string) => `The headset did not open: ${why}`,
     how: ["Hold the controller over the robot,", "point it the way the robot looks,", "and pull the trigger (a long pull: again).", "Squeeze: emergency stop."],
-    stopped: ["STOP: the emergency stop holds.", "If the robot moves, stop it by its own switch."],
+    stopped: ["The emergency stop holds."],
+    unheard: ["The stop did not reach the server.", "Stop the robot by its own switch."],
   },
   layers: {
     title: "Layers",

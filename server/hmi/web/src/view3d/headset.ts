@@ -32,6 +32,7 @@ export class Headset {
   #video: VideoBoard;
   #words: Board;
   #stopped: Board;
+  #unheard: Board;
   #pulled = 0;
   #session: XRSession | null = null;
   #background: Color | null;
@@ -46,9 +47,11 @@ export class Headset {
     this.#words = wordsBoard(strings.headset.how);
     this.#stopped = wordsBoard(strings.headset.stopped);
     this.#stopped.mesh.name = "stopped";
-    this.#stopped.mesh.visible = false;
+    this.#unheard = wordsBoard(strings.headset.unheard);
+    this.#unheard.mesh.name = "unheard";
+    for (const { mesh } of [this.#stopped, this.#unheard]) mesh.visible = false;
     this.#hands = [0, 1].map((i) => stage.renderer.xr.getController(i));
-    stage.scene.add(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, ...this.#hands);
+    stage.scene.add(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, this.#unheard.mesh, ...this.#hands);
     for (const hand of this.#hands) {
       hand.addEventListener("selectstart", this.#pull);
       hand.addEventListener("select", this.#point);
@@ -94,9 +97,12 @@ export class Headset {
     this.#words.mesh.visible = !this.calibrated;
     this.#words.mesh.position.set(this.#eye.x, 1.2, this.#eye.z - 1.4);
     this.#words.face(this.#eye);
-    this.#stopped.mesh.visible = stopState.latched || stopState.failed;
-    stage.renderer.xr.getCamera().getWorldDirection(this.#stopped.mesh.position).multiplyScalar(1.2).add(this.#eye);
-    this.#stopped.face(this.#eye);
+    this.#stopped.mesh.visible = stopState.latched && !stopState.failed;
+    this.#unheard.mesh.visible = stopState.failed;
+    for (const board of [this.#stopped, this.#unheard]) {
+      stage.renderer.xr.getCamera().getWorldDirection(board.mesh.position).multiplyScalar(1.2).add(this.#eye);
+      board.face(this.#eye);
+    }
     stage.renderer.render(stage.scene, stage.camera);
   }
 
@@ -128,10 +134,11 @@ export class Headset {
       hand.removeEventListener("select", this.#point);
       hand.removeEventListener("squeezestart", this.#stop);
     }
-    stage.scene.remove(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, ...this.#hands);
+    stage.scene.remove(this.#video.mesh, this.#words.mesh, this.#stopped.mesh, this.#unheard.mesh, ...this.#hands);
     this.#video.dispose();
     this.#words.dispose();
     this.#stopped.dispose();
+    this.#unheard.dispose();
     stage.scene.background = this.#background;
     stage.map.rotation.set(0, 0, 0);
     stage.map.position.set(0, 0, 0);
