@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr double kChunk = 2.0;  ///< m, side of the cubes by which triangles are sorted
@@ -52,4 +52,4 @@ BuildingMesh building_mesh(const SemanticModel& model) {
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

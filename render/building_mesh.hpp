@@ -9,7 +9,7 @@
 #include "protocols/model.hpp"
 #include "render/mesh.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// A run of vertices (three a triangle) and the box around them, map frame, m.
 struct MeshChunk {
@@ -26,4 +26,4 @@ struct BuildingMesh {
 /// a vertex that is not there, or have no area, are left out.
 BuildingMesh building_mesh(const SemanticModel& model);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

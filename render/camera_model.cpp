@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr int kMaxSide = 8192;     ///< px, of an image: what every GL driver of this class can draw
@@ -303,4 +303,4 @@ PixelRect CameraProjection::view_rect(std::size_t view, const PixelRect& image) 
   return united.intersected({0, 0, v.width, v.height});
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -10,7 +10,7 @@
 #include "protocols/image.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// Pixels [x0, x1) x [y0, y1).
 struct PixelRect {
@@ -98,4 +98,4 @@ class CameraProjection {
   std::vector<Block> blocks_;  ///< bounds in each view of each 16x16 block of the image; u0 > u1: none
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

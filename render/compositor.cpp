@@ -11,7 +11,7 @@
 #include "render/occluders.hpp"
 #include "render/pixels.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 /// Measures stages; what it reads goes into timings only.
@@ -277,4 +277,4 @@ Result<std::unique_ptr<Compositor>> Compositor::create(const SemanticModel& buil
   return EglCompositor::make(building);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -13,7 +13,7 @@
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// One real image and all that its answer depends on.
 struct RenderJob {
@@ -85,4 +85,4 @@ class VirtualCamera {
                        const Exposure& exposure = {}) = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -7,7 +7,7 @@
 #include <csetjmp>
 #include <cstring>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr int kMaxSide = 8192;  ///< px
@@ -180,4 +180,4 @@ Result<Image> encode_depth(const DepthPixels& pixels, const Image& like) {
   return image;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

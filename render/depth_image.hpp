@@ -9,7 +9,7 @@
 #include "protocols/image.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 struct DepthPixels {
   int width = 0, height = 0;
@@ -22,4 +22,4 @@ Result<DepthPixels> decode_depth(const Image& image);
 /// The pixels as an image of the same stamp, encoding and metadata as `like`.
 Result<Image> encode_depth(const DepthPixels& pixels, const Image& like);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

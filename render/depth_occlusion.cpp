@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using Rule = DepthRule;
@@ -275,4 +275,4 @@ void DepthOcclusion::apply(const DepthView& view, Layer& layer) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -31,7 +31,7 @@
 #include "render/depth_image.hpp"
 #include "render/layer_renderer.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// The numbers of the rule above; the slow twin in the tests uses the same.
 struct DepthRule {
@@ -88,4 +88,4 @@ class DepthOcclusion {
   std::vector<float> depth_, confidence_, nearest_, farthest_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -6,7 +6,7 @@
 
 #include "render/pixel_noise.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr double kMostMillimetres = 65534;  // 65535 is "nothing measured" in some data sets
@@ -69,4 +69,4 @@ void DepthSensor::measure(const DepthCameraDescription& camera, std::span<const 
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -8,7 +8,7 @@
 #include "protocols/image.hpp"
 #include "render/depth_image.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// Farthest depth of a camera that says none, m.
 inline constexpr double kDepthSight = 60;
@@ -31,4 +31,4 @@ class DepthSensor {
   std::vector<bool> hidden_;        // of a row, from the second view
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 /// The polygon inside a circle is at most this far from it, px.
@@ -318,4 +318,4 @@ void add_mesh_occluders(DrawList& list, const CameraProjection& projection,
   list.mesh = mesh_instance(T_map_optical, Material{});
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -14,7 +14,7 @@
 #include "render/camera_model.hpp"
 #include "render/mesh.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// One shape, as the vertex shader takes it.
 struct Instance {
@@ -102,4 +102,4 @@ Instance mesh_instance(const Transform<Map, CameraOptical>& T_map_optical, const
 Instance make_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const ShapeScale& scale,
                        const Material& material, std::size_t entity);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr const char* kWhatToDo =
@@ -170,4 +170,4 @@ void EglContext::make_current() {
   display_->egl.make_current(display_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, context_);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -8,7 +8,7 @@
 #include "protocols/status.hpp"
 #include "render/gl.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 class EglContext {
  public:
@@ -35,4 +35,4 @@ class EglContext {
   std::string renderer_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

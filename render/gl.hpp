@@ -4,7 +4,7 @@
 
 #include <GLES3/gl31.h>
 
-namespace parhelion {
+namespace parhelion::render {
 
 // Name without "gl", and its pointer type.
 #define PARHELION_GL_FUNCTIONS(X)                                            \
@@ -78,4 +78,4 @@ struct Gl {
 #undef PARHELION_GL_MEMBER
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr int least_side = 16, most_side = 3840;                    // px; the latter is OpenH264's own
@@ -145,4 +145,4 @@ Status H264Encoder::set_bit_rate(int bit_rate) {
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

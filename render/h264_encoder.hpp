@@ -10,7 +10,7 @@
 #include "protocols/time.hpp"
 #include "render/i420_picture.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 struct H264Options {
   int bit_rate = 2'000'000;  ///< bit/s that are aimed at; 50 kbit/s to 50 Mbit/s
@@ -48,4 +48,4 @@ class H264Encoder {
   std::unique_ptr<Codec> codec_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

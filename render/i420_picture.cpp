@@ -6,7 +6,7 @@
 #include <array>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr std::uint8_t no_chroma = 128;
@@ -169,4 +169,4 @@ Status I420Reader::read_planes(const std::vector<std::uint8_t>& jpeg, const Jpeg
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -8,7 +8,7 @@
 #include "protocols/status.hpp"
 #include "render/jpeg.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// Both sides are even. Rows follow each other without padding: `width` bytes of y, width / 2 of u and v.
 struct I420Picture {
@@ -41,4 +41,4 @@ class I420Reader {
   std::vector<std::uint8_t> bgr_, luma_, blue_, red_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr int kMaxSide = 8192;  ///< px
@@ -154,4 +154,4 @@ Result<std::vector<std::uint8_t>> JpegCodec::encode(const std::vector<std::uint8
   return std::vector<std::uint8_t>(out, out + size);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

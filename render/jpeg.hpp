@@ -7,7 +7,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// How a JPEG was made, so that it can be made so again.
 struct JpegFormat {
@@ -41,4 +41,4 @@ class JpegCodec {
 /// own; 90 where the stream has none.
 int estimate_jpeg_quality(const std::vector<std::uint8_t>& jpeg);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

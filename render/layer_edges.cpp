@@ -3,7 +3,7 @@
 
 #include "render/layer_renderer.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 /// Of 255: a smaller step between neighbours is shading, not an edge.
@@ -52,4 +52,4 @@ void smooth_edges(Layer& layer, bool everywhere) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr double kFarMargin = 1.0;  ///< m
@@ -268,4 +268,4 @@ void LayerRenderer::read_depth(const CameraProjection& projection, const DrawLis
   warp(projection, false, layer);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -9,7 +9,7 @@
 #include "render/draw_list.hpp"
 #include "render/egl_context.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// What is drawn over `rect` of an image, row by row.
 struct Layer {
@@ -127,4 +127,4 @@ class LayerRenderer {
   void warp(const CameraProjection& projection, bool colour, Layer& layer) const;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

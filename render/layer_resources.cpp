@@ -6,7 +6,7 @@
 #include "render/layer_renderer.hpp"
 #include "render/shaders.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 const void* offset_of(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
@@ -211,4 +211,4 @@ Status LayerRenderer::ensure(Target& target, int width, int height, int samples,
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

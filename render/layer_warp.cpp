@@ -3,7 +3,7 @@
 
 #include "render/layer_renderer.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// Bilinear for colour and coverage (premultiplied, so edges stay clean), nearest for depth and identity.
 void LayerRenderer::warp(const CameraProjection& projection, bool colour, Layer& layer) const {
@@ -48,4 +48,4 @@ void LayerRenderer::warp(const CameraProjection& projection, bool colour, Layer&
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

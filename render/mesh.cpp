@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using Index = std::uint16_t;
@@ -191,4 +191,4 @@ Mesh make_mesh(ShapeKind kind, int segments, bool bevelled) {
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

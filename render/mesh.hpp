@@ -7,7 +7,7 @@
 
 #include "protocols/scene.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 struct MeshVertex {
   float core[3];
@@ -39,4 +39,4 @@ inline constexpr int kLevels = 8;
 
 Mesh make_mesh(ShapeKind kind, int segments, bool bevelled);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -13,7 +13,7 @@
 #include "render/layer_renderer.hpp"
 #include "render/model_view_camera.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr std::uint32_t kMeshEntity = 1023;
@@ -312,4 +312,4 @@ Result<ModelViewPixels> draw_model_view(const SemanticModel& model, const ModelV
   return Viewer(model, view, extent).draw();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

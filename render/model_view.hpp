@@ -9,7 +9,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 struct ModelView {
   std::string title;  ///< ASCII
@@ -30,4 +30,4 @@ struct ModelViewPixels {
 /// install).
 Result<ModelViewPixels> draw_model_view(const SemanticModel& model, const ModelView& view);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

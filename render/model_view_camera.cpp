@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr double kFocal = 2.4;  ///< of the picture's width: far away, so that parallels stay nearly parallel
@@ -58,4 +58,4 @@ ModelViewCamera look_at(const SemanticModel& model, const Eigen::AlignedBox3d& e
   return camera;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

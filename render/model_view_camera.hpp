@@ -8,7 +8,7 @@
 #include "protocols/model.hpp"
 #include "render/model_view.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 constexpr int kFineness = 2;              ///< drawn pixels per pixel of the picture
 constexpr int kTitle = 74, kLegend = 52;  ///< pixels of the picture
@@ -28,4 +28,4 @@ std::vector<Eigen::Vector3d> points_in_view(const SemanticModel& model);
 /// What is drawn (within `extent`) fills the picture between title and legend.
 ModelViewCamera look_at(const SemanticModel& model, const Eigen::AlignedBox3d& extent, const ModelView& view);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

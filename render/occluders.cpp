@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 OccluderBox make_box(std::string name, const Transform<Map, ShapeFrame>& T_map_box,
@@ -174,4 +174,4 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

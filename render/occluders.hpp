@@ -10,7 +10,7 @@
 #include "protocols/world.hpp"
 #include "render/draw_list.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// A box of the building: pose of its centre, half extents in metres.
 struct OccluderBox {
@@ -59,4 +59,4 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
 bool carries_camera(const BodyDefinition& body, const Transform<Map, Body>& T_map_body,
                     const Eigen::Vector3d& p_map_camera);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr std::size_t kDraws = 1 << 16;
@@ -49,4 +49,4 @@ void PixelNoise::add(std::uint64_t seed, std::uint64_t image, std::span<std::uin
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

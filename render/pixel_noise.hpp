@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// White, Gaussian, of each value its own: what read-out and shot noise of a camera come to once its gamma
 /// has evened them out over the brightness (EMVA 1288 calls it temporal noise). A value depends on (seed,
@@ -25,4 +25,4 @@ class PixelNoise {
   std::vector<std::int16_t> quantiles_;  ///< by the 16 bits of a draw
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 int channels_of(PixelFormat format) { return format == PixelFormat::gray ? 1 : 3; }
@@ -133,4 +133,4 @@ Status write_pixels(const BgrFrame& frame, const Layer& layer, JpegCodec& codec,
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

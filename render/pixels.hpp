@@ -9,7 +9,7 @@
 #include "render/jpeg.hpp"
 #include "render/layer_renderer.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// A decoded image: BGR, 3 * width bytes a row.
 struct BgrFrame {
@@ -32,4 +32,4 @@ bool has_coverage(const Layer& layer);
 /// formats are written only where the layer has coverage.
 Status write_pixels(const BgrFrame& frame, const Layer& layer, JpegCodec& codec, Image& image);
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -1,7 +1,7 @@
 // The building and its floor, for the stand-in camera.
 #include "render/layer_renderer.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 void LayerRenderer::draw_scenery(const PinholeView& view, const Scenery& scenery, double far,
                                  const Eigen::Matrix3d& R_optical_map) {
@@ -40,4 +40,4 @@ void LayerRenderer::draw_scenery(const PinholeView& view, const Scenery& scenery
   gl_.Disable(GL_BLEND);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

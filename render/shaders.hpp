@@ -1,7 +1,7 @@
 // Sources of the GL programs. Private to this room's sources.
 #pragma once
 
-namespace parhelion::shaders {
+namespace parhelion::render::shaders {
 
 /// Shapes by instance: point = core * scale + direction * bevel, turned and moved to the optical frame, then
 /// to the view. Image rows grow downwards in the frame buffer, so that read-back needs no flip.
@@ -206,4 +206,4 @@ void main() {
 }
 )";
 
-}  // namespace parhelion::shaders
+}  // namespace parhelion::render::shaders

@@ -11,7 +11,7 @@
 #include "render/occluders.hpp"
 #include "render/pixel_noise.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr double kSight = 120;  ///< m, walls beyond are in the haze
@@ -247,4 +247,4 @@ Result<std::unique_ptr<VirtualCamera>> VirtualCamera::create(const SemanticModel
   return EglVirtualCamera::make(building);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

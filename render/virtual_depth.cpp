@@ -12,7 +12,7 @@
 #include "render/layer_renderer.hpp"
 #include "render/occluders.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr double kFloorThickness = 0.1;  // m
@@ -134,4 +134,4 @@ Result<std::unique_ptr<VirtualDepthCamera>> VirtualDepthCamera::create(const Sem
   return EglVirtualDepthCamera::make(building);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -9,7 +9,7 @@
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 
 /// Owns an EGL context (surfaceless): make, use and destroy it on one thread.
 class VirtualDepthCamera {
@@ -26,4 +26,4 @@ class VirtualDepthCamera {
                         SensorTime stamp, std::uint64_t seed, std::uint64_t sequence) = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -277,7 +277,7 @@ struct ScanOptions {
 };
 
 struct ScannedSite {
-  PointCloud<Cloud> cloud;  ///< labels: EntityLabel of the box that each point was measured on
+  cloud::PointCloud<Cloud> cloud;  ///< labels: EntityLabel of the box that each point was measured on
   Transform<Cloud, Map> T_cloud_site;
 };
 
@@ -287,7 +287,7 @@ inline ScannedSite scan(const RandomSite& site, const ScanOptions& options, std:
   constexpr double kMarks = 4096;
   for (std::size_t i = 0; i < marked.entities.size(); ++i)
     marked.entities[i].material.laser_reflectivity = static_cast<float>(static_cast<double>(i + 1) / kMarks);
-  const BuildingTree tree(marked);
+  const scan::BuildingTree tree(marked);
   std::mt19937_64 random(seed);
   const auto gaussian = [&] {
     double sum = -6;

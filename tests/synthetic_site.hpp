@@ -49,15 +49,16 @@ inline SemanticModel synthetic_site() {
 
 /// Rays in all directions, `step` apart (rad), from each viewpoint; noise along the ray. The cloud's frame is
 /// the first scanner's: its origin where that stood, turned by `yaw` about z.
-inline PointCloud<Cloud> scan_of(const SemanticModel& site, const std::vector<Eigen::Vector3d>& viewpoints,
-                                 double step = 0.0087, double noise = 0.004, double yaw = 0) {
-  const BuildingTree tree(site);
+inline cloud::PointCloud<Cloud> scan_of(const SemanticModel& site,
+                                        const std::vector<Eigen::Vector3d>& viewpoints, double step = 0.0087,
+                                        double noise = 0.004, double yaw = 0) {
+  const scan::BuildingTree tree(site);
   const Transform<Cloud, Map> T_cloud_map =
       Transform<Map, Cloud>::planar(viewpoints.at(0).x(), viewpoints[0].y(), yaw, viewpoints[0].z())
           .inverse();
   std::mt19937_64 random(11);
   std::normal_distribution<double> error(0, noise);
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   for (std::size_t v = 0; v < viewpoints.size(); ++v) {
     cloud.viewpoints.push_back(T_cloud_map * viewpoints[v]);
     for (double elevation = -1.35; elevation < 1.5; elevation += step) {
@@ -76,7 +77,7 @@ inline PointCloud<Cloud> scan_of(const SemanticModel& site, const std::vector<Ei
   return cloud;
 }
 
-inline PointCloud<Cloud> scan_of_site(double step = 0.0087) {
+inline cloud::PointCloud<Cloud> scan_of_site(double step = 0.0087) {
   return scan_of(synthetic_site(), {{0, 0, 1.3}, {-1.8, -0.4, 1.3}, {5, 1.2, 1.3}, {2.2, 1.9, 1.3}}, step);
 }
 

@@ -5,7 +5,7 @@
 
 #include "protocols/codec.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// The first eight bytes after the fingerprint: utime, in every type of ours.
@@ -74,4 +74,4 @@ std::uint64_t ChannelStatistics::lost() const {
   return lost;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

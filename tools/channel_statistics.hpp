@@ -7,7 +7,7 @@
 
 #include "protocols/bus/bus.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class ChannelStatistics {
  public:
@@ -37,4 +37,4 @@ class ChannelStatistics {
   std::vector<std::int64_t> stamps_;    // us, of messages whose first member is a utime
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

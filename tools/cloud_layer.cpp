@@ -3,9 +3,9 @@
 #include <array>
 
 #include "fusion/cloud/read_cloud.hpp"
-#include "server/hmi/station/byte_writer.hpp"
+#include "server/station/byte_writer.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t header_bytes = 16, point_bytes = 16;
@@ -15,12 +15,12 @@ constexpr std::array<std::uint8_t, 3> none{};
 
 Result<std::string> cloud_layer(const std::filesystem::path& path, const Transform<Map, Cloud>& T_map_cloud,
                                 std::size_t most) {
-  const auto file = read_scan(path);
+  const auto file = cloud::read_scan(path);
   if (!file) return file.error();
   const auto& cloud = file->cloud;
   const std::size_t every = (cloud.size() + most - 1) / most;
   const std::size_t count = (cloud.size() + every - 1) / every;
-  ByteWriter bytes(header_bytes + point_bytes * count);
+  station::ByteWriter bytes(header_bytes + point_bytes * count);
   bytes.put(std::uint8_t{3});
   bytes.put(std::uint8_t{1});  // a registered cloud
   bytes.put(static_cast<std::uint16_t>(cloud.colours.empty() ? 0 : 1));
@@ -35,4 +35,4 @@ Result<std::string> cloud_layer(const std::filesystem::path& path, const Transfo
   return bytes.take();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 #include "protocols/frames.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Reads a cloud (as `map register` writes it, or any that `map model` reads) for StationOptions::cloud:
 /// where `T_map_cloud` of its model puts it, no more than `most` points, every so many of the file. Errors
@@ -15,4 +15,4 @@ namespace parhelion {
 Result<std::string> cloud_layer(const std::filesystem::path& path, const Transform<Map, Cloud>& T_map_cloud,
                                 std::size_t most = 120'000);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

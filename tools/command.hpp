@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Exit codes of the program.
 enum class Exit { done = 0, failed = 1, usage = 2 };
@@ -28,4 +28,4 @@ void add_export(CLI::App& app, Exit& exit);
 void add_validate(CLI::App& app, Exit& exit);
 void add_doctor(CLI::App& app, Exit& exit);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

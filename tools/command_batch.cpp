@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <thread>
 
-#include "server/grade_batch.hpp"
+#include "server/runtime/grade_batch.hpp"
 #include "tools/progress.hpp"
 #include "tools/records_commands.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -44,21 +44,22 @@ Exit failed(const Error& error) {
 Exit run(const Arguments& arguments) {
   if (const Status free = check_writable(arguments.output, arguments.force); !free)
     return failed(free.error());
-  const auto all = session_logs(arguments.places);
+  const auto all = runtime::session_logs(arguments.places);
   if (!all) return failed(all.error());
   std::size_t shard = 1, shards = 1;
   read_shard(arguments.shard, shard, shards);
-  const auto logs = shard_of(*all, shard - 1, shards);
+  const auto logs = runtime::shard_of(*all, shard - 1, shards);
   Progress progress("batch", "sessions");
-  const auto rows = grade_batch(logs, arguments.threads, [&](std::size_t done, std::size_t of) {
+  const auto rows = runtime::grade_batch(logs, arguments.threads, [&](std::size_t done, std::size_t of) {
     progress.update(static_cast<double>(done), static_cast<double>(of));
   });
   progress.finish();
   const Status written = write_text(
-      arguments.output, ends_with(arguments.output, ".json") ? to_json(rows) : to_csv(rows), arguments.force);
+      arguments.output, ends_with(arguments.output, ".json") ? to_json(rows) : runtime::to_csv(rows),
+      arguments.force);
   if (!written) return failed(written.error());
   std::size_t bad = 0, passed = 0;
-  for (const BatchRow& row : rows) {
+  for (const runtime::BatchRow& row : rows) {
     passed += row.passed ? 1 : 0;
     if (row.error.empty()) continue;
     ++bad;
@@ -89,4 +90,4 @@ void add_batch(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

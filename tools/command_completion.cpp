@@ -3,7 +3,7 @@
 
 #include "tools/completion.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 void add_completion(CLI::App& app, Exit&) {
   CLI::App* command = app.add_subcommand("completion", "Prints a script that completes commands in a shell");
@@ -13,4 +13,4 @@ void add_completion(CLI::App& app, Exit&) {
   command->callback([&app, shell] { std::fputs(bash_completion(app).c_str(), stdout); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

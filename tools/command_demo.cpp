@@ -4,14 +4,14 @@
 #include <filesystem>
 #include <optional>
 
-#include "server/hmi/station/base_station.hpp"
+#include "server/station/base_station.hpp"
 #include "tools/command.hpp"
 #include "tools/demo/demo.hpp"
 #include "tools/progress.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -32,7 +32,8 @@ Exit run(Arguments& arguments) {
   // Whoever looks at a page looks at real time.
   if (!arguments.headless && !options.fast) options.http = arguments.http;
   if (!options.http.empty()) {
-    if (const auto at = parse_host_port(options.http); !at) return fail("--http: " + at.error().message);
+    if (const auto at = station::parse_host_port(options.http); !at)
+      return fail("--http: " + at.error().message);
   }
   if (!options.overwrite && std::filesystem::exists(std::filesystem::path(options.folder) / "recording.lcm"))
     return fail(options.folder +
@@ -72,8 +73,8 @@ Exit run(Arguments& arguments) {
   const auto result = run_demo(options);
   if (progress) progress->finish();
   if (!result) return fail(result.error().message);
-  std::printf("\n%s\nsession  %s\nmap      %s\n", summary(result->report).c_str(), result->session.c_str(),
-              result->map_picture.c_str());
+  std::printf("\n%s\nsession  %s\nmap      %s\n", runtime::summary(result->report).c_str(),
+              result->session.c_str(), result->map_picture.c_str());
   const std::string& picture = result->camera_picture;
   std::printf("camera   %s%s%s%s\n", picture.c_str(), picture.empty() ? "" : " (", result->camera.c_str(),
               picture.empty() ? "" : ")");
@@ -114,4 +115,4 @@ void add_demo(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 #include "tools/command.hpp"
 #include "tools/machine_checks.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* sena_rawlog =
@@ -56,4 +56,4 @@ void add_doctor(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = examine(arguments->url, arguments->folder); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,13 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "server/hmi/terminal.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/console/terminal.hpp"
 #include "tools/command.hpp"
 #include "tools/keyboard_console.hpp"
 #include "tools/stop_signal.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -25,25 +25,26 @@ Exit fail(const std::string& what) {
 }
 
 void show(KeyboardConsole& console) {
-  if (console.take_help()) std::printf("\n%s", keyboard_help());
+  if (console.take_help()) std::printf("\n%s", station::keyboard_help());
   for (const std::string& news : console.view().take_news()) std::printf("\r\033[K%s\n", news.c_str());
-  std::printf("\r\033[K%s", console.line(steady_now()).c_str());
+  std::printf("\r\033[K%s", console.line(runtime::steady_now()).c_str());
   std::fflush(stdout);
 }
 
 Exit drive(KeyboardConsole& console) {
-  auto terminal = RawTerminal::open(STDIN_FILENO);
+  auto terminal = station::RawTerminal::open(STDIN_FILENO);
   if (!terminal) return fail(terminal.error().message);
   if (const Status listening = console.listen(); !listening) return fail(listening.error().message);
-  std::printf("%s", keyboard_help());
+  std::printf("%s", station::keyboard_help());
   std::string problem;
   while (!console.quit() && !stop_asked() && problem.empty()) {
     const auto bytes = (*terminal)->read(KeyboardConsole::period);
-    const Status done = bytes ? console.turn(*bytes, steady_now(), {wall_now().ns}) : Status(bytes.error());
+    const Status done =
+        bytes ? console.turn(*bytes, runtime::steady_now(), {runtime::wall_now().ns}) : Status(bytes.error());
     if (!done) problem = done.error().message;
     show(console);
   }
-  const SensorTime now{wall_now().ns};
+  const SensorTime now{runtime::wall_now().ns};
   const Status ended = problem.empty() ? console.end(now) : console.lose(problem, now);
   std::printf("\n");
   if (!problem.empty()) return fail(problem);
@@ -82,8 +83,8 @@ void add_drive(CLI::App& app, Exit& exit) {
       ->check(CLI::Range(0.05, 1.0))
       ->capture_default_str();
   command->add_option("--url", arguments->url, "LCM URL");
-  command->footer("Example: parhelion drive --robot trainee\n\n" + std::string(keyboard_help()));
+  command->footer("Example: parhelion drive --robot trainee\n\n" + std::string(station::keyboard_help()));
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

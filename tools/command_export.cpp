@@ -9,7 +9,7 @@
 #include "tools/progress.hpp"
 #include "tools/stop_signal.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 Exit run(ExportOptions& options) {
@@ -65,4 +65,4 @@ void add_export(CLI::App& app, Exit& exit) {
   command->callback([options, &exit] { exit = run(*options); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -2,11 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "server/grade_session.hpp"
+#include "server/runtime/grade_session.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -16,7 +16,7 @@ struct Arguments {
 
 Exit run(const Arguments& arguments) {
   Progress progress("grade", "MB");
-  const auto session = grade_session(arguments.log, [&](std::uint64_t done, std::uint64_t all) {
+  const auto session = runtime::grade_session(arguments.log, [&](std::uint64_t done, std::uint64_t all) {
     progress.update(static_cast<double>(done) / 1e6, static_cast<double>(all) / 1e6);
   });
   progress.finish();
@@ -24,7 +24,7 @@ Exit run(const Arguments& arguments) {
     std::fprintf(stderr, "parhelion grade: %s\n", session.error().message.c_str());
     return Exit::failed;
   }
-  std::fputs((arguments.json ? to_json(*session) : to_text(*session)).c_str(), stdout);
+  std::fputs((arguments.json ? to_json(*session) : runtime::to_text(*session)).c_str(), stdout);
   return session->grade.complete ? Exit::done : Exit::failed;
 }
 
@@ -43,4 +43,4 @@ void add_grade(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

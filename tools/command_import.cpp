@@ -6,7 +6,7 @@
 #include "tools/import/import.hpp"
 #include "tools/progress.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* description =
@@ -104,4 +104,4 @@ void add_import(CLI::App& app, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -13,11 +13,11 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/lesson.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tools/command.hpp"
 #include "tools/place_argument.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -78,8 +78,9 @@ Status put_lesson(const Arguments& arguments, AgentDefinition& agent) {
 Result<AgentCommand> make_command(const Arguments& arguments) {
   AgentCommand command;
   command.action = actions.at(arguments.action);
-  command.stamp = {wall_now().ns};
-  command.request = static_cast<std::uint64_t>(wall_now().ns) ^ (static_cast<std::uint64_t>(getpid()) << 48);
+  command.stamp = {runtime::wall_now().ns};
+  command.request =
+      static_cast<std::uint64_t>(runtime::wall_now().ns) ^ (static_cast<std::uint64_t>(getpid()) << 48);
   AgentDefinition& agent = command.agent;
   agent.name = arguments.name;
   agent.kind = kinds.at(arguments.kind);
@@ -125,10 +126,10 @@ Result<AgentCommand> make_command(const Arguments& arguments) {
 
 /// A reset puts it down where it is now: upright, at rest, its joints whole and where they start.
 Status find_place(Bus& bus, const Arguments& arguments, AgentDefinition& agent) {
-  const WallTime deadline = steady_now() + seconds(arguments.timeout);
-  while (steady_now() < deadline) {
+  const WallTime deadline = runtime::steady_now() + seconds(arguments.timeout);
+  while (runtime::steady_now() < deadline) {
     Message message;
-    const auto received = bus.receive(message, deadline - steady_now());
+    const auto received = bus.receive(message, deadline - runtime::steady_now());
     if (!received) return received.error();
     WorldMessage world;
     if (!*received || message.channel != channel::mr_world) continue;
@@ -146,10 +147,10 @@ Status find_place(Bus& bus, const Arguments& arguments, AgentDefinition& agent) 
 
 /// Waits for the event that carries the request.
 Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
-  const WallTime deadline = steady_now() + seconds(timeout);
-  while (steady_now() < deadline) {
+  const WallTime deadline = runtime::steady_now() + seconds(timeout);
+  while (runtime::steady_now() < deadline) {
     Message message;
-    const auto received = bus.receive(message, deadline - steady_now());
+    const auto received = bus.receive(message, deadline - runtime::steady_now());
     if (!received) return fail(received.error().message);
     if (!*received) break;
     Event event;
@@ -254,4 +255,4 @@ void add_inject(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,12 +4,12 @@
 #include <cstdio>
 #include <thread>
 
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tools/command.hpp"
 #include "tools/joystick_console.hpp"
 #include "tools/stop_signal.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr Duration poll_period = milliseconds(5);
@@ -25,15 +25,15 @@ Exit fail(const std::string& what) {
 }
 
 Exit list() {
-  auto port = JoystickPort::open();
+  auto port = station::JoystickPort::open();
   if (!port) return fail(port.error().message);
   const auto devices = (*port)->list();
   if (devices.empty()) std::printf("no joystick is plugged in\n");
-  for (const JoystickName& device : devices) {
+  for (const station::JoystickName& device : devices) {
     std::printf("%s: axis 0 to %d, button 0 to %d%s\n", device.name.c_str(), device.axes - 1,
                 device.buttons - 1, device.game_controller ? ", a game controller" : "");
   }
-  for (const JoystickName& device : devices) {
+  for (const station::JoystickName& device : devices) {
     const auto state = (*port)->poll(device.name);
     if (!state) continue;
     std::printf("%s has", (*port)->in_use().c_str());
@@ -45,7 +45,8 @@ Exit list() {
   return Exit::done;
 }
 
-Exit drive(const Arguments& arguments, JoystickMapping mapping, Bus& bus, JoystickPort& port) {
+Exit drive(const Arguments& arguments, station::JoystickMapping mapping, Bus& bus,
+           station::JoystickPort& port) {
   const auto say = [](const std::string& line) {
     std::printf("%s\n", line.c_str());
     std::fflush(stdout);
@@ -53,21 +54,22 @@ Exit drive(const Arguments& arguments, JoystickMapping mapping, Bus& bus, Joysti
   JoystickConsole console({arguments.robot, arguments.name, say}, std::move(mapping), bus, port);
   if (const Status listening = console.listen(); !listening) return fail(listening.error().message);
   while (!stop_asked()) {
-    if (const Status done = console.turn(steady_now(), {wall_now().ns}); !done)
+    if (const Status done = console.turn(runtime::steady_now(), {runtime::wall_now().ns}); !done)
       return fail(done.error().message);
     std::this_thread::sleep_for(std::chrono::nanoseconds(poll_period.ns));
   }
-  const Status ended = console.end({wall_now().ns});
+  const Status ended = console.end({runtime::wall_now().ns});
   return ended ? Exit::done : fail(ended.error().message);
 }
 
 Exit run(const Arguments& arguments) {
   catch_stop_signals();
   if (arguments.list) return list();
-  auto mapping = arguments.mapping.empty() ? Result<JoystickMapping>(default_joystick_mapping())
-                                           : load_joystick_mapping(arguments.mapping);
+  auto mapping = arguments.mapping.empty()
+                     ? Result<station::JoystickMapping>(station::default_joystick_mapping())
+                     : station::load_joystick_mapping(arguments.mapping);
   if (!mapping) return fail(mapping.error().message);
-  auto port = JoystickPort::open();
+  auto port = station::JoystickPort::open();
   if (!port) return fail(port.error().message);
   auto bus = open_network_bus(arguments.url);
   if (!bus) return fail(bus.error().message);
@@ -96,4 +98,4 @@ void add_joystick(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

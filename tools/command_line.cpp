@@ -5,7 +5,7 @@
 #include "protocols/nearest_name.hpp"
 #include "protocols/yaml/schema.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::vector<std::string> subcommand_names(const CLI::App& app) {
@@ -77,4 +77,4 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   return name + ": " + what + "\nSee " + name + " --help.\n";
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// What was typed, for CLI::App::parse (the last word first). `help WORDS` is `WORDS --help`.
 std::vector<std::string> typed_words(int argc, const char* const* argv);
@@ -14,4 +14,4 @@ std::vector<std::string> typed_words(int argc, const char* const* argv);
 /// --help. `app` is the program's, after the parse that threw `error`.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

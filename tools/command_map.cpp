@@ -1,6 +1,6 @@
 #include "tools/map_commands.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 void add_map(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("map", "Models of a site");
@@ -14,4 +14,4 @@ void add_map(CLI::App& app, Exit& exit) {
   add_map_extrude(*command, exit);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include "server/hmi/terminal.hpp"
+#include "server/station/console/terminal.hpp"
 #include "tools/foxglove_option.hpp"
 #include "tools/play/play_keys.hpp"
 #include "tools/play/play_station.hpp"
@@ -16,14 +16,14 @@
 #include "tools/progress.hpp"
 #include "tools/stop_signal.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr Duration look = milliseconds(100);  // at the keys and at the end
 
 struct Arguments {
   std::string log, url, http, foxglove, prefix = "PLAY_";
-  PlayOptions options;
+  runtime::PlayOptions options;
   bool publish = false;
 };
 
@@ -32,9 +32,9 @@ Exit fail(const std::string& what) {
   return Exit::failed;
 }
 
-Result<Recording> open_recording(const std::string& path) {
+Result<runtime::Recording> open_recording(const std::string& path) {
   Progress progress("open", "MB");
-  auto recording = Recording::open(path, [&](std::uint64_t done, std::uint64_t total) {
+  auto recording = runtime::Recording::open(path, [&](std::uint64_t done, std::uint64_t total) {
     progress.update(static_cast<double>(done) / 1e6, static_cast<double>(total) / 1e6);
     return !stop_asked();
   });
@@ -42,15 +42,16 @@ Result<Recording> open_recording(const std::string& path) {
   return recording;
 }
 
-Result<std::unique_ptr<FoxgloveServer>> show_in_foxglove(const std::string& address, const Player& player,
-                                                         MemoryBusHub& hub) {
-  const auto configuration = configuration_from(player.recording().session(), "the recording");
+Result<std::unique_ptr<station::FoxgloveServer>> show_in_foxglove(const std::string& address,
+                                                                  const runtime::Player& player,
+                                                                  MemoryBusHub& hub) {
+  const auto configuration = tick::configuration_from(player.recording().session(), "the recording");
   if (!configuration) return configuration.error();
   return open_foxglove(address, hub.connect(), *configuration, [&player] { return player.clock(); });
 }
 
 /// Until the keys or ^C end it; the end of the recording does, unless `stays`: others may still look.
-std::string watch(Player& player, PlayThread& thread, RawTerminal* terminal, bool stays) {
+std::string watch(runtime::Player& player, PlayThread& thread, station::RawTerminal* terminal, bool stays) {
   PlayKeys keys(player);
   while (!stop_asked() && !keys.quit()) {
     if (const std::string fault = thread.fault(); !fault.empty()) return fault;
@@ -96,28 +97,28 @@ Exit run(Arguments& arguments) {
   }
   MemoryBusHub hub;
   const auto shown = hub.connect();
-  Player player(std::move(*recording), arguments.options, [&](const Message& message) {
+  runtime::Player player(std::move(*recording), arguments.options, [&](const Message& message) {
     (void)shown->publish(message.channel, message.payload);
     if (played) (void)played->publish(message);
   });
   PlayThread thread(player);
-  std::unique_ptr<BaseStation> station;
+  std::unique_ptr<station::BaseStation> station;
   if (!arguments.http.empty()) {
     auto opened = open_play_station(arguments.http, hub, player, thread);
     if (!opened) return fail(opened.error().message);
     station = std::move(*opened);
-    std::printf("%s\n", station->link(Role::instructor, "guest").c_str());
+    std::printf("%s\n", station->link(station::Role::instructor, "guest").c_str());
   }
-  std::unique_ptr<FoxgloveServer> foxglove;
+  std::unique_ptr<station::FoxgloveServer> foxglove;
   if (!arguments.foxglove.empty()) {
     auto opened = show_in_foxglove(arguments.foxglove, player, hub);
     if (!opened) return fail(opened.error().message);
     foxglove = std::move(*opened);
     std::printf("%s\n", foxglove->address().c_str());
   }
-  std::unique_ptr<RawTerminal> terminal;
+  std::unique_ptr<station::RawTerminal> terminal;
   if (isatty(STDIN_FILENO) == 1 && isatty(STDOUT_FILENO) == 1) {
-    auto opened = RawTerminal::open(STDIN_FILENO);
+    auto opened = station::RawTerminal::open(STDIN_FILENO);
     if (!opened) return fail(opened.error().message);
     terminal = std::move(*opened);
     std::printf("%s", play_help());
@@ -137,10 +138,10 @@ Exit run(Arguments& arguments) {
 void add_play(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("play", "Show what was recorded; pause, seek, loop");
   auto arguments = std::make_shared<Arguments>();
-  PlayOptions& options = arguments->options;
+  runtime::PlayOptions& options = arguments->options;
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("--rate", options.rate, "Times real time")
-      ->check(CLI::Range(Player::slowest, Player::fastest))
+      ->check(CLI::Range(runtime::Player::slowest, runtime::Player::fastest))
       ->capture_default_str();
   command->add_option("--start-offset", options.start, "s of the session to begin at")
       ->check(CLI::NonNegativeNumber);
@@ -165,4 +166,4 @@ void add_play(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

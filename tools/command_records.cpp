@@ -5,7 +5,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "server/session_record.hpp"
+#include "server/runtime/session_record.hpp"
 #include "server/training/course_advice.hpp"
 #include "server/training/exchange.hpp"
 #include "tools/progress.hpp"
@@ -13,7 +13,7 @@
 #include "tools/records_file.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -48,16 +48,17 @@ Status grade(const Arguments& arguments) {
   Status status;
   for (const std::string& log : arguments.logs) {
     Progress progress("records grade", "MB");
-    const auto session = session_record(log, [&](std::uint64_t done, std::uint64_t all) {
+    const auto session = runtime::session_record(log, [&](std::uint64_t done, std::uint64_t all) {
       progress.update(static_cast<double>(done) / 1e6, static_cast<double>(all) / 1e6);
     });
     progress.finish();
     if (!session) return session.error();
     const auto stored = records->store(trainee->pseudonym, *session, arguments.again);
     if (!stored) return Error{log + ": " + stored.error().message};
-    const char* what = *stored == Records::Stored::added      ? "stored"
-                       : *stored == Records::Stored::replaced ? "graded again"
-                                                              : "is there already, unchanged (--again)";
+    const char* what = *stored == training::Records::Stored::added ? "stored"
+                       : *stored == training::Records::Stored::replaced
+                           ? "graded again"
+                           : "is there already, unchanged (--again)";
     std::printf("%s  %s: %.2f of %.2f points, %s%s; %s\n", trainee->pseudonym.c_str(),
                 session->scenario.c_str(), session->grade.score, session->grade.most,
                 session->grade.passed ? "passed" : "not passed",
@@ -67,8 +68,9 @@ Status grade(const Arguments& arguments) {
   return status;
 }
 
-Result<std::vector<TraineeHistory>> histories_of(Records& records, const Arguments& arguments) {
-  std::vector<TraineeRecord> chosen;
+Result<std::vector<training::TraineeHistory>> histories_of(training::Records& records,
+                                                           const Arguments& arguments) {
+  std::vector<training::TraineeRecord> chosen;
   if (!arguments.trainee.empty()) {
     const auto trainee = records.find(arguments.trainee);
     if (!trainee) return trainee.error();
@@ -78,8 +80,8 @@ Result<std::vector<TraineeHistory>> histories_of(Records& records, const Argumen
     if (!all) return all.error();
     chosen = std::move(*all);
   }
-  std::vector<TraineeHistory> histories;
-  for (TraineeRecord& trainee : chosen) {
+  std::vector<training::TraineeHistory> histories;
+  for (training::TraineeRecord& trainee : chosen) {
     auto sessions = records.sessions(trainee.pseudonym);
     if (!sessions) return sessions.error();
     histories.push_back({std::move(trainee), std::move(*sessions)});
@@ -87,9 +89,9 @@ Result<std::vector<TraineeHistory>> histories_of(Records& records, const Argumen
   return histories;
 }
 
-void print_sessions(const TraineeHistory& history) {
+void print_sessions(const training::TraineeHistory& history) {
   std::printf("%s  %s\n", history.trainee.pseudonym.c_str(), history.trainee.name.c_str());
-  for (const SessionRecord& session : history.sessions)
+  for (const training::SessionRecord& session : history.sessions)
     std::printf("  %8.2f of %8.2f  %5.1f %%  %-4s %-10s %7.1f s  %s%s%s\n", session.grade.score,
                 session.grade.most, 100 * session.grade.share, session.grade.grade.c_str(),
                 session.grade.passed ? "passed" : "not passed",
@@ -98,10 +100,10 @@ void print_sessions(const TraineeHistory& history) {
                 session.log.empty() ? "" : ("  " + session.log).c_str());
 }
 
-void print_trainees(const std::vector<TraineeHistory>& histories) {
-  for (const TraineeHistory& history : histories) {
+void print_trainees(const std::vector<training::TraineeHistory>& histories) {
+  for (const training::TraineeHistory& history : histories) {
     std::size_t passed = 0;
-    for (const SessionRecord& session : history.sessions) passed += session.grade.passed ? 1 : 0;
+    for (const training::SessionRecord& session : history.sessions) passed += session.grade.passed ? 1 : 0;
     std::printf("%-16s %4zu sessions, %4zu passed  %s\n", history.trainee.pseudonym.c_str(),
                 history.sessions.size(), passed, history.trainee.name.c_str());
   }
@@ -123,10 +125,10 @@ Status list(const Arguments& arguments) {
 }
 
 /// People name files by persons, too.
-void leave_out_names(std::vector<TraineeHistory>& histories) {
-  for (TraineeHistory& history : histories) {
+void leave_out_names(std::vector<training::TraineeHistory>& histories) {
+  for (training::TraineeHistory& history : histories) {
     history.trainee.name = history.trainee.mbox_sha1sum = "";
-    for (SessionRecord& session : history.sessions) session.log.clear();
+    for (training::SessionRecord& session : history.sessions) session.log.clear();
   }
 }
 
@@ -137,8 +139,8 @@ Status export_to(const Arguments& arguments) {
   auto histories = histories_of(*records, arguments);
   if (!histories) return histories.error();
   if (!arguments.names) leave_out_names(*histories);
-  const std::string text = arguments.format == "csv"    ? to_csv(*histories)
-                           : arguments.format == "xapi" ? to_xapi(*histories, arguments.home_page)
+  const std::string text = arguments.format == "csv"    ? training::to_csv(*histories)
+                           : arguments.format == "xapi" ? training::to_xapi(*histories, arguments.home_page)
                                                         : to_json(*histories);
   return write_text(arguments.output, text, arguments.force, arguments.names ? Readers::owner : Readers::all);
 }
@@ -146,11 +148,11 @@ Status export_to(const Arguments& arguments) {
 Status import_from(const Arguments& arguments) {
   const auto text = text_of(arguments.file);
   if (!text) return text.error();
-  const auto histories = histories_from(*text, arguments.file);
+  const auto histories = training::histories_from(*text, arguments.file);
   if (!histories) return histories.error();
   auto records = open_records(arguments.database, true);
   if (!records) return records.error();
-  const auto taken = take(*records, *histories);
+  const auto taken = training::take(*records, *histories);
   if (!taken) return Error{arguments.file + ": " + taken.error().message + "; nothing of it was taken"};
   std::printf("%zu trainees and %zu sessions are new; %zu sessions were there already\n", taken->trainees,
               taken->sessions, taken->present);
@@ -166,7 +168,7 @@ Status next(const Arguments& arguments) {
   if (!records) return records.error();
   const auto trainee = records->find(arguments.trainee);
   if (!trainee) return trainee.error();
-  const auto advice = advise(*records, trainee->pseudonym, *course);
+  const auto advice = training::advise(*records, trainee->pseudonym, *course);
   if (!advice) return advice.error();
   if (arguments.json) {
     static constexpr const char* kKinds[] = {"task", "step_back", "complete"};
@@ -175,7 +177,7 @@ Status next(const Arguments& arguments) {
                                 {"confidence", advice->next.confidence},
                                 {"reason", advice->next.reason},
                                 {"tasks_seen", advice->seen}};
-    if (advice->next.kind != NextTask::Kind::complete) {
+    if (advice->next.kind != training::NextTask::Kind::complete) {
       json["programme"] = advice->programme;
       json["task"] = advice->task.name;
       json["skills"] = advice->task.skills;
@@ -285,4 +287,4 @@ void add_records(CLI::App& app, Exit& exit) {
   add_ranking(*command, exit);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

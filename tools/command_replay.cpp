@@ -2,17 +2,17 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "server/replay.hpp"
+#include "server/runtime/replay.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
-  ReplayOptions options;
+  runtime::ReplayOptions options;
   std::string scenario, robot, report, url;
   std::uint64_t seed = 0;
   bool publish = false;
@@ -25,7 +25,7 @@ Exit fail(const std::string& what) {
 
 Exit run(Arguments& arguments, const CLI::App& command) {
   catch_stop_signals();
-  ReplayOptions& options = arguments.options;
+  runtime::ReplayOptions& options = arguments.options;
   for (const std::string& path : {options.session, arguments.report}) {
     if (const Status writable = check_writable(path, options.overwrite); !writable)
       return fail(writable.error().message);
@@ -41,20 +41,20 @@ Exit run(Arguments& arguments, const CLI::App& command) {
     options.bus = bus.get();
   }
   Progress progress("replay", "MB");
-  options.progress = [&](const ReplayProgress& at) {
+  options.progress = [&](const runtime::ReplayProgress& at) {
     progress.update(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
   };
   options.stop = stop_asked;
-  const auto report = replay(options);
+  const auto report = runtime::replay(options);
   progress.finish();
   if (!report) return fail(report.error().message);
-  std::fputs(summary(*report).c_str(), stderr);
+  std::fputs(runtime::summary(*report).c_str(), stderr);
   if (!arguments.report.empty()) {
     if (const Status written = write_text(arguments.report, to_json(*report), options.overwrite); !written) {
       return fail(written.error().message);
     }
   }
-  const Tally& tally = report->tally;
+  const tick::Tally& tally = report->tally;
   if (tally.scans_in == 0 && tally.refused_inputs > 0)
     return fail(options.log + ": none of its scans could be used; see 'refused' above");
   return report->complete && !stop_asked() ? Exit::done : Exit::failed;
@@ -85,4 +85,4 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->callback([arguments, command, &exit] { exit = run(*arguments, *command); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

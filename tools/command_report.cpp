@@ -5,14 +5,14 @@
 #include <filesystem>
 
 #include "server/review/page.hpp"
-#include "server/session_record.hpp"
+#include "server/runtime/session_record.hpp"
 #include "server/training/ranking.hpp"
 #include "tools/command.hpp"
 #include "tools/progress.hpp"
 #include "tools/records_file.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -26,9 +26,9 @@ Exit fail(const std::string& what) {
   return Exit::failed;
 }
 
-Status add_session(const std::string& path, ReviewPage& page) {
+Status add_session(const std::string& path, review::ReviewPage& page) {
   Progress progress(path, "MB");
-  auto review = review_session(path, {}, [&](std::uint64_t done, std::uint64_t all) {
+  auto review = review::review_session(path, {}, [&](std::uint64_t done, std::uint64_t all) {
     progress.update(static_cast<double>(done) / 1e6, static_cast<double>(all) / 1e6);
   });
   progress.finish();
@@ -37,39 +37,40 @@ Status add_session(const std::string& path, ReviewPage& page) {
   return {};
 }
 
-Status add_scores(const std::vector<std::string>& paths, std::vector<SessionScore>& scores) {
+Status add_scores(const std::vector<std::string>& paths, std::vector<review::SessionScore>& scores) {
   for (const std::string& path : paths) {
-    auto session = grade_session(path);
+    auto session = runtime::grade_session(path);
     if (!session) return session.error();
     scores.push_back(
         {std::filesystem::path(path).filename().string(), session->scenario, std::move(session->grade)});
   }
-  std::stable_sort(scores.begin(), scores.end(), [](const SessionScore& a, const SessionScore& b) {
-    return a.grade.begin < b.grade.begin;
-  });
+  std::stable_sort(scores.begin(), scores.end(),
+                   [](const review::SessionScore& a, const review::SessionScore& b) {
+                     return a.grade.begin < b.grade.begin;
+                   });
   return {};
 }
 
 /// The trainee's earlier sessions of this scenario and others' best ones, from the records. Of others the
 /// page shows pseudonyms alone: not even a file's name, which may name a person.
-Status add_recorded(const Arguments& arguments, ReviewPage& page) {
+Status add_recorded(const Arguments& arguments, review::ReviewPage& page) {
   auto records = open_records(arguments.database, false);
   if (!records) return records.error();
   const auto trainee = records->find(arguments.trainee);
   if (!trainee) return trainee.error();
-  const auto identity = session_identity(arguments.log);
+  const auto identity = runtime::session_identity(arguments.log);
   if (!identity) return identity.error();
   const std::string& scenario = page.sessions.front().scenario.name;
   auto own = records->sessions(trainee->pseudonym);
   if (!own) return own.error();
-  for (SessionRecord& session : *own) {
+  for (training::SessionRecord& session : *own) {
     if (session.identity == *identity) break;  // what was stored later is no earlier session
     if (session.scenario == scenario)
       page.earlier.push_back({session.log, scenario, std::move(session.grade)});
   }
-  auto group = programme_ranking(*records, scenario);
+  auto group = training::programme_ranking(*records, scenario);
   if (!group) return group.error();
-  for (ProgrammePlace& place : *group) {
+  for (training::ProgrammePlace& place : *group) {
     if (place.trainee.pseudonym == trainee->pseudonym) continue;
     page.group.push_back({place.trainee.pseudonym, scenario, std::move(place.best.grade)});
   }
@@ -79,7 +80,7 @@ Status add_recorded(const Arguments& arguments, ReviewPage& page) {
 Exit run(const Arguments& arguments) {
   if (const Status writable = check_writable(arguments.output, arguments.overwrite); !writable)
     return fail(writable.error().message);
-  ReviewPage page;
+  review::ReviewPage page;
   if (const Status added = add_session(arguments.log, page); !added) return fail(added.error().message);
   if (!arguments.against.empty()) {
     if (const Status added = add_session(arguments.against, page); !added) return fail(added.error().message);
@@ -91,7 +92,7 @@ Exit run(const Arguments& arguments) {
   if (!arguments.trainee.empty()) {
     if (const Status added = add_recorded(arguments, page); !added) return fail(added.error().message);
   }
-  const std::string html = to_html(page);
+  const std::string html = review::to_html(page);
   if (const Status written = write_text(arguments.output, html, arguments.overwrite); !written)
     return fail(written.error().message);
   if (arguments.output != "-")
@@ -126,4 +127,4 @@ void add_report(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

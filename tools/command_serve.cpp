@@ -14,13 +14,13 @@
 #include <thread>
 
 #include "protocols/bus/network_speaker.hpp"
-#include "server/crowd_time.hpp"
-#include "server/grade_session.hpp"
-#include "server/hmi/http/web_site.hpp"
-#include "server/hmi/station/tapped_bus.hpp"
-#include "server/live_site.hpp"
-#include "server/loop.hpp"
-#include "server/session_files.hpp"
+#include "server/runtime/crowd_time.hpp"
+#include "server/runtime/grade_session.hpp"
+#include "server/runtime/live_site.hpp"
+#include "server/runtime/loop.hpp"
+#include "server/runtime/session_files.hpp"
+#include "server/station/http/web_site.hpp"
+#include "server/station/tapped_bus.hpp"
 #include "server/training/briefing.hpp"
 #include "tools/command.hpp"
 #include "tools/foxglove_option.hpp"
@@ -29,7 +29,7 @@
 #include "tools/stop_signal.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Arguments {
@@ -60,28 +60,31 @@ std::string session_after(const std::string& session) {
   return session_name((path.parent_path() / path.stem()).string());
 }
 
-Result<Configuration> configuration_for(const Arguments& arguments, Bus& bus, const ServeOptions& options) {
-  const auto files = load_session_files(arguments.scenario, arguments.robot);
+Result<tick::Configuration> configuration_for(const Arguments& arguments, Bus& bus,
+                                              const runtime::ServeOptions& options) {
+  const auto files = runtime::load_session_files(arguments.scenario, arguments.robot);
   if (!files) return files.error();
-  if (files->robot) return configure(files->scenario, *files->robot, files->model, files->robot_models);
-  const auto robot = wait_for_robot(bus, files->scenario, options);
+  if (files->robot) return tick::configure(files->scenario, *files->robot, files->model, files->robot_models);
+  const auto robot = runtime::wait_for_robot(bus, files->scenario, options);
   if (!robot) return robot.error();
   if (!*robot) return Error{"stopped before a robot description came"};
-  return configure(files->scenario, **robot, files->model, files->robot_models);
+  return tick::configure(files->scenario, **robot, files->model, files->robot_models);
 }
 
 /// What reads the network goes before others as the loop does.
-Result<std::unique_ptr<TappedBus>> open_tapped_bus(const std::string& url, RealTime real_time) {
+Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const std::string& url,
+                                                            runtime::RealTime real_time) {
   auto speaker = open_network_speaker(url);
   if (!speaker) return speaker.error();
-  const RealTimeScope scope(real_time);
+  const runtime::RealTimeScope scope(real_time);
   auto network = open_network_bus(url);
   if (!network) return network.error();
-  return std::make_unique<TappedBus>(std::move(*network), std::move(*speaker));
+  return std::make_unique<station::TappedBus>(std::move(*network), std::move(*speaker));
 }
 
 /// An instructor has ended the session: the report is there for who looks, until the server is stopped.
-void show_until_stopped(LiveStation& station, const Report& report, Bus& bus, const ServeOptions& options) {
+void show_until_stopped(LiveStation& station, const runtime::Report& report, Bus& bus,
+                        const runtime::ServeOptions& options) {
   station.show_report(report);
   options.say("ended by the instructor; the base station shows the report; stop with ^C");
   Message message;  // the station hears what is received here
@@ -95,7 +98,7 @@ void show_until_stopped(LiveStation& station, const Report& report, Bus& bus, co
 using SharedStop = std::atomic<bool>;
 
 /// From here on `options` know whether the robot is stopped, and `memory` what becomes of it.
-void remember_stops(ServeOptions& options, StopMemory& memory, SharedStop& shared) {
+void remember_stops(runtime::ServeOptions& options, StopMemory& memory, SharedStop& shared) {
   options.robot_stopped = shared || memory.holds();
   options.robot_stop_held = [&memory, &shared, say = options.say](bool holds) {
     shared = holds;
@@ -104,30 +107,32 @@ void remember_stops(ServeOptions& options, StopMemory& memory, SharedStop& share
 }
 
 Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
-  ServeOptions options;
+  runtime::ServeOptions options;
   options.session = arguments.session;
   options.overwrite = arguments.overwrite;
   for (const std::string& path : {arguments.session, arguments.report}) {
     if (const Status writable = check_writable(path, arguments.overwrite); !writable)
       return fail(writable.error().message);
   }
-  options.real_time = *parse_real_time(arguments.real_time);
+  options.real_time = *runtime::parse_real_time(arguments.real_time);
   options.stop = stop_asked;
   options.say = [](const std::string& news) { std::fprintf(stderr, "parhelion serve: %s\n", news.c_str()); };
   auto bus = open_tapped_bus(arguments.url, options.real_time);
   if (!bus) return fail(bus.error().message);
   const auto configuration = configuration_for(arguments, **bus, options);
   if (!configuration) return stop_asked() ? Exit::done : fail(configuration.error().message);
-  const auto state = arguments.state.empty() ? default_site_folder() : std::filesystem::path(arguments.state);
+  const auto state =
+      arguments.state.empty() ? station::default_site_folder() : std::filesystem::path(arguments.state);
   StopMemory stop_memory(state, arguments.url, configuration->robot.name);
   remember_stops(options, stop_memory, robot_stopped);
-  if (const auto slow = warn_of_slow_crowd(*configuration)) options.say(*slow);
+  if (const auto slow = runtime::warn_of_slow_crowd(*configuration)) options.say(*slow);
   std::fprintf(stderr, "parhelion serve: session log %s\n", options.session.c_str());
   if (configuration->scenario.training)
-    std::fputs(briefing(configuration->scenario, graded_robot(*configuration)).c_str(), stderr);
+    std::fputs(training::briefing(configuration->scenario, tick::graded_robot(*configuration)).c_str(),
+               stderr);
   if (configuration->scenario.mapping) {
-    const auto site = std::make_shared<LiveSite>(configuration->model);
-    options.update_site = [site](const SiteView& view) { return site->add(view); };
+    const auto site = std::make_shared<runtime::LiveSite>(configuration->model);
+    options.update_site = [site](const runtime::SiteView& view) { return site->add(view); };
   }
   std::unique_ptr<LiveStation> station;
   if (!arguments.http.empty()) {
@@ -141,7 +146,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
     options.clock = station->clock();
     options.stop = [it = station.get()] { return stop_asked() || it->ended(); };
   }
-  std::unique_ptr<FoxgloveServer> foxglove;
+  std::unique_ptr<station::FoxgloveServer> foxglove;
   if (!arguments.foxglove.empty()) {
     auto shown = open_network_bus(arguments.url);
     if (!shown) return fail(shown.error().message);
@@ -150,11 +155,11 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
     foxglove = std::move(*opened);
     options.say("for Foxglove, which asks nobody who they are: " + foxglove->address());
   }
-  const auto report = serve(**bus, *configuration, options);
+  const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
   // A simulated robot ends with its session; a real one stands there still.
-  if (simulates_trainee(configuration->scenario)) (void)stop_memory.keep(false);
-  std::fputs(summary(*report).c_str(), stderr);
+  if (tick::simulates_trainee(configuration->scenario)) (void)stop_memory.keep(false);
+  std::fputs(runtime::summary(*report).c_str(), stderr);
   if (!arguments.report.empty()) {
     if (const Status written = write_text(arguments.report, to_json(*report), arguments.overwrite);
         !written) {
@@ -283,4 +288,4 @@ void add_serve(CLI::App& app, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -13,7 +13,7 @@
 #include "tools/slam_log.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* description =
@@ -117,8 +117,8 @@ class LiveSlam {
 
  private:
   Status start(const RobotDescription& robot) {
-    auto made = options_.map.empty() ? make_mapper(robot, options_.slam)
-                                     : make_localizer(robot, options_.map.string(), options_.slam);
+    auto made = options_.map.empty() ? pose::make_mapper(robot, options_.slam)
+                                     : pose::make_localizer(robot, options_.map.string(), options_.slam);
     if (!made) return made.error();
     slam_ = std::move(*made);
     return {};
@@ -177,7 +177,7 @@ class LiveSlam {
 
   const SlamLogOptions& options_;
   std::unique_ptr<Bus> bus_;
-  std::unique_ptr<Slam> slam_;
+  std::unique_ptr<pose::Slam> slam_;
   std::vector<std::uint8_t> bytes_;
   bool asked_for_robot_ = false;
 };
@@ -245,4 +245,4 @@ void add_slam(CLI::App& app, Exit& exit) {
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

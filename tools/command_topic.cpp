@@ -13,7 +13,7 @@
 #include "tools/command.hpp"
 #include "tools/topic_text.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
@@ -205,4 +205,4 @@ void add_topic(CLI::App& app, Exit& exit) {
       ->footer("Example:\n  parhelion topic hz MR_SCAN --seconds 10");
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

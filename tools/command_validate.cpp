@@ -2,12 +2,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "server/session_files.hpp"
+#include "server/runtime/session_files.hpp"
 #include "server/training/briefing.hpp"
 #include "tools/command.hpp"
 #include "tools/validate.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* description =
@@ -22,7 +22,7 @@ constexpr const char* footer =
 
 /// For a person; the scenario has passed the checks.
 void print_briefing(const std::string& path) {
-  const auto files = load_session_files(path, "");
+  const auto files = runtime::load_session_files(path, "");
   if (!files) return;
   const Scenario& scenario = files->scenario;
   const std::string named = scenario.training ? scenario.training->robot : "";
@@ -30,7 +30,7 @@ void print_briefing(const std::string& path) {
                             : scenario.trainee ? scenario.trainee->name
                             : files->robot     ? files->robot->name
                                                : "the robot";
-  const std::string text = briefing(scenario, robot);
+  const std::string text = training::briefing(scenario, robot);
   std::printf("%s", text.empty() ? "no 'training' in it: there is nothing to brief\n" : text.c_str());
 }
 
@@ -63,4 +63,4 @@ void add_validate(CLI::App& app, Exit& exit) {
   command->callback([paths, with_briefing, &exit] { exit = run(*paths, *with_briefing); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

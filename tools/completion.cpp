@@ -2,7 +2,7 @@
 
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::string quoted(const std::string& text) { return '\'' + text + '\''; }
@@ -107,4 +107,4 @@ complete -o default -F _)" +
          name + ' ' + name + '\n';
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

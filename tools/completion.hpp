@@ -6,7 +6,7 @@
 
 #include "tools/command.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// A script for bash that completes the subcommands and options of `app`, the words of options that take one
 /// of a few, and file names elsewhere.
@@ -15,4 +15,4 @@ std::string bash_completion(const CLI::App& app);
 /// `parhelion completion`.
 void add_completion(CLI::App& app, Exit& exit);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

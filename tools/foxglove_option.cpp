@@ -2,20 +2,21 @@
 
 #include <utility>
 
-#include "server/hmi/station/base_station.hpp"
+#include "server/station/base_station.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
-Result<std::unique_ptr<FoxgloveServer>> open_foxglove(const std::string& address, std::unique_ptr<Bus> bus,
-                                                      const Configuration& configuration,
-                                                      std::function<ArrivalTime()> clock) {
-  const auto where = parse_host_port(address);
+Result<std::unique_ptr<station::FoxgloveServer>> open_foxglove(const std::string& address,
+                                                               std::unique_ptr<Bus> bus,
+                                                               const tick::Configuration& configuration,
+                                                               std::function<ArrivalTime()> clock) {
+  const auto where = station::parse_host_port(address);
   if (!where) return where.error();
-  FoxgloveOptions options;
+  station::FoxgloveOptions options;
   options.host = where->host;
   options.port = where->port;
   options.clock = std::move(clock);
-  return FoxgloveServer::open(std::move(bus), configuration, options);
+  return station::FoxgloveServer::open(std::move(bus), configuration, options);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 
 #include "protocols/yaml/base64.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Json = nlohmann::json;
@@ -164,4 +164,4 @@ std::string to_gltf(const SemanticModel& model) {
   return document.take();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -3,22 +3,22 @@
 #include <algorithm>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr Duration said_stopped = milliseconds(300);  // a stop is said this long: a message may be lost
 
 }  // namespace
 
-JoystickConsole::JoystickConsole(JoystickConsoleOptions options, JoystickMapping mapping, Bus& bus,
-                                 JoystickPort& port)
+JoystickConsole::JoystickConsole(JoystickConsoleOptions options, station::JoystickMapping mapping, Bus& bus,
+                                 station::JoystickPort& port)
     : options_(std::move(options)),
       port_(port),
       view_(bus),
       console_(bus, options_.name, "joystick"),
       drive_(std::move(mapping)),
       period_(seconds(1 / drive_.mapping().rate)) {
-  for (const MappedJoint& joint : drive_.mapping().joints) joints_.push_back(joint.joint);
+  for (const station::MappedJoint& joint : drive_.mapping().joints) joints_.push_back(joint.joint);
 }
 
 Status JoystickConsole::turn(WallTime now, SensorTime stamp) {
@@ -28,13 +28,13 @@ Status JoystickConsole::turn(WallTime now, SensorTime stamp) {
   const auto state = port_.poll(drive_.mapping().device);
   if (!state) return unplugged(stamp);
   if (!plugged_) {
-    if (const Status fits = check_mapping(drive_.mapping(), *state); !fits)
+    if (const Status fits = station::check_mapping(drive_.mapping(), *state); !fits)
       return Error{port_.in_use() + ": " + fits.error().message};
     say(port_.in_use() + " is plugged in; release and hold '" + drive_.mapping().dead_man + "' to drive");
     drive_.restart();
     plugged_ = true;
   }
-  const JoystickCommand command = drive_.command(*state);
+  const station::JoystickCommand command = drive_.command(*state);
   if (Status chosen = choose(command.next_robot, stamp); !chosen) return chosen;
   return send(command, now, stamp);
 }
@@ -66,14 +66,14 @@ Status JoystickConsole::choose(bool next, SensorTime stamp) {
   const auto& robots = console_.robots();
   const std::string wanted = !last_robot_.empty() ? last_robot_ : options_.robot;
   const bool there = std::any_of(robots.begin(), robots.end(),
-                                 [&](const DrivenRobot& robot) { return robot.name == wanted; });
+                                 [&](const station::DrivenRobot& robot) { return robot.name == wanted; });
   if (!there && !options_.robot.empty() && wanted == options_.robot) return console_.drive(wanted, stamp);
   Status driving = console_.drive(there ? wanted : std::string(robots.front().name), stamp);
   if (driving) say("drives " + console_.driven()->name);
   return driving;
 }
 
-Status JoystickConsole::send(const JoystickCommand& command, WallTime now, SensorTime stamp) {
+Status JoystickConsole::send(const station::JoystickCommand& command, WallTime now, SensorTime stamp) {
   // The stop of a released dead-man does not wait for its turn.
   const bool released = armed_ && !command.armed;
   if (!released && now - sent_ < period_) return {};
@@ -92,4 +92,4 @@ void JoystickConsole::say(const std::string& line) const {
   if (options_.say) options_.say(line);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

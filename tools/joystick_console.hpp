@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "protocols/time.hpp"
-#include "server/hmi/joystick_device.hpp"
-#include "server/hmi/operator_console.hpp"
+#include "server/station/console/joystick_device.hpp"
+#include "server/station/console/operator_console.hpp"
 #include "tools/operator_view.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct JoystickConsoleOptions {
   std::string robot;                            ///< whom to drive at the start; empty: the trainee's
@@ -21,7 +21,8 @@ struct JoystickConsoleOptions {
 /// Polled some hundred times a second, on one thread.
 class JoystickConsole {
  public:
-  JoystickConsole(JoystickConsoleOptions options, JoystickMapping mapping, Bus& bus, JoystickPort& port);
+  JoystickConsole(JoystickConsoleOptions options, station::JoystickMapping mapping, Bus& bus,
+                  station::JoystickPort& port);
 
   /// Subscribes to what it has to know: which robots there are.
   Status listen() { return view_.listen(); }
@@ -32,19 +33,19 @@ class JoystickConsole {
   Status end(SensorTime stamp) { return console_.end(stamp); }
 
   const OperatorView& view() const { return view_; }
-  const DrivenRobot* driven() const { return console_.driven(); }
+  const station::DrivenRobot* driven() const { return console_.driven(); }
 
  private:
   Status unplugged(SensorTime stamp);
   Status choose(bool next, SensorTime stamp);
-  Status send(const JoystickCommand& command, WallTime now, SensorTime stamp);
+  Status send(const station::JoystickCommand& command, WallTime now, SensorTime stamp);
   void say(const std::string& line) const;
 
   const JoystickConsoleOptions options_;
-  JoystickPort& port_;
+  station::JoystickPort& port_;
   OperatorView view_;
-  OperatorConsole console_;
-  JoystickDrive drive_;
+  station::OperatorConsole console_;
+  station::JoystickDrive drive_;
   Duration period_;
   std::vector<std::string> joints_;
   std::string last_robot_;
@@ -52,4 +53,4 @@ class JoystickConsole {
   WallTime sent_, armed_until_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr Duration said_stopped = milliseconds(300);  // a stop is said this long: a message may be lost
@@ -14,7 +14,7 @@ KeyboardConsole::KeyboardConsole(const KeyboardConsoleOptions& options, Bus& bus
     : options_(options), view_(bus), console_(bus, options.name, "keyboard"), keys_(options.keys) {}
 
 Status KeyboardConsole::turn(std::string_view bytes, WallTime now, SensorTime stamp) {
-  for (const Key key : bytes.empty() ? reader_.idle() : reader_.feed(bytes)) {
+  for (const station::Key key : bytes.empty() ? reader_.idle() : reader_.feed(bytes)) {
     keys_.press(key, now);
     if (Status done = act(key, now, stamp); !done) return done;
   }
@@ -24,25 +24,25 @@ Status KeyboardConsole::turn(std::string_view bytes, WallTime now, SensorTime st
   return send(now, stamp);
 }
 
-Status KeyboardConsole::act(Key key, WallTime now, SensorTime stamp) {
+Status KeyboardConsole::act(station::Key key, WallTime now, SensorTime stamp) {
   const std::size_t joints = view_.joints().size();
   switch (key) {
-    case Key::quit:
+    case station::Key::quit:
       quit_ = true;
       return {};
-    case Key::help:
+    case station::Key::help:
       help_ = true;
       return {};
-    case Key::stop:
+    case station::Key::stop:
       moved_ = now;
       return {};
-    case Key::next_robot:
+    case station::Key::next_robot:
       moved_ = now;
       return console_.robots().empty() ? Status{} : console_.drive_next(stamp);
-    case Key::next_joint:
+    case station::Key::next_joint:
       joint_ = joints > 0 ? (joint_ + 1) % joints : 0;
       return {};
-    case Key::previous_joint:
+    case station::Key::previous_joint:
       joint_ = joints > 0 ? (joint_ + joints - 1) % joints : 0;
       return {};
     default:
@@ -84,14 +84,15 @@ std::string KeyboardConsole::joint() const {
 }
 
 std::string KeyboardConsole::line(WallTime now) const {
-  const DrivenRobot* robot = console_.driven();
+  const station::DrivenRobot* robot = console_.driven();
   if (!refused_.empty()) return refused_;
   const Twist2 twist = keys_.twist(now);
   char text[160];
   std::snprintf(text, sizeof text, "  %+.2f m/s %+.2f rad/s (goes out: %+.2f %+.2f)  speed %d/%d", twist.vx,
-                twist.wz, view_.command().vx, view_.command().wz, keys_.step(), KeyboardDrive::steps);
+                twist.wz, view_.command().vx, view_.command().wz, keys_.step(),
+                station::KeyboardDrive::steps);
   return (robot != nullptr ? robot->name : "no robot yet: is `parhelion serve` running?") + text +
          (joint().empty() ? "" : "  joint " + joint());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,16 +5,16 @@
 #include <string_view>
 
 #include "protocols/time.hpp"
-#include "server/hmi/keyboard.hpp"
-#include "server/hmi/operator_console.hpp"
+#include "server/station/console/keyboard.hpp"
+#include "server/station/console/operator_console.hpp"
 #include "tools/operator_view.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct KeyboardConsoleOptions {
   std::string robot;              ///< whom to drive at the start; empty: the trainee's
   std::string name = "operator";  ///< of the operator
-  KeyboardOptions keys;
+  station::KeyboardOptions keys;
 };
 
 /// On one thread.
@@ -41,23 +41,23 @@ class KeyboardConsole {
   /// What is driven, how, and which joint is chosen: one line for a person.
   std::string line(WallTime now) const;
   OperatorView& view() { return view_; }
-  const DrivenRobot* driven() const { return console_.driven(); }
+  const station::DrivenRobot* driven() const { return console_.driven(); }
 
  private:
-  Status act(Key key, WallTime now, SensorTime stamp);
+  Status act(station::Key key, WallTime now, SensorTime stamp);
   Status choose(SensorTime stamp);
   Status send(WallTime now, SensorTime stamp);
   Status send_joint(double speed, SensorTime stamp);
 
   const KeyboardConsoleOptions options_;
   OperatorView view_;
-  OperatorConsole console_;
-  KeyReader reader_;
-  KeyboardDrive keys_;
+  station::OperatorConsole console_;
+  station::KeyReader reader_;
+  station::KeyboardDrive keys_;
   bool quit_ = false, help_ = false, chosen_ = false, joint_moved_ = false;
   std::size_t joint_ = 0;
   std::string refused_;  ///< why the joint did not move
   WallTime moved_, last_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -2,18 +2,18 @@
 
 #include <filesystem>
 
-#include "server/hmi/http/web_site.hpp"
 #include "server/review/page.hpp"
+#include "server/station/http/web_site.hpp"
 #include "tools/cloud_layer.hpp"
 #include "tools/site_map.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double least_rate = 0.1, most_rate = 4;  // times real time
 
 /// Pause and rate of a session that is all simulated. A pause keeps the rate.
-void put_pace(const std::shared_ptr<SessionClock>& clock, SessionControls& controls) {
+void put_pace(const std::shared_ptr<runtime::SessionClock>& clock, station::SessionControls& controls) {
   const auto rate = std::make_shared<double>(1);
   controls.pause = [clock, rate](bool paused) {
     clock->set_rate(paused ? 0 : *rate);
@@ -31,16 +31,17 @@ void put_pace(const std::shared_ptr<SessionClock>& clock, SessionControls& contr
 }  // namespace
 
 Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions& options,
-                                                       const Configuration& configuration) {
+                                                       const tick::Configuration& configuration) {
   auto live = std::make_unique<LiveStation>();
   live->log_ = options.session;
-  BaseStationOptions base;
+  station::BaseStationOptions base;
   base.address = options.address;
-  base.folder = options.folder.empty() ? default_site_folder() : std::filesystem::path(options.folder);
+  base.folder =
+      options.folder.empty() ? station::default_site_folder() : std::filesystem::path(options.folder);
   base.robot_stopped = options.robot_stopped;
   base.open_bus = options.open_bus;
-  StationOptions& station = base.station;
-  station.configuration = std::make_shared<const Configuration>(configuration);
+  station::StationOptions& station = base.station;
+  station.configuration = std::make_shared<const tick::Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
   station.scenarios = (base.folder / "scenarios").string();
   if (!options.cloud.empty()) {
@@ -53,36 +54,36 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
     return Status();
   };
   station.map = draw_site_map(configuration.model);
-  if (simulates_trainee(configuration.scenario)) {
-    live->clock_ = std::make_shared<SessionClock>();
+  if (tick::simulates_trainee(configuration.scenario)) {
+    live->clock_ = std::make_shared<runtime::SessionClock>();
     put_pace(live->clock_, station.controls);
     station.clock = [clock = live->clock_] { return clock->now(); };
   }
   station.controls.state = [it = live.get()] {
-    ControlState state;
+    station::ControlState state;
     state.ended = it->reported_;  // pages ask for the report then
     if (!it->clock_) return state;
     state.rate = it->clock_->rate();
     state.paused = state.rate == 0;
     return state;
   };
-  auto opened = BaseStation::open(std::move(base));
+  auto opened = station::BaseStation::open(std::move(base));
   if (!opened) return opened.error();
   live->station_ = std::move(*opened);
   return live;
 }
 
 std::string review_page(const std::string& log) {
-  ReviewPage page;
-  auto review = review_session(log);
+  review::ReviewPage page;
+  auto review = review::review_session(log);
   if (!review) return {};
   page.sessions.push_back(std::move(*review));
-  return to_html(page);
+  return review::to_html(page);
 }
 
-void LiveStation::show_report(const Report& report) {
+void LiveStation::show_report(const runtime::Report& report) {
   station_->set_report(to_json(report), review_page(log_));
   reported_ = true;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

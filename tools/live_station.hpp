@@ -6,11 +6,11 @@
 #include <memory>
 #include <string>
 
-#include "server/hmi/station/base_station.hpp"
-#include "server/report.hpp"
-#include "server/session_clock.hpp"
+#include "server/runtime/report.hpp"
+#include "server/runtime/session_clock.hpp"
+#include "server/station/base_station.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct LiveStationOptions {
   std::string address;  ///< ADDR:PORT
@@ -28,22 +28,22 @@ std::string review_page(const std::string& log);
 class LiveStation {
  public:
   static Result<std::unique_ptr<LiveStation>> open(const LiveStationOptions& options,
-                                                   const Configuration& configuration);
+                                                   const tick::Configuration& configuration);
 
   /// For people: link, fingerprint, first account.
   std::string invitation() const { return station_->invitation(); }
   /// For serve(): an instructor may stop it. None: the robot is real.
-  std::shared_ptr<const SessionClock> clock() const { return clock_; }
+  std::shared_ptr<const runtime::SessionClock> clock() const { return clock_; }
   /// An instructor has ended the session.
   bool ended() const { return ended_; }
   /// The session is over: whoever looks may read its report, and its review, for which the log is read again.
-  void show_report(const Report& report);
+  void show_report(const runtime::Report& report);
 
  private:
   std::string log_;
   std::atomic<bool> ended_ = false, reported_ = false;
-  std::shared_ptr<SessionClock> clock_;
-  std::unique_ptr<BaseStation> station_;
+  std::shared_ptr<runtime::SessionClock> clock_;
+  std::unique_ptr<station::BaseStation> station_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,9 +9,9 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/share.hpp"
-#include "server/thread_priority.hpp"
+#include "server/runtime/thread_priority.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Verdict = MachineCheck::Verdict;
@@ -98,10 +98,10 @@ MachineCheck check_processors() {
 }
 
 MachineCheck check_real_time() {
-  const RealTimeScope scope(RealTime::on);
+  const runtime::RealTimeScope scope(runtime::RealTime::on);
   if (scope.holds()) return {"real-time", Verdict::ok, "scans go before other programs", ""};
   return {"real-time", Verdict::warn, "scans wait for other programs where cores are few",
-          RealTimeScope::remedy()};
+          runtime::RealTimeScope::remedy()};
 }
 
 MachineCheck check_recording(const std::filesystem::path& rawlog) {
@@ -121,4 +121,4 @@ MachineCheck check_shipped_files() {
           "install again, or set PARHELION_SHARE to where share/parhelion is"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

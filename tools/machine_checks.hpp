@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct MachineCheck {
   enum class Verdict : std::uint8_t { ok, warn, fail };
@@ -34,4 +34,4 @@ MachineCheck check_recording(const std::filesystem::path& rawlog);
 /// Files that ship with the program.
 MachineCheck check_shipped_files();
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 
 #include "tools/machine_checks.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Verdict = MachineCheck::Verdict;
@@ -76,4 +76,4 @@ MachineCheck check_egl() {
   return check;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 #include "tools/records_commands.hpp"
 
 int main(int argc, char** argv) try {
-  using namespace parhelion;
+  using namespace parhelion::tools;
   CLI::App app{
       "Parhelion: virtual robots beside a real one, in its laser scans and its camera video.\n"
       "Start here: parhelion demo"};

@@ -8,7 +8,7 @@
 #include "tools/map_commands.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* description = "Semantic model from a 2D grid map: walls as boxes, blocks, a floor";
@@ -22,14 +22,14 @@ constexpr const char* footer =
 
 struct Arguments {
   std::string map, output, picture;
-  ExtrudeOptions options;
+  semantic::ExtrudeOptions options;
   bool overwrite = false;
 };
 
-Status draw(const Arguments& arguments, const PlanPicture& picture) {
+Status draw(const Arguments& arguments, const semantic::PlanPicture& picture) {
   const std::filesystem::path path = arguments.picture;
   return write_beside(path, {path.filename().string()}, [&](const std::filesystem::path& folder) {
-    return draw_plan(picture, (folder / path.filename()).string());
+    return semantic::draw_plan(picture, (folder / path.filename()).string());
   });
 }
 
@@ -39,13 +39,13 @@ Status run(const Arguments& arguments) {
   }
   if (!arguments.picture.empty() && std::filesystem::path(arguments.picture).extension() != ".png")
     return Error{arguments.picture + ": pictures are PNG; give it a name that ends in .png"};
-  const auto map = load_ros_map(arguments.map);
+  const auto map = pose::load_ros_map(arguments.map);
   if (!map) return map.error();
-  const auto model = extrude(*map, arguments.options);
+  const auto model = semantic::extrude(*map, arguments.options);
   if (!model) return Error{arguments.map + ": " + model.error().message};
   if (Status status = write_text(arguments.output, to_yaml(*model), arguments.overwrite); !status)
     return status;
-  const auto figures = measure_extrusion(*map, *model, arguments.options);
+  const auto figures = semantic::measure_extrusion(*map, *model, arguments.options);
   std::fprintf(
       stderr,
       "%s: %zu walls, %zu blocks; %zu of %zu occupied cells covered, %.1f %% of %.1f m2 of boxes over free "
@@ -53,7 +53,7 @@ Status run(const Arguments& arguments) {
       arguments.output.c_str(), figures.walls, figures.unknown, figures.covered_cells, figures.occupied_cells,
       figures.box_area > 0 ? 100 * figures.box_area_over_free / figures.box_area : 0, figures.box_area);
   if (arguments.picture.empty()) return {};
-  PlanPicture picture;
+  semantic::PlanPicture picture;
   picture.title = "Walls from the grid map";
   picture.subtitle = arguments.map + ": " + std::to_string(figures.walls) + " walls, " +
                      std::to_string(figures.unknown) + " blocks";
@@ -88,4 +88,4 @@ void add_map_extrude(CLI::App& map, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

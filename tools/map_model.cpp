@@ -17,7 +17,7 @@
 #include "tools/progress.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -37,8 +37,8 @@ struct Arguments {
   std::string cloud, output, keep, gltf, picture, summary, slice, labelled;
   double slice_height = 0.3, memory = 0;
   bool flip = false, no_flip = false;
-  ReadOptions read;
-  ModelOptions model;
+  cloud::ReadOptions read;
+  semantic::ModelOptions model;
   bool overwrite = false;
 };
 
@@ -79,23 +79,23 @@ Result<std::optional<SemanticModel>> old_model(const Arguments& a) {
   return std::optional<SemanticModel>{std::move(*old)};
 }
 
-Result<BuiltModel> build(const Arguments& a, std::string& map_source) {
+Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) {
   Progress progress("map model", "stages");
-  ReadOptions reading = a.read;
+  cloud::ReadOptions reading = a.read;
   reading.work_per_point = kWorkPerPoint;
   reading.memory = static_cast<std::uint64_t>(1e9 * a.memory);
-  auto scan = read_scan(a.cloud, reading);
+  auto scan = cloud::read_scan(a.cloud, reading);
   if (!scan) return scan.error();
   for (const std::string& note : scan->notes) say(note);
   map_source = a.cloud + ", " + std::to_string(scan->cloud.size()) + " points";
-  PointCloud<Scanner>& from = scan->cloud;  // a registered cloud's frame is its first scan's
-  PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
-                          std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
-  ModelOptions options = a.model;
+  cloud::PointCloud<Scanner>& from = scan->cloud;  // a registered cloud's frame is its first scan's
+  cloud::PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
+                                 std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
+  semantic::ModelOptions options = a.model;
   options.up_advice = ", --flip, or --no-flip where it is right as it is";
   if (a.flip || a.no_flip) options.up = Eigen::Vector3d(0, 0, a.flip ? -1 : 1);
-  auto built =
-      build_model(std::move(cloud), options, [&](const char*, int done) { progress.update(done + 1, 6); });
+  auto built = semantic::build_model(std::move(cloud), options,
+                                     [&](const char*, int done) { progress.update(done + 1, 6); });
   progress.finish();
   if (!built) return Error{a.cloud + ": " + built.error().message};
   for (const std::string& note : built->notes) say(note);
@@ -103,7 +103,7 @@ Result<BuiltModel> build(const Arguments& a, std::string& map_source) {
 }
 
 void keep(const SemanticModel& old, SemanticModel& model) {
-  const KeptCorrections kept = keep_corrections(old, model);
+  const semantic::KeptCorrections kept = semantic::keep_corrections(old, model);
   if (kept.locked + kept.deleted + kept.drawn == 0) return;
   say("kept " + std::to_string(kept.locked) + " locked, " + std::to_string(kept.deleted) + " deleted and " +
       std::to_string(kept.drawn) + " virtual entities of the old model");
@@ -116,17 +116,17 @@ Status write_file(const std::string& path, const std::function<Status(const fs::
   return write_beside(path, {name.string()}, [&](const fs::path& folder) { return write(folder / name); });
 }
 
-Result<std::string> write_slice(const Arguments& a, const BuiltModel& built) {
+Result<std::string> write_slice(const Arguments& a, const semantic::BuiltModel& built) {
   if (a.slice.empty()) return std::string();
-  SliceOptions options;
+  semantic::SliceOptions options;
   options.height = a.slice_height;
   options.floor = built.floor + built.shift;
-  auto map = slice(built.cloud, options);
+  auto map = semantic::slice(built.cloud, options);
   if (!map) return map.error();
-  map->id = grid_map_id(*map);
+  map->id = pose::grid_map_id(*map);
   const std::string name = fs::path(a.slice).filename().string();
   const Status status = write_beside(a.slice, {name + ".yaml", name + ".pgm"}, [&](const fs::path& folder) {
-    return save_ros_map(*map, (folder / name).string());
+    return pose::save_ros_map(*map, (folder / name).string());
   });
   return status ? Result<std::string>(map->id) : status.error();
 }
@@ -158,7 +158,8 @@ Status run(const Arguments& a) {
   if (!a.gltf.empty()) {
     if (Status status = write_text(a.gltf, to_gltf(built->model), a.overwrite); !status) return status;
   }
-  if (Status status = write_file(a.labelled, [&](const fs::path& p) { return write_ply(p, built->cloud); });
+  if (Status status =
+          write_file(a.labelled, [&](const fs::path& p) { return cloud::write_ply(p, built->cloud); });
       !status)
     return status;
   std::string note;
@@ -170,14 +171,15 @@ Status run(const Arguments& a) {
   if (!note.empty()) say(note);
   std::fprintf(stderr, "%s: %zu entities, %zu relations from %zu points in %.1f s\n", a.output.c_str(),
                built->model.entities.size(), built->model.relations.size(), built->cloud.size(), seconds);
-  if (const std::string words = in_words(built->heights); !words.empty())
+  if (const std::string words = semantic::in_words(built->heights); !words.empty())
     std::fprintf(stderr, "%s: %s\n", a.output.c_str(), words.c_str());
   return {};
 }
 
 void add_options(CLI::App& command, Arguments& a) {
-  static const std::map<std::string, LengthUnit> units = {
-      {"m", LengthUnit::metre}, {"cm", LengthUnit::centimetre}, {"mm", LengthUnit::millimetre}};
+  static const std::map<std::string, cloud::LengthUnit> units = {{"m", cloud::LengthUnit::metre},
+                                                                 {"cm", cloud::LengthUnit::centimetre},
+                                                                 {"mm", cloud::LengthUnit::millimetre}};
   command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .xyz, .3d)")->required();
   command.add_option("-o,--output", a.output, "Model to write (YAML; - is standard output)")->required();
   command.add_option("--keep", a.keep,
@@ -220,4 +222,4 @@ void add_map_model(CLI::App& map, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

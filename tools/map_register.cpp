@@ -13,7 +13,7 @@
 #include "tools/scan_sources.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* description = "Registers 3D scans (ICP, loops closed) into one cloud";
@@ -30,11 +30,11 @@ struct Arguments {
   std::vector<std::string> scans;
   std::string output, summary, guess;
   ScanSourceOptions source;
-  RegistrationOptions registration;
+  cloud::RegistrationOptions registration;
   bool overwrite = false, keep_going = false, trust_poses = false;
 };
 
-nlohmann::json to_json(const std::string& name, const RegisteredScan& scan) {
+nlohmann::json to_json(const std::string& name, const cloud::RegisteredScan& scan) {
   nlohmann::json entry = {
       {"name", name},      {"converged", scan.converged}, {"why", scan.why},      {"overlap", scan.overlap},
       {"rms_m", scan.rms}, {"seconds", scan.seconds},     {"T_map_scan", nullptr}};
@@ -47,7 +47,7 @@ nlohmann::json to_json(const std::string& name, const RegisteredScan& scan) {
 }
 
 Status write_summary(const Arguments& arguments, const std::vector<std::string>& names,
-                     const RegisteredSequence& sequence, double seconds) {
+                     const cloud::RegisteredSequence& sequence, double seconds) {
   if (arguments.summary.empty()) return {};
   nlohmann::json summary = {{"points", sequence.cloud.size()}, {"seconds", seconds}};
   summary["scans"] = nlohmann::json::array();
@@ -83,13 +83,13 @@ Result<OpenedScans> open(const Arguments& arguments) {
 }
 
 /// The scans where their poses say, for sources that were tracked well by other means.
-Result<RegisteredSequence> fuse(const std::vector<ScanToRegister>& scans) {
+Result<cloud::RegisteredSequence> fuse(const std::vector<cloud::ScanToRegister>& scans) {
   if (scans.empty() || scans.size() > 0xFFFF) return Error{"expected 1 to 65535 scans"};
-  RegisteredSequence sequence;
-  PointCloud<Cloud>& cloud = sequence.cloud;
+  cloud::RegisteredSequence sequence;
+  cloud::PointCloud<Cloud>& cloud = sequence.cloud;
   for (std::size_t i = 0; i < scans.size(); ++i) {
     if (!scans[i].has_guess) return Error{scans[i].name + ": has no pose that could be trusted"};
-    const PointCloud<Cloud> placed = transformed(scans[i].guess, scans[i].cloud);
+    const cloud::PointCloud<Cloud> placed = cloud::transformed(scans[i].guess, scans[i].cloud);
     cloud.points.insert(cloud.points.end(), placed.points.begin(), placed.points.end());
     cloud.scans.resize(cloud.size(), static_cast<std::uint16_t>(i));
     cloud.viewpoints.push_back(scans[i].guess.translation());
@@ -99,17 +99,17 @@ Result<RegisteredSequence> fuse(const std::vector<ScanToRegister>& scans) {
 }
 
 /// From the first scan's frame to the one that the cloud is to have.
-void move(const Transform<Cloud, Scanner>& T_cloud_first, RegisteredSequence& sequence) {
+void move(const Transform<Cloud, Scanner>& T_cloud_first, cloud::RegisteredSequence& sequence) {
   const Transform<Cloud, Cloud> T_cloud_before(T_cloud_first.isometry());
-  sequence.cloud = transformed(T_cloud_before, sequence.cloud);
-  for (RegisteredScan& scan : sequence.scans) scan.T_cloud_scan = T_cloud_before * scan.T_cloud_scan;
+  sequence.cloud = cloud::transformed(T_cloud_before, sequence.cloud);
+  for (cloud::RegisteredScan& scan : sequence.scans) scan.T_cloud_scan = T_cloud_before * scan.T_cloud_scan;
 }
 
 /// Says how each scan fared; how many failed.
-std::size_t report(const std::vector<std::string>& names, const RegisteredSequence& sequence) {
+std::size_t report(const std::vector<std::string>& names, const cloud::RegisteredSequence& sequence) {
   std::size_t failed = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const RegisteredScan& scan = sequence.scans[i];
+    const cloud::RegisteredScan& scan = sequence.scans[i];
     if (scan.converged) continue;
     ++failed;
     std::fprintf(stderr, "parhelion map register: %s: not registered: %s\n", names[i].c_str(),
@@ -126,7 +126,7 @@ Status run(const Arguments& arguments) {
   Progress progress("register", "scans");
   auto sequence = arguments.trust_poses
                       ? fuse(opened->scans)
-                      : register_sequence(
+                      : cloud::register_sequence(
                             opened->scans, arguments.registration, [&](std::size_t done, std::size_t total) {
                               progress.update(static_cast<double>(done), static_cast<double>(total));
                             });
@@ -134,7 +134,7 @@ Status run(const Arguments& arguments) {
   if (!sequence) return sequence.error();
   move(opened->T_cloud_first, *sequence);
   std::vector<std::string> names;
-  for (const ScanToRegister& scan : opened->scans) names.push_back(scan.name);
+  for (const cloud::ScanToRegister& scan : opened->scans) names.push_back(scan.name);
   const std::size_t failed = report(names, *sequence);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (Status status = write_summary(arguments, names, *sequence, seconds); !status) return status;
@@ -144,8 +144,8 @@ Status run(const Arguments& arguments) {
                  "--keep-going for the others"};
   }
   const bool pcd = std::filesystem::path(arguments.output).extension() == ".pcd";
-  const Status written =
-      pcd ? write_pcd(arguments.output, sequence->cloud) : write_ply(arguments.output, sequence->cloud);
+  const Status written = pcd ? cloud::write_pcd(arguments.output, sequence->cloud)
+                             : cloud::write_ply(arguments.output, sequence->cloud);
   if (!written) return written;
   std::fprintf(stderr, "%s: %zu points of %zu scans in %.1f s\n", arguments.output.c_str(),
                sequence->cloud.size(), names.size() - failed, seconds);
@@ -153,16 +153,19 @@ Status run(const Arguments& arguments) {
 }
 
 void add_options(CLI::App& command, Arguments& arguments) {
-  static const std::map<std::string, LengthUnit> units = {
-      {"m", LengthUnit::metre}, {"cm", LengthUnit::centimetre}, {"mm", LengthUnit::millimetre}};
-  static const std::map<std::string, FileAxes> axes = {{"z-up", FileAxes::x_forward_z_up},
-                                                       {"y-up", FileAxes::x_right_y_up},
-                                                       {"y-down", FileAxes::x_right_y_down},
-                                                       {"y-up-left-handed", FileAxes::x_right_y_up_mirrored}};
-  static const std::map<std::string, IcpMethod> methods = {{"point-to-point", IcpMethod::point_to_point},
-                                                           {"point-to-plane", IcpMethod::point_to_plane},
-                                                           {"generalised", IcpMethod::generalised},
-                                                           {"paper", IcpMethod::paper}};
+  static const std::map<std::string, cloud::LengthUnit> units = {{"m", cloud::LengthUnit::metre},
+                                                                 {"cm", cloud::LengthUnit::centimetre},
+                                                                 {"mm", cloud::LengthUnit::millimetre}};
+  static const std::map<std::string, cloud::FileAxes> axes = {
+      {"z-up", cloud::FileAxes::x_forward_z_up},
+      {"y-up", cloud::FileAxes::x_right_y_up},
+      {"y-down", cloud::FileAxes::x_right_y_down},
+      {"y-up-left-handed", cloud::FileAxes::x_right_y_up_mirrored}};
+  static const std::map<std::string, cloud::IcpMethod> methods = {
+      {"point-to-point", cloud::IcpMethod::point_to_point},
+      {"point-to-plane", cloud::IcpMethod::point_to_plane},
+      {"generalised", cloud::IcpMethod::generalised},
+      {"paper", cloud::IcpMethod::paper}};
   command.add_option("SCANS", arguments.scans, "Scans, folders of scans, LCM logs")->required();
   command.add_option("-o,--output", arguments.output, "Cloud to write (.ply or .pcd)")->required();
   command.add_option("--summary", arguments.summary, "What became of each scan (JSON; - is standard output)");
@@ -217,4 +220,4 @@ void add_map_register(CLI::App& map, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 #include "tools/model_pictures.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -57,4 +57,4 @@ void add_map_view(CLI::App& map, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -11,7 +11,7 @@
 #include "fusion/semantic/plan_view.hpp"
 #include "render/model_view.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// "7 walls, 2 doors, 1 flight of stairs; floor 0.00 m, ceiling 2.95 m"
@@ -39,7 +39,7 @@ std::string contents(const SemanticModel& model) {
   add(flights.size(), "flight of stairs", "flights of stairs");
   add(count[EntityLabel::unknown], "unknown box", "unknown boxes");
   char heights[96];
-  if (const auto floor = ground_floor(model)) {
+  if (const auto floor = semantic::ground_floor(model)) {
     std::snprintf(heights, sizeof heights, "; floor %.2f m", std::round(*floor * 100) / 100 + 0.0);
     words += heights;
   }
@@ -56,10 +56,10 @@ Status write_png(const cv::Mat& picture, const std::filesystem::path& path) {
 }
 
 Result<cv::Mat> solid_view(const SemanticModel& model, const std::string& name) {
-  ModelView view;
+  render::ModelView view;
   view.title = name + ": from above at an angle";
   view.subtitle = "ceilings left out, near walls cut to 0.9 m";
-  auto pixels = draw_model_view(model, view);
+  auto pixels = render::draw_model_view(model, view);
   if (!pixels) return pixels.error();
   return cv::Mat(pixels->height, pixels->width, CV_8UC3, pixels->bgr.data()).clone();
 }
@@ -69,15 +69,16 @@ Result<cv::Mat> solid_view(const SemanticModel& model, const std::string& name) 
 Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
                   const std::filesystem::path& path, std::string* note) {
   if (what == ModelPicture::solid) {
-    const auto solid = solid_view(main_part(model).model, name);
+    const auto solid = solid_view(semantic::main_part(model).model, name);
     return solid ? write_png(*solid, path) : Status(solid.error());
   }
-  ModelPlan plan;
+  semantic::ModelPlan plan;
   plan.title = name + ": plan";
   plan.subtitle = contents(model);
-  if (Status status = draw_model_plan(model, plan, path.string()); !status || what == ModelPicture::plan)
+  if (Status status = semantic::draw_model_plan(model, plan, path.string());
+      !status || what == ModelPicture::plan)
     return status;
-  const auto solid = solid_view(main_part(model).model, name);
+  const auto solid = solid_view(semantic::main_part(model).model, name);
   if (!solid) {
     if (note != nullptr) *note = "the 3D view is left out: " + solid.error().message;
     return {};
@@ -87,4 +88,4 @@ Status draw_model(const SemanticModel& model, const std::string& name, ModelPict
   return write_png(both, path);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

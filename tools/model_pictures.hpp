@@ -7,7 +7,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 enum class ModelPicture { both, plan, solid };
 
@@ -16,4 +16,4 @@ enum class ModelPicture { both, plan, solid };
 Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
                   const std::filesystem::path& path, std::string* note = nullptr);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

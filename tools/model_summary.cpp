@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -13,7 +13,7 @@ double tidy(double value) { return std::round(value * 1e4) / 1e4; }
 
 Json tidy_or_null(const std::optional<double>& value) { return value ? Json(tidy(*value)) : Json(nullptr); }
 
-Json level_of(const std::optional<LevelHeights>& level) {
+Json level_of(const std::optional<semantic::LevelHeights>& level) {
   if (!level) return nullptr;
   return {{"p5", tidy(level->low)},
           {"median", tidy(level->median)},
@@ -22,10 +22,10 @@ Json level_of(const std::optional<LevelHeights>& level) {
 }
 
 /// How sharply heights can be said, and what they are where the scanners stood.
-Json heights_of(const SiteHeights& heights) {
+Json heights_of(const semantic::SiteHeights& heights) {
   Json json = {{"floor_m", level_of(heights.floor)}, {"ceiling_m", level_of(heights.ceiling)}};
   json["scanners"] = Json::array();
-  for (const ScannerHeights& scanner : heights.scanners) {
+  for (const semantic::ScannerHeights& scanner : heights.scanners) {
     json["scanners"].push_back({{"z_m", tidy(scanner.z)},
                                 {"floor_m", tidy_or_null(scanner.floor)},
                                 {"ceiling_m", tidy_or_null(scanner.ceiling)}});
@@ -51,9 +51,9 @@ Json rounded(const std::vector<double>& values) {
 
 }  // namespace
 
-std::string model_summary(const BuiltModel& built, double seconds) {
+std::string model_summary(const semantic::BuiltModel& built, double seconds) {
   Json json;
-  auto floor = ground_floor(built.model), ceiling = largest_ceiling(built.model);
+  auto floor = semantic::ground_floor(built.model), ceiling = semantic::largest_ceiling(built.model);
   if (floor) *floor -= built.shift;
   if (ceiling) *ceiling -= built.shift;
   json["floor_m"] = tidy_or_null(floor);
@@ -68,7 +68,7 @@ std::string model_summary(const BuiltModel& built, double seconds) {
     if (e.label == EntityLabel::door) json["doors"].push_back(upright(e, "width", built.shift));
   }
   json["stairs"] = Json::array();
-  for (const StairsFlight& flight : built.net.stairs) {
+  for (const semantic::StairsFlight& flight : built.net.stairs) {
     json["stairs"].push_back({{"name", flight.name},
                               {"rises_m", rounded(flight.rises)},
                               {"treads_m", rounded(flight.treads)},
@@ -79,4 +79,4 @@ std::string model_summary(const BuiltModel& built, double seconds) {
   return json.dump(2) + "\n";
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 
 #include "protocols/channels.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::string line(const Event& event) {
@@ -42,7 +42,7 @@ Status OperatorView::update() {
 void OperatorView::take(const Message& message) {
   if (message.channel == channel::mr_world) {
     WorldMessage world;
-    if (decode(message.channel, message.payload, world)) robots_ = robots_in(world);
+    if (decode(message.channel, message.payload, world)) robots_ = station::robots_in(world);
   } else if (message.channel == channel::mr_cmd) {
     TwistCommand command;
     if (decode(message.channel, message.payload, command)) command_ = command.twist;
@@ -59,4 +59,4 @@ void OperatorView::take(const Message& message) {
 
 std::vector<std::string> OperatorView::take_news() { return std::exchange(news_, {}); }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

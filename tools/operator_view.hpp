@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "server/hmi/operator_console.hpp"
+#include "server/station/console/operator_console.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class OperatorView {
  public:
@@ -16,7 +16,7 @@ class OperatorView {
   Status update();
 
   /// Of the newest MR_WORLD.
-  const std::vector<DrivenRobot>& robots() const { return robots_; }
+  const std::vector<station::DrivenRobot>& robots() const { return robots_; }
   /// Of the trainee's robot, as JOINT_STATE names them.
   const std::vector<std::string>& joints() const { return joints_; }
   /// MR_CMD: what goes to the trainee's robot.
@@ -28,10 +28,10 @@ class OperatorView {
   void take(const Message& message);
 
   Bus& bus_;
-  std::vector<DrivenRobot> robots_;
+  std::vector<station::DrivenRobot> robots_;
   std::vector<std::string> joints_;
   std::vector<std::string> news_;
   Twist2 command_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

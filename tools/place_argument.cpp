@@ -4,7 +4,7 @@
 
 #include "protocols/yaml/quantity.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using yaml::Quantity;
@@ -67,4 +67,4 @@ Result<Eigen::Vector3d> parse_lengths(const std::string& text) {
   return parse_all_lengths<3>(text, "X,Y,Z, such as 0.4,0.4,0.6");
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

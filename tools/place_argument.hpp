@@ -6,7 +6,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// How help texts describe it.
 inline constexpr const char* place_format = "X,Y,YAW in the map, such as 2.5,1,90deg or 250cm,1m,1.57rad";
@@ -22,4 +22,4 @@ Result<Eigen::Vector2d> parse_point(const std::string& text);
 /// "X,Y,Z" lengths in metres or with units.
 Result<Eigen::Vector3d> parse_lengths(const std::string& text);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,8 +5,8 @@
 
 #include "tools/command.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 void add_play(CLI::App& app, Exit& exit);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

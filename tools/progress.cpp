@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 double rounded(double value) { return std::round(value * 10) / 10; }
@@ -77,4 +77,4 @@ void Progress::finish() {
   line_open_ = false;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

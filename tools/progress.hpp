@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Text of one progress line; `elapsed` in seconds. On a terminal "import  43 %  12.1 of 28.0 MB  6 s left",
 /// else
@@ -39,4 +39,4 @@ class Progress {
   Clock::time_point start_, next_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

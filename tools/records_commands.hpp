@@ -3,11 +3,11 @@
 
 #include "tools/command.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 void add_records(CLI::App& app, Exit& exit);
 /// A part of `records`.
 void add_ranking(CLI::App& records, Exit& exit);
 void add_batch(CLI::App& app, Exit& exit);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

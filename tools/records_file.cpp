@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::string default_database() {
@@ -17,14 +17,14 @@ std::string default_database() {
 
 }  // namespace
 
-Result<Records> open_records(const std::string& chosen, bool create) {
-  if (!chosen.empty()) return Records::open(chosen, create);
+Result<training::Records> open_records(const std::string& chosen, bool create) {
+  if (!chosen.empty()) return training::Records::open(chosen, create);
   const std::string path = default_database();
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::error_code failed;
   if (create && !folder.empty()) std::filesystem::create_directories(folder, failed);
   if (failed) return Error{folder.string() + ": cannot be made: " + failed.message()};
-  return Records::open(path, create);
+  return training::Records::open(path, create);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

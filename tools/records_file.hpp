@@ -5,13 +5,13 @@
 
 #include "server/training/records.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 inline constexpr const char* kRecordsHelp =
     "Records; default: $PARHELION_RECORDS, or ~/.local/share/parhelion/records.db";
 
 /// `chosen`; where it is empty, as kRecordsHelp says. Made with its folder where it is not there and is to
 /// be created.
-Result<Records> open_records(const std::string& chosen, bool create);
+Result<training::Records> open_records(const std::string& chosen, bool create);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 #include "tools/records_commands.hpp"
 #include "tools/records_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -21,12 +21,12 @@ void print(const Json& json) {
   std::printf("%s\n", json.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
 }
 
-std::string name_of(const TraineeRecord& trainee, const Arguments& arguments) {
+std::string name_of(const training::TraineeRecord& trainee, const Arguments& arguments) {
   return arguments.names ? trainee.name : "";
 }
 
-Status rank_programme(Records& records, const Arguments& arguments) {
-  const auto places = programme_ranking(records, arguments.scenario);
+Status rank_programme(training::Records& records, const Arguments& arguments) {
+  const auto places = training::programme_ranking(records, arguments.scenario);
   if (!places) return places.error();
   if (places->empty())
     return Error{"no session of scenario '" + arguments.scenario +
@@ -55,7 +55,7 @@ Status rank_programme(Records& records, const Arguments& arguments) {
   return {};
 }
 
-Json best_json(const Course& course, const CoursePlace& place) {
+Json best_json(const Course& course, const training::CoursePlace& place) {
   Json best = Json::array();
   for (std::size_t i = 0; i < place.best.size(); ++i) {
     if (!place.best[i]) continue;
@@ -66,14 +66,14 @@ Json best_json(const Course& course, const CoursePlace& place) {
   return best;
 }
 
-Status rank_course(Records& records, const Arguments& arguments) {
+Status rank_course(training::Records& records, const Arguments& arguments) {
   const auto course = load_course(arguments.course);
   if (!course) return course.error();
-  const auto places = course_ranking(records, *course);
+  const auto places = training::course_ranking(records, *course);
   if (!places) return places.error();
   Json json = Json::array();
   for (std::size_t i = 0; i < places->size(); ++i) {
-    const CoursePlace& place = (*places)[i];
+    const training::CoursePlace& place = (*places)[i];
     const CourseStanding& standing = place.standing;
     const std::string next = standing.next ? course->programmes[*standing.next].scenario : "";
     json.push_back({{"place", i + 1},
@@ -120,4 +120,4 @@ void add_ranking(CLI::App& records, Exit& exit) {
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 
 #include "tools/scan_sources.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::optional<Transform<Cloud, Scanner>> to_pose(const std::vector<double>& v) {
@@ -47,7 +47,7 @@ std::optional<std::vector<double>> numbers_of(std::string text) {
   return numbers;
 }
 
-Status apply_file(std::ifstream& file, const std::string& path, std::vector<ScanToRegister>& scans) {
+Status apply_file(std::ifstream& file, const std::string& path, std::vector<cloud::ScanToRegister>& scans) {
   std::size_t index = 0;
   std::string line;
   for (std::size_t number = 1; std::getline(file, line); ++number) {
@@ -74,7 +74,7 @@ Status apply_file(std::ifstream& file, const std::string& path, std::vector<Scan
 
 }  // namespace
 
-Status apply_guess(const std::string& text, std::vector<ScanToRegister>& scans) {
+Status apply_guess(const std::string& text, std::vector<cloud::ScanToRegister>& scans) {
   if (text.empty()) return {};
   if (std::ifstream file(text); file) return apply_file(file, text, scans);
   const auto numbers = numbers_of(text);
@@ -89,4 +89,4 @@ Status apply_guess(const std::string& text, std::vector<ScanToRegister>& scans) 
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,11 +7,11 @@
 #include "fusion/cloud/registration.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// `text` is "X,Y,Z,YAW" (m, degrees) for the second of two scans, or a file with a line for each scan: four
 /// such numbers, or the 16 of a 4x4 matrix by rows; '#' starts a comment. Empty: nothing is done. Guesses are
 /// in the first scan's frame; the first line is the first scan's own, and is taken out of the others.
-Status apply_guess(const std::string& text, std::vector<ScanToRegister>& scans);
+Status apply_guess(const std::string& text, std::vector<cloud::ScanToRegister>& scans);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

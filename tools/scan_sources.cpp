@@ -5,7 +5,7 @@
 
 #include "tools/import/import.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -32,7 +32,7 @@ bool is_log(const fs::path& file) {
 }
 
 Status open_file(const fs::path& file, const ScanSourceOptions& options, OpenedScans& opened) {
-  auto scan = read_scan(file, options.read);
+  auto scan = cloud::read_scan(file, options.read);
   if (!scan) return scan.error();
   for (const std::string& note : scan->notes) opened.notes.push_back(file.string() + ": " + note);
   opened.scans.push_back({file.string(), std::move(scan->cloud),
@@ -81,10 +81,10 @@ Result<OpenedScans> open_scans(const std::vector<std::string>& sources, const Sc
   return opened;
 }
 
-void place_guesses(std::vector<ScanToRegister>& scans) {
+void place_guesses(std::vector<cloud::ScanToRegister>& scans) {
   if (scans.empty() || !scans.front().has_guess) return;
   const Transform<Scanner, Cloud> T_first_world = scans.front().guess.inverse();
-  for (ScanToRegister& scan : scans) {
+  for (cloud::ScanToRegister& scan : scans) {
     if (!scan.has_guess) continue;
     scan.guess = Transform<Cloud, Scanner>(T_first_world.isometry() * scan.guess.isometry());
   }
@@ -97,4 +97,4 @@ bool moved_enough(const Eigen::Isometry3d& last, const Eigen::Isometry3d& now,
          Eigen::AngleAxisd(between.linear()).angle() >= options.frame_angle;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

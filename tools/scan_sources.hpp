@@ -14,10 +14,10 @@
 #include "fusion/cloud/registration.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct ScanSourceOptions {
-  ReadOptions read;             ///< of files of points
+  cloud::ReadOptions read;      ///< of files of points
   std::filesystem::path robot;  ///< robot description instead of the log's own
   int pixel_step = 2;           ///< every n-th pixel of every n-th row of a depth image
   /// A depth image becomes a scan where the camera has moved or turned this much since the last that did.
@@ -29,8 +29,8 @@ struct ScanSourceOptions {
 };
 
 struct OpenedScans {
-  std::vector<ScanToRegister> scans;  ///< in the order of the sources, then of time or name
-  std::vector<std::string> notes;     ///< for people, with the file
+  std::vector<cloud::ScanToRegister> scans;  ///< in the order of the sources, then of time or name
+  std::vector<std::string> notes;            ///< for people, with the file
   /// Where the first scan is in the cloud that is to come: of a log in the map of its poses, else at its
   /// origin.
   Transform<Cloud, Scanner> T_cloud_first;
@@ -43,7 +43,7 @@ Result<OpenedScans> open_scans(const std::vector<std::string>& sources, const Sc
                                const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 /// Guesses relative to the first scan.
-void place_guesses(std::vector<ScanToRegister>& scans);
+void place_guesses(std::vector<cloud::ScanToRegister>& scans);
 
 // One for each kind of source; they add to `opened`.
 Status open_rgbd_scans(const std::filesystem::path& folder, const ScanSourceOptions& options,
@@ -55,4 +55,4 @@ Status open_log_scans(const std::filesystem::path& log, const ScanSourceOptions&
 bool moved_enough(const Eigen::Isometry3d& last, const Eigen::Isometry3d& now,
                   const ScanSourceOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -12,7 +12,7 @@
 #include "render/depth_image.hpp"
 #include "tools/scan_sources.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// Values over time; between two samples at most `farthest` apart they are interpolated.
@@ -147,7 +147,7 @@ class LogScans {
       const HeadJoint tilt{options_.tilt_joint, T_base_laser.translation(),
                            T_base_laser.rotation() * Eigen::Vector3d::UnitY()};
       sweeps_[channel::scan] = {*robot_->laser, {tilt}, {}, {}};
-    } else if (robot_->laser && !lies_level(*robot_->laser)) {
+    } else if (robot_->laser && !cloud::lies_level(*robot_->laser)) {
       sweeps_[channel::scan] = {*robot_->laser, {}, {}, {}};
     }
     if (robot_->line_laser)
@@ -159,7 +159,7 @@ class LogScans {
   }
 
   Result<Eigen::Isometry3d> turn_at(const std::vector<HeadJoint>& head, SensorTime t) const {
-    return head_turn(head, [&](const std::string& joint) -> std::optional<double> {
+    return pose::head_turn(head, [&](const std::string& joint) -> std::optional<double> {
       const auto track = joints_.find(joint);
       if (track == joints_.end()) return std::nullopt;
       return track->second.at(t, [](double a, double b, double s) { return a + s * (b - a); });
@@ -182,17 +182,17 @@ class LogScans {
     const Transform<Map, DepthOptical> T_map_optical =
         *T_map_base * Transform<Base, Base>(*turn) * robot_->depth->T_base_optical;
     if (last_image_ && !moved_enough(*last_image_, T_map_optical.isometry(), options_)) return {};
-    const auto pixels = decode_depth(image);
+    const auto pixels = render::decode_depth(image);
     if (!pixels) return ++damaged_, Status();
-    DepthCloudOptions depth;
+    cloud::DepthCloudOptions depth;
     depth.step = options_.pixel_step;
     depth.range_min = robot_->depth->range_min;
     if (robot_->depth->range_max > depth.range_min) depth.range_max = robot_->depth->range_max;
-    const auto cloud = cloud_from_depth(pixels->millimetres, robot_->depth->intrinsics, depth);
+    const auto cloud = cloud::cloud_from_depth(pixels->millimetres, robot_->depth->intrinsics, depth);
     if (!cloud) return Error{name_ + ", channel DEPTH: " + cloud.error().message};
     if (cloud->empty()) return {};
     last_image_ = T_map_optical.isometry();
-    add(image.stamp, turned_level(*cloud, T_map_optical), T_map_optical.translation());
+    add(image.stamp, cloud::turned_level(*cloud, T_map_optical), T_map_optical.translation());
     return {};
   }
 
@@ -205,8 +205,8 @@ class LogScans {
     const Eigen::Vector3d here = T_map_base->translation();
     if (!sweep.lines.empty() && (here - sweep.start).norm() > options_.line_distance) finish(sweep);
     if (sweep.lines.empty()) sweep.start = here;
-    leave_out_body(line, sweep.laser, Transform<Base, Base>(*turn) * sweep.laser.T_base_laser,
-                   {robot_->footprint, robot_->height});
+    cloud::leave_out_body(line, sweep.laser, Transform<Base, Base>(*turn) * sweep.laser.T_base_laser,
+                          {robot_->footprint, robot_->height});
     sweep.lines.push_back(std::move(line));
     return {};
   }
@@ -220,7 +220,7 @@ class LogScans {
       if (!T_map_base || !turn) return std::nullopt;
       return T_scanner_map * (*T_map_base * Transform<Base, Base>(*turn) * sweep.laser.T_base_laser);
     };
-    auto scan = cloud_from_lines(sweep.lines, sweep.laser, pose_at);
+    auto scan = cloud::cloud_from_lines(sweep.lines, sweep.laser, pose_at);
     const SensorTime stamp = sweep.lines.front().stamp;
     sweep.lines.clear();
     if (!scan) return note(std::string("scan lines left out: ") + scan.error().message);
@@ -228,7 +228,7 @@ class LogScans {
     add(stamp, std::move(scan->cloud), sweep.start);
   }
 
-  void add(SensorTime stamp, PointCloud<Scanner> cloud, const Eigen::Vector3d& place) {
+  void add(SensorTime stamp, cloud::PointCloud<Scanner> cloud, const Eigen::Vector3d& place) {
     const std::int64_t utime = stamp.utime();
     opened_.scans.push_back({name_ + " at utime " + std::to_string(utime),
                              std::move(cloud),
@@ -255,4 +255,4 @@ Status open_log_scans(const std::filesystem::path& log, const ScanSourceOptions&
   return LogScans(log, options, opened).open();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

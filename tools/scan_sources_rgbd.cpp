@@ -6,7 +6,7 @@
 #include "tools/import/rgbd_folder.hpp"
 #include "tools/scan_sources.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// Up as the cameras tell: who holds a camera rolls it little and pitches it much, so that x axes are nearly
@@ -58,12 +58,13 @@ Status open_rgbd_scans(const std::filesystem::path& path, const ScanSourceOption
     if (!bytes) return bytes.error();
     const auto depth = read_depth_png(*bytes, folder->depth_units_per_metre);
     if (!depth) return Error{frame.path.string() + ": " + depth.error().message};
-    const auto cloud = cloud_from_depth(depth->mm, folder->cameras.depth, {.step = options.pixel_step});
+    const auto cloud =
+        cloud::cloud_from_depth(depth->mm, folder->cameras.depth, {.step = options.pixel_step});
     if (!cloud) return Error{frame.path.string() + ": " + cloud.error().message};
     if (cloud->empty()) continue;
     const Transform<Cloud, DepthOptical> T_level_optical(T_level_world * *T_world_depth);
     opened.scans.push_back({frame.path.string(),
-                            turned_level(*cloud, T_level_optical),
+                            cloud::turned_level(*cloud, T_level_optical),
                             {Eigen::Quaterniond::Identity(), T_level_optical.translation()},
                             true});
     last = T_world_depth;
@@ -73,4 +74,4 @@ Status open_rgbd_scans(const std::filesystem::path& path, const ScanSourceOption
                " depth images has a pose (a .pose.txt, or two lines of groundtruth.txt at most 0.1 s apart)"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

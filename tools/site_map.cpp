@@ -7,7 +7,7 @@
 
 #include "server/review/plan.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double pixel = 0.05;     // m
@@ -35,26 +35,26 @@ const cv::Scalar& colour_of(EntityLabel label) {
   }
 }
 
-Box bounds_of(const Plan& plan) {
+Box bounds_of(const review::Plan& plan) {
   Box box;
-  for (const PlanPart& part : plan.parts) {
+  for (const review::PlanPart& part : plan.parts) {
     for (const Eigen::Vector2d& corner : part.corners) box.extend(corner);
   }
-  for (const PlanRow& row : plan.rows) {
-    box.extend(Eigen::Vector2d(row.left, row.y - kPlanCell / 2));
-    box.extend(Eigen::Vector2d(row.right, row.y + kPlanCell / 2));
+  for (const review::PlanRow& row : plan.rows) {
+    box.extend(Eigen::Vector2d(row.left, row.y - review::kPlanCell / 2));
+    box.extend(Eigen::Vector2d(row.right, row.y + review::kPlanCell / 2));
   }
   return box;
 }
 
 }  // namespace
 
-std::optional<StationMap> draw_site_map(const SemanticModel& model) {
-  const Plan plan = plan_of(model);
+std::optional<station::StationMap> draw_site_map(const SemanticModel& model) {
+  const review::Plan plan = review::plan_of(model);
   Box box = bounds_of(plan);
   if (box.isEmpty() || !box.sizes().allFinite()) return std::nullopt;
   box = Box(box.min().array() - margin, box.max().array() + margin);
-  StationMap map;
+  station::StationMap map;
   map.resolution = std::max(pixel, box.sizes().maxCoeff() / most_pixels);
   map.origin = box.min();
   const Eigen::Vector2i size =
@@ -72,9 +72,9 @@ std::optional<StationMap> draw_site_map(const SemanticModel& model) {
     std::transform(corners.begin(), corners.end(), points.begin(), place);
     cv::fillConvexPoly(picture, points.data(), 4, colour, cv::LINE_8, sub_bits);
   };
-  for (const PlanPart& part : plan.parts) fill(part.corners, colour_of(part.label));
-  for (const PlanRow& row : plan.rows) {
-    const double low = row.y - kPlanCell / 2, high = row.y + kPlanCell / 2;
+  for (const review::PlanPart& part : plan.parts) fill(part.corners, colour_of(part.label));
+  for (const review::PlanRow& row : plan.rows) {
+    const double low = row.y - review::kPlanCell / 2, high = row.y + review::kPlanCell / 2;
     fill({{{row.left, low}, {row.right, low}, {row.right, high}, {row.left, high}}}, solid_colour);
   }
   std::vector<std::uint8_t> png;
@@ -83,4 +83,4 @@ std::optional<StationMap> draw_site_map(const SemanticModel& model) {
   return map;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "tools/slam_report.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -81,12 +81,13 @@ class LogSlam {
                                         : load_robot_description(options_.robot.string());
     if (!robot) return robot.error();
     robot_ = std::move(*robot);
-    SlamOptions slam = options_.slam;
+    pose::SlamOptions slam = options_.slam;
     if (progress_)
       slam.progress = [this](double done) {
         progress_(reading_share * 100 + (1 - reading_share) * 100 * done, 100);
       };
-    auto made = mapping_ ? make_mapper(robot_, slam) : make_localizer(robot_, options_.map.string(), slam);
+    auto made = mapping_ ? pose::make_mapper(robot_, slam)
+                         : pose::make_localizer(robot_, options_.map.string(), slam);
     if (!made) return made.error();
     slam_ = std::move(*made);
     return {};
@@ -168,7 +169,7 @@ class LogSlam {
   const SlamProgress& progress_;
   bool mapping_;
   RobotDescription robot_;
-  std::unique_ptr<Slam> slam_;
+  std::unique_ptr<pose::Slam> slam_;
   std::vector<SlamWord> words_;
   std::vector<double> steps_;
   ArrivalTime first_scan_;
@@ -192,4 +193,4 @@ Status check_raw_channel(const std::string& channel) {
       " carries virtual returns or commands; SLAM is fed the raw scan and odometry only (SCAN, ODOMETRY)"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -13,7 +13,7 @@
 #include "protocols/status.hpp"
 #include "protocols/time.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// One ServerStatus where SLAM's words begin: seed, map id, and whether the trajectory is causal.
 inline constexpr const char* slam_status_channel = "SLAM_STATUS";
@@ -26,7 +26,7 @@ struct SlamLogOptions {
   std::filesystem::path map;       ///< localize_log: .simplemap or ROS map YAML
   std::filesystem::path save_map;  ///< map_log: PREFIX of .simplemap, .yaml, .pgm, .png; empty: none
   bool causal = false;  ///< map_log: what a live run would have said instead of the final trajectory
-  SlamOptions slam;
+  pose::SlamOptions slam;
   Duration pose_delay = milliseconds(20);  ///< arrival of a pose after the scan that it answers
   std::string scan_channel = "SCAN";
   std::string odometry_channel = "ODOMETRY";
@@ -47,7 +47,7 @@ struct SlamLogReport {
   double seconds = 0;          ///< in all
   double log_seconds = 0;      ///< from the first scan to the last, by arrival
   std::string map_id;
-  GridMap map;          ///< built, or localized in
+  pose::GridMap map;    ///< built, or localized in
   std::string summary;  ///< for people, one line
   bool causal = true;
   std::vector<std::string> findings;  ///< the first twenty
@@ -64,7 +64,7 @@ Result<SlamLogReport> localize_log(const SlamLogOptions& options, const SlamProg
 
 /// PREFIX.simplemap, .yaml, .pgm and .png: all four or, on an error, none that was not there before. Closing
 /// loops is the caller's business: call Slam::finish() before.
-Status save_map_files(const Slam& slam, const std::filesystem::path& prefix, bool overwrite);
+Status save_map_files(const pose::Slam& slam, const std::filesystem::path& prefix, bool overwrite);
 /// An error where one of them exists and may not be overwritten, or their folder is not there.
 Status check_map_files(const std::filesystem::path& prefix, bool overwrite);
 
@@ -74,4 +74,4 @@ Status check_raw_channel(const std::string& channel);
 /// The summary as JSON (`--summary`).
 std::string to_json(const SlamLogReport& report);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 class SlamLogWriter {
@@ -110,4 +110,4 @@ Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamWo
   return SlamLogWriter(options, said).write();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 #include "protocols/robot.hpp"
 #include "tools/slam_report.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// What is to be written: words in order of arrival, at least one.
 struct SlamWords {
@@ -21,4 +21,4 @@ struct SlamWords {
 /// them.
 Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamWords& said);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,21 +5,21 @@
 #include "tools/slam_log.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
-Status draw_map(const GridMap& map, const std::string& name, const std::string& file) {
-  PlanPicture picture;
+Status draw_map(const pose::GridMap& map, const std::string& name, const std::string& file) {
+  semantic::PlanPicture picture;
   picture.title = "Map " + name;
   char text[128];
   std::snprintf(text, sizeof text, "%.1f x %.1f m, %g m a cell, id %.12s", map.width * map.resolution,
                 map.height * map.resolution, map.resolution, map.id.c_str());
   picture.subtitle = text;
   picture.map = &map;
-  PlanPath path{"path driven", {31, 111, 235}, {}};
+  semantic::PlanPath path{"path driven", {31, 111, 235}, {}};
   for (const Eigen::Vector3d& pose : map.path) path.points.emplace_back(pose.head<2>());
   picture.paths.push_back(std::move(path));
-  return draw_plan(picture, file);
+  return semantic::draw_plan(picture, file);
 }
 
 std::vector<std::string> file_names(const std::string& name) {
@@ -36,7 +36,7 @@ Status check_map_files(const std::filesystem::path& prefix, bool overwrite) {
   return {};
 }
 
-Status save_map_files(const Slam& slam, const std::filesystem::path& prefix, bool overwrite) {
+Status save_map_files(const pose::Slam& slam, const std::filesystem::path& prefix, bool overwrite) {
   if (const Status free = check_map_files(prefix, overwrite); !free) return free;
   const std::string name = prefix.filename().string();
   return write_beside(prefix, file_names(name), [&](const std::filesystem::path& folder) -> Status {
@@ -45,10 +45,10 @@ Status save_map_files(const Slam& slam, const std::filesystem::path& prefix, boo
     // MRPT does not look whether its last bytes reach the disk.
     if (!GzipFile::intact(part + ".simplemap"))
       return Error{prefix.string() + ".simplemap: could not be written whole: is there room on the disk?"};
-    const GridMap map = slam.grid_map();
-    if (Status saved = save_ros_map(map, part); !saved) return saved;
+    const pose::GridMap map = slam.grid_map();
+    if (Status saved = pose::save_ros_map(map, part); !saved) return saved;
     return draw_map(map, name, part + ".png");
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

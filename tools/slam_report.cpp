@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 void count(std::span<const SlamWord> words, SlamLogReport& report) {
   report.answered = words.size();
@@ -70,4 +70,4 @@ std::string to_json(const SlamLogReport& report) {
   return json.dump(2) + "\n";
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

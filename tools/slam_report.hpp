@@ -5,7 +5,7 @@
 
 #include "tools/slam_log.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// A word of SLAM and when it reaches the server.
 struct SlamWord {
@@ -19,4 +19,4 @@ void count(std::span<const SlamWord> words, SlamLogReport& report);
 /// One line for people.
 std::string summary_line(const SlamLogReport& report);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

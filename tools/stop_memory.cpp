@@ -8,10 +8,10 @@
 #include <fstream>
 
 #include "protocols/sha256.hpp"
-#include "server/hmi/http/private_file.hpp"
-#include "server/thread_priority.hpp"
+#include "server/runtime/thread_priority.hpp"
+#include "server/station/http/private_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::filesystem::path file_of(const std::filesystem::path& folder, const std::string& url,
@@ -44,7 +44,7 @@ Status StopMemory::keep(bool holds) {
                  (holds ? "does not know that the robot is stopped" : "stops the robot again")};
   };
   if (holds) {
-    if (Status made = make_private_folder(path_.parent_path()); !made) return made;
+    if (Status made = station::make_private_folder(path_.parent_path()); !made) return made;
     errno = 0;
     std::ofstream file(path_);
     file << "An emergency stop of the robot '" << robot_
@@ -61,7 +61,7 @@ Status StopMemory::keep(bool holds) {
 }
 
 void StopMemory::sync_what_is_written(const std::stop_token& stop) {
-  give_way(0);
+  runtime::give_way(0);
   std::unique_lock lock(mutex_);
   while (written_.wait(lock, stop, [this] { return to_sync_; })) {
     to_sync_ = false;
@@ -72,4 +72,4 @@ void StopMemory::sync_what_is_written(const std::stop_token& stop) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// A file in the state folder while the stop holds; only an explicit release takes it away.
 class StopMemory {
@@ -35,4 +35,4 @@ class StopMemory {
   std::jthread syncer_;  // a slow disk holds up no scan
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <csignal>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -32,4 +32,4 @@ void catch_stop_signals() {
 
 bool stop_asked() { return asked_at != 0; }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

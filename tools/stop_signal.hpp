@@ -2,10 +2,10 @@
 // once.
 #pragma once
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Call once, before threads are started.
 void catch_stop_signals();
 bool stop_asked();
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 namespace fs = std::filesystem;
 
@@ -72,4 +72,4 @@ Status write_text(const std::string& path, const std::string& text, bool overwri
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// An error where `path` exists and may not be overwritten, is a folder, or where its folder is not there or
 /// cannot be written: to be asked before work begins. "-" and an empty path are fine.
@@ -26,4 +26,4 @@ enum class Readers { all, owner };  ///< all: whom the umask lets
 Status write_text(const std::string& path, const std::string& text, bool overwrite,
                   Readers readers = Readers::all);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 
 #include "protocols/codec.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::string indented(const char* title, const std::string& yaml) {
@@ -39,4 +39,4 @@ std::string echo_text(const Message& message) {
   return line;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

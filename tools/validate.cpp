@@ -12,11 +12,11 @@
 #include "protocols/scenario.hpp"
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/schema.hpp"
-#include "server/session_files.hpp"
+#include "server/runtime/session_files.hpp"
 #include "server/simulation/robot_model.hpp"
 #include "tools/validate_log.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double kLevelFloor = 0.05;  ///< m: what is nearer to z = 0 makes no difference to anybody
@@ -40,16 +40,16 @@ Validation validate_scenario(const std::string& path) {
   if (!scenario) return {"", {}, {scenario.error().message}};
   validation.summary = "scenario '" + scenario->name + "', level " + std::to_string(scenario->level) + ", " +
                        count(scenario->agents.size(), "agent", "agents");
-  const auto files = load_session_files(path, "");
+  const auto files = runtime::load_session_files(path, "");
   if (!files) {
     validation.errors.push_back(files.error().message);
     return validation;
   }
   if (!files->robot)
     validation.notes.push_back("names no robot description: serve and replay take the one on channel ROBOT");
-  const auto configuration = configure(files->scenario, files->robot ? *files->robot : any_robot(),
-                                       files->model, files->robot_models);
-  const Status begun = configuration ? check_start(*configuration, path) : configuration.error();
+  const auto configuration = tick::configure(files->scenario, files->robot ? *files->robot : any_robot(),
+                                             files->model, files->robot_models);
+  const Status begun = configuration ? runtime::check_start(*configuration, path) : configuration.error();
   if (!begun) validation.errors.push_back(begun.error().message);
   return validation;
 }
@@ -82,7 +82,7 @@ Validation validate_model(const std::string& path) {
   std::size_t triangles = 0;
   for (const ModelMesh& mesh : model->meshes) triangles += mesh.triangles.size();
   if (triangles > 0) validation.summary += ", " + count(triangles, "triangle", "triangles");
-  const auto floor = ground_floor(*model);
+  const auto floor = semantic::ground_floor(*model);
   if (floor && std::abs(*floor) > kLevelFloor) {
     char height[32];
     std::snprintf(height, sizeof height, "%.2f m", *floor);
@@ -103,13 +103,13 @@ Validation validate_robot(const std::string& path) {
   if (robot->camera) parts += ", camera";
   if (robot->depth) parts += ", depth camera";
   validation.summary = "robot description '" + robot->name + "'" + parts;
-  const auto usable = load_usable_robot(path);
+  const auto usable = runtime::load_usable_robot(path);
   if (!usable) validation.errors.push_back(usable.error().message);
   return validation;
 }
 
 Validation validate_robot_model(const std::string& path) {
-  const auto model = load_robot_model(path);
+  const auto model = simulation::load_robot_model(path);
   if (!model) return {"", {}, {model.error().message}};
   return {"robot model '" + model->name + "', " + count(model->links.size(), "link", "links") + ", " +
               count(model->drive.runners.size(), "wheel or track", "wheels and tracks"),
@@ -124,7 +124,7 @@ Validation validate_preset(const std::string& path) {
 }
 
 Validation validate_ros_map(const std::string& path) {
-  const auto map = load_ros_map(path);
+  const auto map = pose::load_ros_map(path);
   if (!map) return {"", {}, {map.error().message}};
   return {"ROS map, " + std::to_string(map->width) + " x " + std::to_string(map->height) + " cells", {}, {}};
 }
@@ -154,4 +154,4 @@ Validation validate_file(const std::string& path) {
               "laser preset or ROS map"}};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// What was found about one file.
 struct Validation {
@@ -18,4 +18,4 @@ struct Validation {
 /// knows, and the YAML of ROBOT and MR_SESSION.
 Validation validate_file(const std::string& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

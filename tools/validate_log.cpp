@@ -13,9 +13,9 @@
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
-#include "server/configuration.hpp"
+#include "server/tick/configuration.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t errors_shown = 20;
@@ -169,7 +169,7 @@ class LogCheck {
     RobotMessage robot_message;
     if (!decode(message.channel, message.payload, robot_message)) return;
     const auto robot = parse_robot_description(robot_message.yaml, message.channel);
-    const Status usable = robot ? check_robot(*robot) : robot.error();
+    const Status usable = robot ? tick::check_robot(*robot) : robot.error();
     if (!usable) note_on_robot_ = "replay will want --robot FILE: " + usable.error().message;
   }
 
@@ -230,4 +230,4 @@ bool looks_like_log(const std::string& path) {
 
 Validation validate_log(const std::string& path) { return LogCheck(path).run(); }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,11 +5,11 @@
 
 #include "tools/validate.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// True where the file holds the sync word of an LCM log's event within its first 64 kB.
 bool looks_like_log(const std::string& path);
 
 Validation validate_log(const std::string& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
@@ -55,4 +55,4 @@ Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::s
   return Error{what + figures + ": thin the points out, or use a machine with more"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

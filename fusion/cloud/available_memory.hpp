@@ -6,7 +6,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Bytes: the kernel's estimate (MemAvailable), or what the control group or a limit of the
 /// process (ulimit -v) leaves where that is less; the
@@ -16,4 +16,4 @@ std::uint64_t available_memory();
 /// Error where `bytes` are more than `available` (0: ask the machine): says both, and `what` needs them.
 Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::string& what);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

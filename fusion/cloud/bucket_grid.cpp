@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 BucketGrid::BucketGrid(std::span<const Eigen::Vector3f> points, double bucket_size, std::size_t max_buckets)
     : bucket_size_(bucket_size), inverse_size_(static_cast<float>(1 / bucket_size)) {
@@ -45,4 +45,4 @@ BucketGrid::BucketGrid(std::span<const Eigen::Vector3f> points, double bucket_si
   start_.pop_back();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Immutable after it was built; may be read by any number of threads.
 class BucketGrid {
@@ -77,4 +77,4 @@ class BucketGrid {
   std::vector<std::uint32_t> order_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

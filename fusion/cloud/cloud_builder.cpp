@@ -9,7 +9,7 @@
 
 #include "fusion/cloud/available_memory.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 template <class Number>
@@ -149,7 +149,7 @@ Eigen::Matrix3d file_to_scanner(ScanFormat format, const ReadOptions& options) {
 }
 
 CloudBuilder::CloudBuilder(std::string name, ScanFormat format, const ReadOptions& options)
-    : file_to_scanner_(parhelion::file_to_scanner(format, options)),
+    : file_to_scanner_(cloud::file_to_scanner(format, options)),
       memory_(options.memory),
       work_per_point_(options.work_per_point) {
   scan_.name = std::move(name);
@@ -267,4 +267,4 @@ Result<ScanFile> CloudBuilder::finish() {
   return std::move(scan_);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -9,7 +9,7 @@
 
 #include "fusion/cloud/read_cloud.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Number types of PLY and PCD.
 enum class Scalar : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
@@ -83,4 +83,4 @@ Result<ScanFile> parse_ply(std::string_view bytes, CloudBuilder builder);
 Result<ScanFile> parse_pcd(std::string_view bytes, CloudBuilder builder);
 Result<ScanFile> parse_xyz(std::string_view bytes, CloudBuilder builder, bool uos);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -10,7 +10,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Lines of a text, without their ends (\n or \r\n).
 class LineCursor {
@@ -66,4 +66,4 @@ Error error_at_byte(const std::string& name, std::uint64_t offset, const std::st
 /// `word` in quotes, cut and made printable.
 std::string in_quotes(std::string_view word);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

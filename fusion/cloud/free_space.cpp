@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 RangeImage::Direction RangeImage::direction(const Eigen::Vector3f& ray) {
   int axis = 0;
@@ -71,4 +71,4 @@ FreeSpace free_space(const Surfels& seen, std::span<const Eigen::Vector3d> viewp
   return sum;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

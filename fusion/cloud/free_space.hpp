@@ -7,7 +7,7 @@
 
 #include "fusion/cloud/surfels.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Per direction from one viewpoint the ranges of what was seen: six faces of a cube, cut into cells.
 class RangeImage {
@@ -47,4 +47,4 @@ struct FreeSpace {
 FreeSpace free_space(const Surfels& seen, std::span<const Eigen::Vector3d> viewpoints, const Surfels& other,
                      const Eigen::Isometry3d& T_seen_other, double margin);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// A stream that is being unpacked; every step checks both ends.
@@ -57,4 +57,4 @@ Result<std::string> lzf_decompress(std::string_view compressed, std::size_t size
   return out;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

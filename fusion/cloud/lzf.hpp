@@ -7,7 +7,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// No LZF stream grows by more: 3 bytes make at most 264.
 constexpr std::uint64_t lzf_max_ratio = 88;
@@ -15,4 +15,4 @@ constexpr std::uint64_t lzf_max_ratio = 88;
 /// Exactly `size` bytes, or an Error that names the byte of `compressed` where it went wrong.
 Result<std::string> lzf_decompress(std::string_view compressed, std::size_t size);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

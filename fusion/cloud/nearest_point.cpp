@@ -4,7 +4,7 @@
 #include <immintrin.h>
 #endif
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 void nearest_point_portable(const PointColumns& points, std::uint32_t begin, std::uint32_t end,
                             const Eigen::Vector3f& p, NearestPoint& found) {
@@ -57,4 +57,4 @@ void nearest_point_avx2(const PointColumns& points, std::uint32_t begin, std::ui
 
 #endif
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

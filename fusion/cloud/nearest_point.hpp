@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 struct NearestPoint {
   std::int32_t index = -1;                                 ///< the lowest among equally near ones
@@ -41,4 +41,4 @@ void nearest_point_avx2(const PointColumns& points, std::uint32_t begin, std::ui
                         const Eigen::Vector3f& p, NearestPoint& found);
 bool have_avx2();
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

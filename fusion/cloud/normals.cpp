@@ -10,7 +10,7 @@
 #include "fusion/cloud/bucket_grid.hpp"
 #include "fusion/scan/philox.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr double wanted_in_bucket = 8;  // about nine of the 27 lie on a surface: some seventy neighbours
@@ -84,15 +84,15 @@ Eigen::Vector3f upwards(const Eigen::Vector3f& normal) {
 /// Algorithm 2. The random numbers of a point and a plane depend on nothing else.
 Eigen::Vector3f best_random_plane(const std::vector<Eigen::Vector3f>& list, std::size_t point,
                                   const NormalOptions& options) {
-  const PhiloxKey key{static_cast<std::uint32_t>(options.seed),
-                      static_cast<std::uint32_t>(options.seed >> 32)};
+  const scan::PhiloxKey key{static_cast<std::uint32_t>(options.seed),
+                            static_cast<std::uint32_t>(options.seed >> 32)};
   Eigen::Vector3f best = Eigen::Vector3f::Zero();
   float least = 0;
   for (int plane = 0; plane < options.planes; ++plane) {
-    const PhiloxCounter words =
-        philox4x32({static_cast<std::uint32_t>(point), static_cast<std::uint32_t>(std::uint64_t{point} >> 32),
-                    static_cast<std::uint32_t>(plane), 0},
-                   key);
+    const scan::PhiloxCounter words = scan::philox4x32(
+        {static_cast<std::uint32_t>(point), static_cast<std::uint32_t>(std::uint64_t{point} >> 32),
+         static_cast<std::uint32_t>(plane), 0},
+        key);
     const auto drawn = [&](std::size_t k) -> const Eigen::Vector3f& {
       return list[static_cast<std::size_t>(std::uint64_t{words[k]} * list.size() >> 32)];
     };
@@ -180,4 +180,4 @@ void face_viewpoints(std::span<const Eigen::Vector3f> points, std::span<const st
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

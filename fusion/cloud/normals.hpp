@@ -10,7 +10,7 @@
 #include "fusion/cloud/point_cloud.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 enum class NormalMethod : std::uint8_t {
   random_planes,  ///< algorithm 2: of planes through random triples the one with the least summed distance
@@ -45,4 +45,4 @@ Status add_normals(PointCloud<Frame>& cloud, const NormalOptions& options = {}) 
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

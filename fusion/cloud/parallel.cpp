@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 bool are_here(int threads) {
@@ -47,4 +47,4 @@ void do_both(int threads, const std::function<void()>& a, const std::function<vo
   with_threads(threads, [&] { tbb::parallel_invoke(a, b); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Calls body(chunk, begin, end) for [0, size) cut into pieces of `chunk_size`, on up to `threads` threads
 /// (0: all; 1: in order on the caller's).
@@ -31,4 +31,4 @@ Sum sum_over_chunks(std::size_t size, std::size_t chunk_size, int threads, Part&
   return total;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <tuple>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr float least_cosine = 0.5f;      // surfaces that face more than 60 degrees apart are not the same
@@ -177,4 +177,4 @@ void PartnerSearch::update(std::size_t i) {
   tracked.turn = static_cast<float>(turned_) + turn_to_hope;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

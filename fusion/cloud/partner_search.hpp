@@ -8,7 +8,7 @@
 #include "fusion/cloud/bucket_grid.hpp"
 #include "fusion/cloud/surfels.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// The target's surfels, in the order of the buckets, which are of the surfels' own size.
 struct SurfelTarget {
@@ -62,4 +62,4 @@ class PartnerSearch {
   bool oriented_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -6,7 +6,7 @@
 #include "fusion/cloud/cloud_text.hpp"
 #include "fusion/cloud/lzf.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 struct PcdField {
@@ -303,4 +303,4 @@ Result<ScanFile> parse_pcd(std::string_view bytes, CloudBuilder builder) {
   return builder.finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -5,7 +5,7 @@
 
 #include "fusion/cloud/cloud_text.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 std::optional<Scalar> scalar_named(std::string_view name) {
@@ -136,4 +136,4 @@ Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& na
   return header;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

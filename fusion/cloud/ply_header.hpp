@@ -9,7 +9,7 @@
 
 #include "fusion/cloud/cloud_builder.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 struct PlyProperty {
   Column column = Column::ignored;
@@ -38,4 +38,4 @@ struct PlyHeader {
 
 Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& name);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

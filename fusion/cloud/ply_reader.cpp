@@ -5,7 +5,7 @@
 #include "fusion/cloud/cloud_text.hpp"
 #include "fusion/cloud/ply_header.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// Body of a PLY file: the elements before the vertices are passed over, the vertices go to the builder.
@@ -168,4 +168,4 @@ Result<ScanFile> parse_ply(std::string_view bytes, CloudBuilder builder) {
   return builder.finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

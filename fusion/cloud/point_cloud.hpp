@@ -9,7 +9,7 @@
 
 #include "protocols/frames.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Columns of equal length; all but `points` may be empty. Points are finite: what is not is dropped, and
 /// counted, where a cloud enters.
@@ -47,4 +47,4 @@ PointCloud<A> renamed(PointCloud<B> cloud) {
           std::move(cloud.labels), std::move(cloud.scans),   std::move(cloud.viewpoints)};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -4,7 +4,7 @@
 
 #include "fusion/cloud/point_icp.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 Descent descend_points(const PointCloud<Target>& target, const PointCloud<Source>& source,
                        const Level& verdict, const Eigen::Isometry3d& guess,
@@ -30,4 +30,4 @@ Descent descend_points(const PointCloud<Target>& target, const PointCloud<Source
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -6,7 +6,7 @@
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/surfel_descent.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Point-to-point over all points of both clouds in the paper's grid of 28 x 28 x 28 cubes, until it settles.
 /// Partners are looked for within max_distance, then within half of it and so on down to `verdict`'s gate:
@@ -16,4 +16,4 @@ Descent descend_points(const PointCloud<Target>& target, const PointCloud<Source
                        const Level& verdict, const Eigen::Isometry3d& guess,
                        const RegistrationOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -11,7 +11,7 @@
 #include "fusion/cloud/nearest_point.hpp"
 #include "fusion/cloud/parallel.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr std::size_t chunk = 64;  // groups
@@ -258,4 +258,4 @@ std::vector<std::int32_t> PointIcp::partners() const {
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -14,7 +14,7 @@
 #include "fusion/cloud/nearest_point.hpp"
 #include "fusion/cloud/point_tree.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 struct PointIcpOptions {
   double max_distance = 0.5;  ///< m, furthest partner
@@ -87,4 +87,4 @@ class PointIcp {
   std::size_t searched_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -13,7 +13,7 @@
 #include <immintrin.h>
 #endif
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr float far_away = 1e18f;  // its square is finite
@@ -299,4 +299,4 @@ unsigned PointTree::hits(const Boxes& boxes, const Eigen::AlignedBox3f& box, flo
   return mask;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -11,7 +11,7 @@
 
 #include "fusion/cloud/nearest_point.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// The order that puts points into a tree's leaves: halved along the longest side until `leaf` are left.
 std::vector<std::uint32_t> tree_order(std::span<const Eigen::Vector3f> points, std::size_t leaf, int threads);
@@ -69,4 +69,4 @@ class PointTree {
   std::vector<std::vector<Boxes>> levels_;  ///< of the leaves, then of eight boxes each, one at the end
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

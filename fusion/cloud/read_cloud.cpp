@@ -14,7 +14,7 @@
 #include "fusion/cloud/cloud_text.hpp"
 #include "protocols/yaml/utf8.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// A file's content in memory that the kernel can take back.
@@ -156,4 +156,4 @@ Result<ScanFile> read_scan(const std::filesystem::path& path, const ReadOptions&
   return scan;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

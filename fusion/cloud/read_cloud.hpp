@@ -13,7 +13,7 @@
 #include "protocols/frames.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 enum class ScanFormat : std::uint8_t {
   ply,    ///< ASCII, binary little and big endian
@@ -64,4 +64,4 @@ Result<ScanFile> parse_scan(std::string_view bytes, const std::string& name, Sca
 Result<Transform<Cloud, Scanner>> parse_uos_pose(std::string_view bytes, const std::string& name,
                                                  const ReadOptions& options = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -10,7 +10,7 @@
 #include "fusion/cloud/registration_verdict.hpp"
 #include "fusion/cloud/surfel_descent.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// Where else to begin where the first attempt is not believed: around the guess, as far as the coarsest
@@ -172,4 +172,4 @@ Result<Registration> register_pair(const PointCloud<Target>& target, const Point
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -10,7 +10,7 @@
 #include "fusion/cloud/surfels.hpp"
 #include "fusion/pose/pose_graph3.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr std::size_t most_scans_of_a_map = 3;  // nearest ones that a new scan is matched with
@@ -73,7 +73,7 @@ class Sequence {
   std::vector<RegisteredScan> results_;
   std::vector<Node> nodes_;  ///< of the scans that converged
   std::vector<Eigen::Isometry3d> poses_;
-  std::vector<PoseGraph3Edge> edges_;
+  std::vector<pose::PoseGraph3Edge> edges_;
 };
 
 /// From the scan before it that has a place, by the difference of both guesses.
@@ -139,7 +139,7 @@ Status Sequence::close_loop() {
   if (!found) return found.error();
   if (!found->converged) return {};
   connect(old.front(), *found, true);
-  poses_ = optimized(poses_, edges_);
+  poses_ = pose::optimized(poses_, edges_);
   return {};
 }
 
@@ -263,4 +263,4 @@ Result<RegisteredSequence> register_sequence(const std::vector<ScanToRegister>& 
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

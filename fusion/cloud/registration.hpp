@@ -13,7 +13,7 @@
 #include "protocols/frames.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 struct Target {};  ///< frame of the cloud that stays
 struct Source {};  ///< frame of the cloud that moves
@@ -86,4 +86,4 @@ Result<RegisteredSequence> register_sequence(
     const std::vector<ScanToRegister>& scans, const RegistrationOptions& options = {},
     const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

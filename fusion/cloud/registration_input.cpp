@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr double surfels_a_radius =
@@ -105,4 +105,4 @@ Status check_scales(double target, double source, double max_distance) {
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -7,7 +7,7 @@
 
 #include "fusion/cloud/registration.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// m, four of five points are within it of the middle point: the size of a scene, whatever few points do.
 double scene_radius(const std::vector<Eigen::Vector3f>& points);
@@ -22,4 +22,4 @@ Status check_options(const RegistrationOptions& options);
 /// Clouds of the same place are of about one size; a factor of a thousand is a unit. Scene radii, m.
 Status check_scales(double target, double source, double max_distance);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

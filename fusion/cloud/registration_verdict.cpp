@@ -10,7 +10,7 @@
 #include "fusion/cloud/free_space.hpp"
 #include "fusion/cloud/parallel.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 // A right alignment explains most of what both saw and contradicts nearly none of it: 1 contradicted for each
@@ -197,4 +197,4 @@ std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

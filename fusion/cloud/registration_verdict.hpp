@@ -6,7 +6,7 @@
 
 #include "fusion/cloud/surfel_match.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 struct AlignmentEvidence {
   double overlap = 0;        ///< share of the source's surfels that lie on the target's surface
@@ -32,4 +32,4 @@ AlignmentEvidence evidence(const AlignedPair& pair);
 /// Empty: believable; else what speaks against it, in words for a person.
 std::string objection(const AlignmentEvidence& evidence, double min_overlap);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

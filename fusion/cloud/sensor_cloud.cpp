@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// The distorted place of a ray (x, y) = (X/Z, Y/Z).
@@ -181,4 +181,4 @@ PointCloud<Map> cloud_from_lines(std::span<const PlacedLine> lines, const LaserD
   return cloud;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -12,7 +12,7 @@
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 struct DepthCloudOptions {
   int step = 1;                           ///< every n-th pixel of every n-th row
@@ -79,4 +79,4 @@ PointCloud<Scanner> turned_level(const PointCloud<DepthOptical>& cloud,
                      cloud);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

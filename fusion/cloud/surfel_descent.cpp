@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// The kernel's width that fits how well these clouds match at best: 3 sigma of the residuals, by their
@@ -99,4 +99,4 @@ double agreement(const Level& level, const PartnerSearch& partners, const Eigen:
   return static_cast<double>(on) / static_cast<double>(found.size());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

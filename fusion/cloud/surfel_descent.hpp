@@ -7,7 +7,7 @@
 
 #include "fusion/cloud/surfel_match.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 constexpr int surfel_resolutions = 4;  ///< each twice as fine as the one before
 
@@ -44,4 +44,4 @@ Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, i
 /// Share of a level's source surfels that lie on the target; `partners` are those at T.
 double agreement(const Level& level, const PartnerSearch& partners, const Eigen::Isometry3d& T);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -5,7 +5,7 @@
 
 #include "fusion/cloud/parallel.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr std::size_t chunk = 512;
@@ -147,4 +147,4 @@ Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, const Vector6d& step, cons
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -11,7 +11,7 @@
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/surfels.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
@@ -51,4 +51,4 @@ NormalEquations match(const SurfelTarget& target, const Surfels& source,
 /// T moved by the step.
 Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, const Vector6d& step, const Eigen::Vector3d& centre);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -9,7 +9,7 @@
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/symmetric3.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr float least_slack = 1e-3f;  // Segal et al. 2009: variance along a plane's normal, of 1 within it
@@ -127,4 +127,4 @@ Surfels VoxelMoments::surfels(int threads) const {
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -10,7 +10,7 @@
 
 #include "fusion/cloud/voxel_index.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Columns of equal length.
 struct Surfels {
@@ -66,4 +66,4 @@ class VoxelMoments {
   VoxelIndex index_;  ///< into cells_, in the order of the first point: the same on each run
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 /// The least root of x^3 - a x^2 + b x - c, all of whose roots are real and not negative. From 0 Newton's
@@ -57,4 +57,4 @@ LeastEigen least_eigen(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& b
   return {least * trace, std::max(least, product / greatest) * trace, vector};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

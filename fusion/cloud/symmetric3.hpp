@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// Of a symmetric, positive semidefinite 3x3 matrix.
 struct LeastEigen {
@@ -14,4 +14,4 @@ struct LeastEigen {
 /// The matrix is given by its diagonal (xx, yy, zz) and what is beside it (xy, xz, yz). All zero: UnitZ.
 LeastEigen least_eigen(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& beside);
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

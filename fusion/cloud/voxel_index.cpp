@@ -1,6 +1,6 @@
 #include "fusion/cloud/voxel_index.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr std::uint64_t no_key = ~std::uint64_t{0};
@@ -65,4 +65,4 @@ void VoxelIndex::grow() {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

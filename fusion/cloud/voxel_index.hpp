@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 class VoxelIndex {
  public:
@@ -61,4 +61,4 @@ class VoxelIndex {
   std::uint32_t last_block_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

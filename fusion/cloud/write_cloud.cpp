@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -138,4 +138,4 @@ Status write_pcd(const std::filesystem::path& path, const CloudColumns& cloud) {
   return file.place();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -10,7 +10,7 @@
 #include "fusion/cloud/point_cloud.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 
 /// The columns of a cloud, whatever its frame.
 struct CloudColumns {
@@ -48,4 +48,4 @@ Status write_pcd(const std::filesystem::path& path, const PointCloud<Frame>& clo
   return write_pcd(path, CloudColumns(cloud));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

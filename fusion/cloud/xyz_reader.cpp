@@ -5,7 +5,7 @@
 #include "fusion/cloud/cloud_builder.hpp"
 #include "fusion/cloud/cloud_text.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr std::size_t max_words = 7;
@@ -108,4 +108,4 @@ Result<ScanFile> parse_xyz(std::string_view bytes, CloudBuilder builder, bool uo
   return builder.finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -5,7 +5,7 @@
 
 #include "fusion/pose/ring.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 template <class Sample>
 struct Around {
@@ -44,4 +44,4 @@ bool push_in_order(const Sample& sample, Ring<Sample>& samples) {
   return true;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

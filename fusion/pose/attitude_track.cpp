@@ -5,7 +5,7 @@
 
 #include "fusion/pose/around.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr std::size_t slots = 2048;  // two seconds at 1 kHz
@@ -41,4 +41,4 @@ std::optional<Attitude> AttitudeTrack::at(SensorTime t) const {
                   before.pitch + found->s * (after.pitch - before.pitch)};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -7,7 +7,7 @@
 #include "protocols/joints.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 /// Of base_link against the vertical: R = Rz(yaw) Ry(pitch) Rx(roll), rad (REP-103).
 struct Attitude {
@@ -43,4 +43,4 @@ class AttitudeTrack {
   Ring<Sample> samples_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

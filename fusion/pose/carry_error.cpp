@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr double shortest_way = 0.02;  // m: a robot that stands says nothing of its odometry
@@ -42,4 +42,4 @@ double CarryError::yaw_variance(double driven, double turned) const {
   return squared(stated_yaw_ * turned) + learned * squared(driven);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

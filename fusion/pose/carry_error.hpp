@@ -3,7 +3,7 @@
 
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 /// What the robot description says of its odometry is a floor: slipping wheels, or stamps that jitter, show
 /// in the corrections, and the predicted error of a return must not be smaller than what is being seen.
@@ -33,4 +33,4 @@ class CarryError {
   double way_ = 0, position_ = 0, yaw_ = 0;  ///< faded sums of squares: m^2, m^2, rad^2
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr double kernel_cells = 3;  ///< reach of a point's likelihood
@@ -225,4 +225,4 @@ std::vector<CorrelativeMap::Candidate> CorrelativeMap::search_slow(
   return search.found;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

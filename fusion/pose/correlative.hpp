@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 class CorrelativeMap {
  public:
@@ -58,4 +58,4 @@ class CorrelativeMap {
       grids_;  ///< level h: maximum over the 2^h x 2^h cells from each cell on
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -1,10 +1,10 @@
 // From the plane of the matchers to the words of SLAM.
 #pragma once
 
-#include "fusion/pose/pose2.hpp"
 #include "protocols/pose.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 /// `covariance`: x, y, yaw. What a planar SLAM does not see gets the sigma that the assumption of a level
 /// floor leaves: 1 cm of height, 0.6 degrees of roll and pitch.
@@ -27,4 +27,4 @@ inline PoseEstimate planar_estimate(SensorTime stamp, const Pose2& T_map_base,
   return estimate;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

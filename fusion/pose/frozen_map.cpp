@@ -4,7 +4,7 @@
 
 #include "fusion/pose/mapped_scan.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr double search_resolution = 0.1;  ///< m
@@ -82,4 +82,4 @@ Result<FrozenMap> load_frozen_map(const std::string& path, double resolution) {
   return Error{path + ": is neither .simplemap nor .yaml; expected a map of MRPT or a ROS map's YAML file"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

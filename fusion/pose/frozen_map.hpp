@@ -9,7 +9,7 @@
 #include "fusion/pose/surfel_map.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct FrozenMap {
   GridMap grid;
@@ -22,4 +22,4 @@ struct FrozenMap {
 /// --save-map` writes them; else that of its grid at `resolution`.
 Result<FrozenMap> load_frozen_map(const std::string& path, double resolution);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

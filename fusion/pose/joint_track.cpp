@@ -4,7 +4,7 @@
 
 #include "fusion/pose/around.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr std::size_t slots = 2048;  // two seconds at 1 kHz
@@ -62,4 +62,4 @@ Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const Jo
   return turn;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

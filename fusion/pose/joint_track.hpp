@@ -10,7 +10,7 @@
 #include "protocols/joints.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 /// Fixed-size histories; adding never allocates. Joints that were not asked for are not kept.
 class JointTrack {
@@ -49,4 +49,4 @@ Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const Jo
 using JointPosition = std::function<std::optional<double>(const std::string& joint)>;
 Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

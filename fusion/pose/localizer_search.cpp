@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr std::size_t most_hypotheses = 40;
@@ -88,4 +88,4 @@ std::optional<Pose2> GlobalSearch::add(const FrozenMap& map, const ScanPoints& s
   return std::nullopt;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -9,7 +9,7 @@
 #include "fusion/pose/scan_match.hpp"
 #include "fusion/pose/scan_points.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 class GlobalSearch {
  public:
@@ -31,4 +31,4 @@ class GlobalSearch {
   double way_ = 0, turn_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -7,7 +7,7 @@
 
 #include "fusion/pose/correlative.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 /// Keyframes of one stretch of way, as a map in the frame of the keyframe in its middle.
@@ -208,4 +208,4 @@ std::vector<Pose2> closed_loops(const std::vector<Keyframe>& keyframes, const Lo
   return LoopCloser(keyframes, options).run(progress);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -8,7 +8,7 @@
 #include "fusion/pose/mapping_front.hpp"
 #include "fusion/pose/pose_graph.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct LoopClosingOptions {
   double cell = 0.1;             ///< m, of the surfels of a submap
@@ -29,4 +29,4 @@ struct LoopClosingOptions {
 std::vector<Pose2> closed_loops(const std::vector<Keyframe>& keyframes, const LoopClosingOptions& options,
                                 const std::function<void(double)>& progress = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

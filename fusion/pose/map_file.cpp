@@ -10,7 +10,7 @@
 #include "fusion/pose/slam.hpp"
 #include "protocols/sha256.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr double occupied_threshold = 0.65, free_threshold = 0.196;  ///< map_server's defaults
@@ -205,4 +205,4 @@ Result<GridMap> load_ros_map(const std::string& yaml_path) {
   return map;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
 #include "fusion/pose/slam.hpp"
+#include "protocols/pose2.hpp"
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct MappedScan {
   Pose2 T_map_base;
@@ -30,4 +30,4 @@ GridMap grid_of(std::span<const MappedScan> scans, double resolution);
 /// The points of a mapped scan, base_link.
 std::vector<Eigen::Vector2d> points_of(const MappedScan& scan);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

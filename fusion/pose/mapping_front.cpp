@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 /// Below this share of explained points a match says nothing.
@@ -84,4 +84,4 @@ void MappingFront::keep(const ScanPoints& scan) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

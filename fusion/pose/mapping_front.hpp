@@ -10,7 +10,7 @@
 #include "fusion/pose/surfel_map.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct Keyframe {
   ScanPoints scan;
@@ -67,4 +67,4 @@ class MappingFront {
   std::size_t scans_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -1,6 +1,6 @@
 #include "fusion/pose/odometry_track.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 /// Two seconds at 1 kHz: faster odometry shortens the history.
@@ -77,4 +77,4 @@ std::optional<OdometryAtInstant> OdometryTrack::at(SensorTime t, Missing* missin
                            before.turned + s * (after.turned - before.turned), 0, twist_ending_at(age - 1)};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <optional>
 
-#include "fusion/pose/pose2.hpp"
 #include "fusion/pose/ring.hpp"
 #include "protocols/pose.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct OdometryAtInstant {
   Pose2 T_odom_base;
@@ -44,4 +44,4 @@ class OdometryTrack {
   Ring<Sample> samples_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 /// What the poses say less what was measured, in the frame of `from`, where the information is given.
@@ -112,4 +112,4 @@ std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -5,9 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct PoseGraphEdge {
   std::size_t from = 0, to = 0;
@@ -23,4 +23,4 @@ struct PoseGraphEdge {
 std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
                              int rounds);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct PoseGraph3Edge {
   std::size_t from = 0, to = 0;
@@ -160,4 +160,4 @@ inline std::vector<Eigen::Isometry3d> optimized(const std::vector<Eigen::Isometr
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

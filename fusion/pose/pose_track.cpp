@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr std::size_t estimate_slots = 256;
@@ -290,4 +290,4 @@ double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map) 
       std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(at_place).eigenvalues().maxCoeff()));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -11,7 +11,7 @@
 #include "protocols/pose.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct PoseAtInstant {
   Transform<Map, Base> T_map_base;
@@ -109,4 +109,4 @@ class PoseTrack {
 /// included).
 double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

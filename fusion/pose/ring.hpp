@@ -6,7 +6,7 @@
 
 #include "protocols/time.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 template <class T>
 class Ring {
@@ -44,4 +44,4 @@ class Ring {
   std::size_t next_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -6,7 +6,7 @@
 
 #include "fusion/pose/scan_points.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr double knee = 9;  ///< chi^2 at which a point has a quarter of its say, and the most that it costs
@@ -119,4 +119,4 @@ Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
   return better(best, match(fine, points_base, chosen.T_map_base, expected, prior, options));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -5,10 +5,10 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "fusion/pose/pose2.hpp"
 #include "fusion/pose/surfel_map.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct MatchOptions {
   int iterations = 12;
@@ -37,4 +37,4 @@ Match match_from_several(const SurfelMap& fine, const SurfelMap& coarse,
                          std::span<const Eigen::Vector2d> points_base, const Pose2& expected,
                          const Eigen::Matrix3d& prior, const MatchOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

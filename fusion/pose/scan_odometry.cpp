@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 /// Jittered stamps make a twist over a short span far too large, and over a long one late: the smaller of
@@ -39,4 +39,4 @@ std::optional<ScanOdometry::Step> ScanOdometry::step_to(SensorTime stamp) {
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

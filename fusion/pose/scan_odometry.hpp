@@ -5,7 +5,7 @@
 
 #include "fusion/pose/odometry_track.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 class ScanOdometry {
  public:
@@ -29,4 +29,4 @@ class ScanOdometry {
   std::optional<Pose2> T_odom_base_;  ///< at the scan before
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

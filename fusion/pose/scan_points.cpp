@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::pose {
 
 ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist) {
   ScanPoints result{
@@ -81,4 +81,4 @@ std::vector<Eigen::Vector2d> thinned(std::span<const Eigen::Vector2d> points, st
   return kept;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -6,11 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
+#include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct ScanPoints {
   SensorTime stamp;
@@ -31,4 +31,4 @@ Scan rectified(const ScanPoints& scan, const LaserDescription& laser);
 /// At most `count` points, spread evenly over the scan.
 std::vector<Eigen::Vector2d> thinned(std::span<const Eigen::Vector2d> points, std::size_t count);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -13,7 +13,7 @@
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 /// Occupancy as SLAM leaves it. Row 0 is at the lowest y.
 struct GridMap {
@@ -62,4 +62,4 @@ Result<std::unique_ptr<Slam>> make_mapper(const RobotDescription& robot, const S
 Result<std::unique_ptr<Slam>> make_localizer(const RobotDescription& robot, const std::string& map_path,
                                              const SlamOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

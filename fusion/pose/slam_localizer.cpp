@@ -7,7 +7,7 @@
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 constexpr double least_explained = 0.35;  ///< below it a scan says nothing (people stand around the robot)
@@ -164,4 +164,4 @@ Result<std::unique_ptr<Slam>> make_localizer(const RobotDescription& robot, cons
   return std::unique_ptr<Slam>(std::make_unique<Localizer>(robot, std::move(*map), options));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

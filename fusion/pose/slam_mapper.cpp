@@ -5,7 +5,7 @@
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 class Mapper final : public Slam {
@@ -110,4 +110,4 @@ Result<std::unique_ptr<Slam>> make_mapper(const RobotDescription& robot, const S
   return std::unique_ptr<Slam>(std::make_unique<Mapper>(robot, options));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -11,7 +11,7 @@
 
 #include "fusion/pose/mapped_scan.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 using mrpt::obs::CObservation2DRangeScan;
@@ -183,4 +183,4 @@ GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
   return map;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

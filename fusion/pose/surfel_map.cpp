@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
@@ -156,4 +156,4 @@ const Surfel* SurfelMap::nearest_slow(const Eigen::Vector2d& p_map) const {
   return best;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 
 struct Surfel {
   Eigen::Vector2d mean;        ///< m, map frame
@@ -58,4 +58,4 @@ class SurfelMap {
   std::vector<std::unique_ptr<Tile>> tiles_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::pose

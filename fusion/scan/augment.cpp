@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr RangeHit kNothing{std::numeric_limits<float>::infinity(), -1, 0};
@@ -81,4 +81,4 @@ void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const 
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -10,7 +10,7 @@
 #include "fusion/scan/ray_caster.hpp"
 #include "protocols/scan.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// Promise 1. Writes the scan with virtual returns to `out` (same beams, stamp and angles as `real`) and the
 /// body index of each replaced beam to `beam_body` (-1: not replaced). `virtual_hits` from cast_bodies over
@@ -28,4 +28,4 @@ std::size_t augment_scan(const Scan& real, const LaserDescription& laser, NoiseK
 void simulate_scan(const LaserDescription& laser, NoiseKey key, std::span<const RangeHit> body_hits,
                    std::span<const RangeHit> building_hits, SensorTime stamp, Scan& out);
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
@@ -102,4 +102,4 @@ BeamRanges BeamWindow::about(double bearing, double width) const {
   return ranges;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -9,7 +9,7 @@
 
 #include "fusion/scan/ray_caster.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// Beams [first, last).
 struct BeamRange {
@@ -54,4 +54,4 @@ class BeamWindow {
   double sin_turn_, cos_turn_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

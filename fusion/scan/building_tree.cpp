@@ -9,7 +9,7 @@
 
 #include "fusion/scan/shape_intersection.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 using Eigen::Matrix3d;
@@ -182,4 +182,4 @@ BuildingTree::Hit BuildingTree::cast(const Vector3d& origin, const Vector3d& dir
   return {query.range, query.reflectivity};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

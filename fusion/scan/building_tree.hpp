@@ -9,7 +9,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// Of a model's meshes, whose material no scan tells.
 inline constexpr float kMeshReflectivity = 0.5F;
@@ -40,4 +40,4 @@ class BuildingTree {
   std::unique_ptr<Scene> scene_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -9,7 +9,7 @@
 #include "fusion/scan/building_tree.hpp"
 #include "fusion/scan/ray_caster.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 using Eigen::Vector3d;
@@ -189,4 +189,4 @@ void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const S
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -7,7 +7,7 @@
 
 #include "fusion/scan/beam_window.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr double kTau = 2 * std::numbers::pi;
@@ -211,4 +211,4 @@ LeafSight LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::option
   return sight;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -13,7 +13,7 @@
 #include "protocols/door.hpp"
 #include "protocols/scan.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// What one scan says of one leaf.
 struct LeafSight {
@@ -95,4 +95,4 @@ class LeafFit {
   std::array<int, 360> votes_{};
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -6,7 +6,7 @@
 
 #include "fusion/scan/philox.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 std::uint32_t low(std::uint64_t word) { return static_cast<std::uint32_t>(word); }
@@ -112,4 +112,4 @@ Sweep beam_times(const LaserDescription& laser, std::size_t beams, std::vector<f
   return sweep;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

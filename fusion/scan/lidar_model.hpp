@@ -7,7 +7,7 @@
 
 #include "protocols/scan.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// Key of the noise of one beam: the same for any thread count and order.
 struct NoiseKey {
@@ -43,4 +43,4 @@ struct Sweep {
 /// no time).
 Sweep beam_times(const LaserDescription& laser, std::size_t beams, std::vector<float>& time);
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

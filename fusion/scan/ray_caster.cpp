@@ -15,7 +15,7 @@
 #include "fusion/scan/shape_intersection.hpp"
 #include "fusion/scan/sweep_rays.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 using Eigen::Matrix3d;
@@ -298,4 +298,4 @@ void RayCaster::cast_building(const LaserMotion& laser, const BeamSet& beams,
   state.write(max_range, hits);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

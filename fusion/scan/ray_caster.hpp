@@ -10,7 +10,7 @@
 #include "protocols/model.hpp"
 #include "protocols/world.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// A rigid body over a sweep: pose at the sweep's start and end; between them position linear, rotation
 /// slerp.
@@ -97,4 +97,4 @@ void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const S
 void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const SemanticModel& model,
                          std::span<const BodyMotion> doors, double max_range, std::span<RangeHit> hits);
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -9,7 +9,7 @@
 
 #include "protocols/scene.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// Inside from `enter` to `leave`; empty where enter > leave.
 struct Chord {
@@ -129,4 +129,4 @@ inline double bounding_radius(ShapeKind kind, const Eigen::Vector3d& size) {
   return 0;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

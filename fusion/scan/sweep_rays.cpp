@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 /// Sine and 1 - cosine. Sweeps turn little: Taylor's series is exact to the last bit or two below a quarter
@@ -85,4 +85,4 @@ void SweepRays::set(const LaserMotion& laser, const BeamSet& beams) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -7,7 +7,7 @@
 
 #include "fusion/scan/ray_caster.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// R_a_b(s) between two orientations along the shortest arc, as interpolate() has it: R_start * Rot(axis, s *
 /// angle).
@@ -61,4 +61,4 @@ class SweepRays {
   double half_turn_ = 0, half_tilt_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::scan {
 
 std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, const LaserDescription& laser,
                                                           const LaserMotion& motion,
@@ -89,4 +89,4 @@ void UnexplainedReturns::close_cluster() {
   cluster_.clear();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

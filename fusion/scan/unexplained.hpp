@@ -10,7 +10,7 @@
 #include "fusion/scan/sweep_rays.hpp"
 #include "protocols/scan.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 
 /// What was seen of one obstacle, or of a piece of a long one. It holds for the instant of the scan: the
 /// obstacle may walk.
@@ -57,4 +57,4 @@ class UnexplainedReturns {
   std::vector<UnexplainedDisc> discs_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::scan

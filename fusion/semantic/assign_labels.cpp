@@ -5,7 +5,7 @@
 #include "fusion/semantic/factor_graph.hpp"
 #include "fusion/semantic/net_entities.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 // What relations are worth, in logarithms: the odds that two labels stand together against chance.
@@ -268,4 +268,4 @@ Labelling assign_labels(const NetCandidates& candidates) {
   return labelling;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

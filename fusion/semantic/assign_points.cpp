@@ -6,7 +6,7 @@
 
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 BlockPlates::BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block)
     : x0_(site.blocks.blocks()[block].x * block_cells),
@@ -165,4 +165,4 @@ void assign_points(const Site& site, const HorizontalSearch& horizontals, Segmen
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -11,7 +11,7 @@
 #include "fusion/semantic/observed_floors.hpp"
 #include "fusion/semantic/sagging_floors.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kHighestRoom = 100;  ///< m, of a cloud: more is a wrong unit
@@ -25,7 +25,7 @@ std::string metres(double value) {
 }
 
 /// Heights between which 98 of 100 points lie: an outlier says nothing of the unit.
-Eigen::AlignedBox3d extent_of(const PointCloud<Cloud>& cloud) {
+Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
   Eigen::AlignedBox3d extent;
   const std::size_t stride = std::max<std::size_t>(1, cloud.size() / 20'000);
   std::array<std::vector<float>, 3> sample;
@@ -67,7 +67,7 @@ void keep_marked(const std::vector<bool>& keep, Column& column) {
 }
 
 /// A beam that came back from nowhere must not make the plan a thousand times larger.
-void leave_out_strays(const Eigen::AlignedBox3d& extent, PointCloud<Cloud>& cloud,
+void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud>& cloud,
                       std::vector<std::string>& notes) {
   const double margin = kStray + 0.25 * extent.sizes().maxCoeff();
   const Eigen::AlignedBox3f bounds((extent.min().array() - margin).matrix().cast<float>(),
@@ -89,9 +89,10 @@ void leave_out_strays(const Eigen::AlignedBox3d& extent, PointCloud<Cloud>& clou
 }
 
 /// In place: a cloud of fifty million points must not be there twice.
-PointCloud<Map> placed(PointCloud<Cloud>&& cloud, const Transform<Map, Cloud>& T_map_cloud) {
-  PointCloud<Map> result{std::move(cloud.points), std::move(cloud.normals), std::move(cloud.colours),
-                         std::move(cloud.labels), std::move(cloud.scans),   std::move(cloud.viewpoints)};
+cloud::PointCloud<Map> placed(cloud::PointCloud<Cloud>&& cloud, const Transform<Map, Cloud>& T_map_cloud) {
+  cloud::PointCloud<Map> result{std::move(cloud.points),  std::move(cloud.normals),
+                                std::move(cloud.colours), std::move(cloud.labels),
+                                std::move(cloud.scans),   std::move(cloud.viewpoints)};
   const Eigen::Matrix3f R = T_map_cloud.rotation().cast<float>();
   const Eigen::Vector3f p = T_map_cloud.translation().cast<float>();
   for (Eigen::Vector3f& point : result.points) point = R * point + p;
@@ -115,7 +116,7 @@ void raise(BuiltModel& built, double by) {
 
 }  // namespace
 
-Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& options,
+Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOptions& options,
                                const std::function<void(const char*, int)>& progress) {
   const auto begin = [&](const char* stage, int done) {
     if (progress) progress(stage, done);
@@ -172,4 +173,4 @@ Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& opti
   return built;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -15,7 +15,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct ModelOptions {
   SegmentationOptions segmentation;
@@ -31,9 +31,9 @@ struct ModelOptions {
 };
 
 struct BuiltModel {
-  SemanticModel model;    ///< T_map_cloud says how the cloud was levelled and moved
-  PointCloud<Map> cloud;  ///< levelled, in the model's frame; labels: EntityLabel per point
-  SemanticNet net;        ///< its entities are in `model`
+  SemanticModel model;           ///< T_map_cloud says how the cloud was levelled and moved
+  cloud::PointCloud<Map> cloud;  ///< levelled, in the model's frame; labels: EntityLabel per point
+  SemanticNet net;               ///< its entities are in `model`
   std::vector<std::string>
       notes;            ///< what a person should know: a unit that looks wrong, a mesh made coarser
   double floor = 0;     ///< m, top of the ground floor in the levelled cloud's coordinates
@@ -44,7 +44,7 @@ struct BuiltModel {
 /// `progress` (may be empty) is told the stage that begins: its name and how many are done of five.
 /// Errors: an empty cloud; nothing level in it; a cloud that is larger than `max_extent` or higher than a
 /// tower: says which unit it looks like.
-Result<BuiltModel> build_model(PointCloud<Cloud> cloud, const ModelOptions& options = {},
+Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOptions& options = {},
                                const std::function<void(const char*, int)>& progress = {});
 
 /// Height of the ground floor's top: the lowest floor of the model with at least half of the largest
@@ -54,4 +54,4 @@ std::optional<double> ground_floor(const SemanticModel& model);
 /// Height of the underside of the largest ceiling; nullopt where the model has none.
 std::optional<double> largest_ceiling(const SemanticModel& model);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kCube = 0.1;           // m
@@ -70,7 +70,7 @@ struct Thing {
 
 class Carriers {
  public:
-  Carriers(const PointCloud<Map>& cloud, const std::vector<std::uint8_t>& labels) : cloud_(cloud) {
+  Carriers(const cloud::PointCloud<Map>& cloud, const std::vector<std::uint8_t>& labels) : cloud_(cloud) {
     const NearViewpoints near(cloud.viewpoints);
     for (std::size_t i = 0; i < cloud.size(); ++i) {
       if (labels[i] != static_cast<std::uint8_t>(EntityLabel::unknown) || !near.any(cloud.points[i]))
@@ -186,14 +186,14 @@ class Carriers {
     }
   }
 
-  const PointCloud<Map>& cloud_;
+  const cloud::PointCloud<Map>& cloud_;
   std::map<Index, Cube> cubes_;
 };
 
 }  // namespace
 
-void drop_carriers(const PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels) {
+void drop_carriers(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels) {
   if (!cloud.viewpoints.empty()) Carriers(cloud, labels).drop(labels);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

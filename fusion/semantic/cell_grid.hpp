@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 enum class Cell : std::uint8_t { free, unknown, occupied };
 
@@ -72,4 +72,4 @@ CellMask supported_or_in_reach(const CellGrid& grid, const CellMask& mask, int m
 /// The cells of `mask` that lie in some solid square of `side` cells (morphological opening).
 CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 
 #include "fusion/semantic/cell_grid.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr long box_price =
@@ -201,4 +201,4 @@ CellMask supported_or_in_reach(const CellGrid& grid, const CellMask& mask, int m
   return kept;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 
 #include "protocols/model_overlap.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 std::size_t drop_doubles(SemanticModel& model, std::size_t given) {
   std::set<std::string> gone;
@@ -23,4 +23,4 @@ std::size_t drop_doubles(SemanticModel& model, std::size_t given) {
   return gone.size();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 #include "fusion/semantic/find_stairs.hpp"
 #include "fusion/semantic/flight_strip.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kBuilt = 0.005;     // m, one sigma of a rise as built (DIN 18065: 5 mm)
@@ -87,4 +87,4 @@ void even_rises(const PlanBlocks& points, Flight& flight) {
   for (std::size_t i = 0; i < n; ++i) flight.steps[i].z = heights(static_cast<Eigen::Index>(i));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr std::size_t kBlockBytes = 12'300;
@@ -13,7 +13,8 @@ constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's number h
 
 }  // namespace
 
-EvidenceGrid::EvidenceGrid(const PointCloud<Map>& cloud, const EvidenceOptions& options) : options_(options) {
+EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options)
+    : options_(options) {
   if (options_.most_blocks == 0)
     options_.most_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
   // Surfaces first: what is measured stays so, whoever looks through a corner of its cube, and has its room
@@ -110,11 +111,11 @@ std::size_t EvidenceGrid::count(Evidence kind) const {
   return sum;
 }
 
-PointCloud<Map> EvidenceGrid::centres() const {
+cloud::PointCloud<Map> EvidenceGrid::centres() const {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   for (std::uint32_t i = 0; i < blocks_.size(); ++i) order.emplace_back(key_of(blocks_[i].first), i);
   std::sort(order.begin(), order.end());
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   for (const auto& [key, number] : order) {
     const Block& block = blocks_[number];
     for (std::size_t k = 0; k < block.cubes.size(); ++k) {
@@ -128,4 +129,4 @@ PointCloud<Map> EvidenceGrid::centres() const {
   return cloud;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -11,7 +11,7 @@
 
 #include "fusion/cloud/point_cloud.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 enum class Evidence : std::uint8_t { unobserved, seen_through, measured };
 
@@ -28,7 +28,7 @@ class EvidenceGrid {
  public:
   /// Lines of sight go from the viewpoints (none: nothing is known to be looked through) to one point of each
   /// cube and view.
-  explicit EvidenceGrid(const PointCloud<Map>& cloud, const EvidenceOptions& options = {});
+  explicit EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options = {});
 
   double cube() const { return options_.cube; }
   /// Of the cube that `p` (m, map) lies in.
@@ -36,7 +36,7 @@ class EvidenceGrid {
   /// Cubes of that kind.
   std::size_t count(Evidence kind) const;
   /// Centres of the cubes that were measured and of those that were looked through, labels 0 and 1; by place.
-  PointCloud<Map> centres() const;
+  cloud::PointCloud<Map> centres() const;
   std::size_t blocks() const { return blocks_.size(); }
 
  private:
@@ -62,4 +62,4 @@ class EvidenceGrid {
   Block* last_ = nullptr;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

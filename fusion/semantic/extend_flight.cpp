@@ -8,7 +8,7 @@
 #include "fusion/semantic/find_stairs.hpp"
 #include "fusion/semantic/flight_strip.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.05;      ///< m, of the plan beside the flight's end
@@ -189,4 +189,4 @@ void extend(const PlanBlocks& points, const Segmentation& segmentation, Flight& 
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

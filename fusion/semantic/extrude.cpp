@@ -7,13 +7,13 @@
 #include "fusion/semantic/cell_grid.hpp"
 #include "protocols/model_overlap.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int solid_side = 8;  ///< cells: what is as wide as this in both directions is a block, not a wall
 constexpr double max_cells = 4e8;
 
-Status check(const GridMap& map, const ExtrudeOptions& options) {
+Status check(const pose::GridMap& map, const ExtrudeOptions& options) {
   const double cells = static_cast<double>(map.width) * map.height;
   if (map.width <= 0 || map.height <= 0 || cells > max_cells ||
       static_cast<double>(map.occupied.size()) != cells) {
@@ -41,7 +41,7 @@ Status check(const GridMap& map, const ExtrudeOptions& options) {
   return {};
 }
 
-CellGrid cut_into_cells(const GridMap& map, const ExtrudeOptions& options) {
+CellGrid cut_into_cells(const pose::GridMap& map, const ExtrudeOptions& options) {
   CellGrid grid;
   grid.width = map.width;
   grid.height = map.height;
@@ -145,7 +145,7 @@ ModelEntity slab(const CellGrid& grid, EntityLabel label, double bottom, double 
 
 }  // namespace
 
-Result<SemanticModel> extrude(const GridMap& map, const ExtrudeOptions& options) {
+Result<SemanticModel> extrude(const pose::GridMap& map, const ExtrudeOptions& options) {
   if (const Status status = check(map, options); !status) return status.error();
   const CellGrid grid = cut_into_cells(map, options);
   CellMask left = occupied_mask(grid);
@@ -180,7 +180,7 @@ Result<SemanticModel> extrude(const GridMap& map, const ExtrudeOptions& options)
   return model;
 }
 
-ExtrusionFigures measure_extrusion(const GridMap& map, const SemanticModel& model,
+ExtrusionFigures measure_extrusion(const pose::GridMap& map, const SemanticModel& model,
                                    const ExtrudeOptions& options) {
   const CellGrid grid = cut_into_cells(map, options);
   ExtrusionFigures figures;
@@ -220,4 +220,4 @@ ExtrusionFigures measure_extrusion(const GridMap& map, const SemanticModel& mode
   return figures;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

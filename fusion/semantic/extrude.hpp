@@ -13,7 +13,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct ExtrudeOptions {
   double height = 2.5;           ///< m, of walls and of the ceiling's lower side
@@ -34,7 +34,7 @@ struct ExtrudeOptions {
 /// The model, with the map's id. The same map gives the same model; no two boxes of a label overlap by the
 /// model's own rule. Errors: a map whose cells do not fit its size, or without an occupied cell; options out
 /// of range.
-Result<SemanticModel> extrude(const GridMap& map, const ExtrudeOptions& options);
+Result<SemanticModel> extrude(const pose::GridMap& map, const ExtrudeOptions& options);
 
 /// How well a model stands for a grid map, measured apart from how it was made: each cell against each wall,
 /// door, pillar and unknown box.
@@ -46,7 +46,7 @@ struct ExtrusionFigures {
   std::size_t walls = 0;
   std::size_t unknown = 0;
 };
-ExtrusionFigures measure_extrusion(const GridMap& map, const SemanticModel& model,
+ExtrusionFigures measure_extrusion(const pose::GridMap& map, const SemanticModel& model,
                                    const ExtrudeOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int kRounds = 60;
@@ -179,4 +179,4 @@ FactorGraph::Solution FactorGraph::enumerate() const {
   return solution;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

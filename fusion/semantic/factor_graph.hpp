@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Scores are natural logarithms; adding a constant to a variable's or pair's scores changes nothing.
 class FactorGraph {
@@ -53,4 +53,4 @@ class FactorGraph {
   std::vector<std::vector<std::size_t>> pairs_of_;  ///< per variable: its pairs
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

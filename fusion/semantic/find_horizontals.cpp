@@ -11,7 +11,7 @@
 #include "fusion/semantic/side_pictures.hpp"
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr std::uint32_t few_points = 10;
@@ -58,7 +58,7 @@ double densest(const Site& site, const PlanBlocks::Block& block, double level) {
 }
 
 /// -1 seen from below, 1 from above, 0 not known.
-int seen_from(const PointCloud<Map>& cloud, std::uint32_t i) {
+int seen_from(const cloud::PointCloud<Map>& cloud, std::uint32_t i) {
   if (!cloud.viewpoints.empty()) {
     const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
     const double above = cloud.viewpoints[scan].z() - static_cast<double>(cloud.points[i].z());
@@ -276,4 +276,4 @@ HorizontalSearch find_horizontals(const Site& site, StageImages* stages) {
   return search;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

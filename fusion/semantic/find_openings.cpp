@@ -4,7 +4,7 @@
 
 #include "fusion/semantic/wall_candidates.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kBody = 1.8;         ///< m over the floor: what stands before a wall rarely reaches above
@@ -236,4 +236,4 @@ std::vector<Opening> find_openings(const PlanPoints& points, const WallCandidate
   return found;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double max_turn = 0.1;                         // rad, 6 degrees between neighbours
@@ -120,4 +120,4 @@ std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& 
   return sets;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

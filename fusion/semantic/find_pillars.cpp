@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.10;      ///< m, of the plan and of the slices
@@ -99,4 +99,4 @@ std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCa
   return pillars;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

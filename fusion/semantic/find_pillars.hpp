@@ -6,7 +6,7 @@
 #include "fusion/semantic/levels.hpp"
 #include "fusion/semantic/wall_candidates.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct PillarCandidate {
   Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Zero();  ///< m, bounds in the plan
@@ -17,4 +17,4 @@ struct PillarCandidate {
 std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCandidates& walls,
                                           const Levels& levels);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

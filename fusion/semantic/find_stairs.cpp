@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr std::size_t kMostPoints = 600;  ///< of a surface that decide where it lies
@@ -29,7 +29,7 @@ struct Tread {
   std::vector<Eigen::Vector2d> plan;  ///< of a sample of its points
 };
 
-std::vector<Tread> treads_of(const PointCloud<Map>& cloud, const Segmentation& segmentation) {
+std::vector<Tread> treads_of(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation) {
   std::vector<Tread> treads;
   const std::size_t verticals = segmentation.verticals.size();
   std::vector<std::uint32_t> seen(segmentation.horizontals.size(), 0);
@@ -144,7 +144,7 @@ std::vector<double> Flight::treads() const {
   return result;
 }
 
-std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options) {
   const std::vector<Tread> treads = treads_of(cloud, segmentation);
   std::vector<std::vector<Step>> strips;
@@ -181,4 +181,4 @@ std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentatio
   return flights;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

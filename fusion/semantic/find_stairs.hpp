@@ -9,7 +9,7 @@
 #include "fusion/semantic/segmentation.hpp"
 #include "fusion/semantic/semantic_net.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// One level of a flight, in the flight's own plan axes.
 struct Step {
@@ -29,7 +29,7 @@ struct Flight {
   std::vector<double> treads() const;  ///< m, from one riser to the next
 };
 
-std::vector<Flight> find_flights(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                  const SemanticNetOptions& options);
 
 /// Adds levels at both ends for as long as the points beside them continue the series of rises.
@@ -42,4 +42,4 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
 /// leans in the cloud says its height badly. Well measured ones stay where they are, unequal rises included.
 void even_rises(const PlanBlocks& points, Flight& flight);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

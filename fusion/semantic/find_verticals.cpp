@@ -11,7 +11,7 @@
 #include "fusion/semantic/plan_arcs.hpp"
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double layer_height = 0.04;  // m; 64 of them wrap at 2.56 m
@@ -185,4 +185,4 @@ std::vector<VerticalSurface> find_verticals(const Site& site, const HorizontalSe
   return surfaces;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

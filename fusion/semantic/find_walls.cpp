@@ -7,7 +7,7 @@
 #include "fusion/semantic/cell_grid.hpp"
 #include "fusion/semantic/line_votes.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double strip = 1.0;      ///< cells on either side of a line in which a wall's cells are looked for
@@ -276,4 +276,4 @@ std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMas
   return WallFinder(grid, min_length, left).find();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 
 #include "fusion/semantic/find_stairs.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// A rectangle of the plan along a flight's direction, m.
 struct Strip {
@@ -34,4 +34,4 @@ void for_each_on_strip(const PlanBlocks& points, const Eigen::Vector2d& directio
 std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& points, const Flight& flight,
                                                           double band);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

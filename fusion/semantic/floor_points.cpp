@@ -9,7 +9,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.2;       // m, of the plan
@@ -26,7 +26,7 @@ bool is(std::uint8_t label, EntityLabel kind) { return label == static_cast<std:
 /// Points of one scan that may be of its floor, by plan cell.
 class ScanFloor {
  public:
-  ScanFloor(const PointCloud<Map>& cloud, std::span<const std::uint32_t> points) : cloud_(cloud) {
+  ScanFloor(const cloud::PointCloud<Map>& cloud, std::span<const std::uint32_t> points) : cloud_(cloud) {
     for (const std::uint32_t i : points) {
       const auto [at, is_new] =
           index_.emplace(key_of(cloud.points[i]), static_cast<std::uint32_t>(cells_.size()));
@@ -109,7 +109,7 @@ class ScanFloor {
     open_.push_back(found->second);
   }
 
-  const PointCloud<Map>& cloud_;
+  const cloud::PointCloud<Map>& cloud_;
   std::unordered_map<std::uint64_t, std::uint32_t> index_;
   std::vector<Cell> cells_;
   std::deque<std::uint32_t> open_;
@@ -117,7 +117,7 @@ class ScanFloor {
 
 }  // namespace
 
-void grow_floors(const PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels) {
+void grow_floors(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels) {
   float lowest = std::numeric_limits<float>::max(), highest = std::numeric_limits<float>::lowest();
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (!is(labels[i], EntityLabel::floor)) continue;
@@ -141,4 +141,4 @@ void grow_floors(const PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 
 #include "fusion/semantic/build_model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 std::optional<double> ground_floor(const SemanticModel& model) {
   struct Floor {
@@ -37,4 +37,4 @@ std::optional<double> largest_ceiling(const SemanticModel& model) {
   return largest->T_map_body.translation().z() - largest->size.z() / 2;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -9,7 +9,7 @@
 #include "fusion/semantic/site_heights.hpp"
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int width = 1000, title_bar = 60;  // pixels
@@ -26,8 +26,8 @@ struct Histogram {
   std::array<std::size_t, bins> all{}, own{};  ///< all points; those labelled as the level
 };
 
-Histogram histogram_of(const PointCloud<Map>& cloud, const Transform<Cloud, Map>& T_cloud_map, bool level,
-                       EntityLabel label, double height) {
+Histogram histogram_of(const cloud::PointCloud<Map>& cloud, const Transform<Cloud, Map>& T_cloud_map,
+                       bool level, EntityLabel label, double height) {
   Histogram histogram;
   histogram.low = (std::round(height / bin) - reach) * bin;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -81,7 +81,7 @@ void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& hi
 
 }  // namespace
 
-Status write_heights(const PointCloud<Map>& cloud, const Transform<Map, Cloud>& T_map_cloud,
+Status write_heights(const cloud::PointCloud<Map>& cloud, const Transform<Map, Cloud>& T_map_cloud,
                      const SiteHeights& heights, const std::string& folder) {
   struct Row {
     const char* name;
@@ -116,4 +116,4 @@ Status write_heights(const PointCloud<Map>& cloud, const Transform<Map, Cloud>& 
   return Error{"cannot write " + path + ": give a folder that can be written"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -8,7 +8,7 @@
 
 #include "fusion/scan/philox.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int angles = 180;  // of the normal: 1 degree
@@ -48,10 +48,10 @@ class Transform2d {
   std::vector<std::uint32_t> shuffled() const {
     std::vector<std::uint32_t> order(left_.size());
     std::iota(order.begin(), order.end(), 0U);
-    const PhiloxKey key{static_cast<std::uint32_t>(options_.seed),
-                        static_cast<std::uint32_t>(options_.seed >> 32)};
+    const scan::PhiloxKey key{static_cast<std::uint32_t>(options_.seed),
+                              static_cast<std::uint32_t>(options_.seed >> 32)};
     for (std::size_t i = order.size(); i > 1; --i) {
-      const auto word = philox4x32({static_cast<std::uint32_t>(i), 0, 0, 0}, key)[0];
+      const auto word = scan::philox4x32({static_cast<std::uint32_t>(i), 0, 0, 0}, key)[0];
       std::swap(order[i - 1], order[static_cast<std::size_t>(std::uint64_t{word} * i >> 32)]);
     }
     return order;
@@ -151,4 +151,4 @@ std::vector<PixelSegment> hough_segments(const PixelSet& image, const HoughOptio
   return Transform2d(image, options).run();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 
 #include "fusion/semantic/pixel_set.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// In pixels; ends are pixels of the image.
 struct PixelSegment {
@@ -26,4 +26,4 @@ struct HoughOptions {
 /// Segments in the order in which they were found. A pixel is of at most one.
 std::vector<PixelSegment> hough_segments(const PixelSet& image, const HoughOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -3,7 +3,7 @@
 
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 void ImageChain::run() {
   filter_isolated(above_threshold, filtered);
@@ -29,4 +29,4 @@ void ImageChain::keep(Projection projection, int x0, int y0, int x1, int y1, int
   for (const std::uint32_t i : skeleton.set()) keep_one(Stage::skeleton, i, 64);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

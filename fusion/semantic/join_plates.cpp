@@ -5,7 +5,7 @@
 #include <numeric>
 #include <tuple>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double same_height = 0.008;     // m, between cells of one surface, beside what their noise may do
@@ -70,4 +70,4 @@ std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates) {
   return part;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

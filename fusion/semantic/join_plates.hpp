@@ -6,7 +6,7 @@
 
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// The order of plates: by y, then x, then z.
 bool by_place(const Plate& a, const Plate& b);
@@ -15,4 +15,4 @@ bool by_place(const Plate& a, const Plate& b);
 /// next in height and join nothing: else floors would climb their walls, and treads run along them.
 std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 
 #include "protocols/model_overlap.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kNoise = 0.05;  ///< m
@@ -96,4 +96,4 @@ KeptCorrections keep_corrections(const SemanticModel& old, SemanticModel& made) 
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

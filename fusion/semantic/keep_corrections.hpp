@@ -6,7 +6,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// What became of the corrections, for a person.
 struct KeptCorrections {
@@ -24,4 +24,4 @@ struct KeptCorrections {
 /// the new run's.
 KeptCorrections keep_corrections(const SemanticModel& old, SemanticModel& made);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -6,7 +6,7 @@
 #include "fusion/semantic/floor_points.hpp"
 #include "fusion/semantic/net_entities.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kNear = 0.06;  ///< m, outside of a box that still is its surface
@@ -78,8 +78,8 @@ bool is_other_face(const std::vector<WallCandidate>& walls, const Labelling& lab
 
 }  // namespace
 
-void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates, const Labelling& labelling,
-                  SemanticNet& net) {
+void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& candidates,
+                  const Labelling& labelling, SemanticNet& net) {
   const Segmentation& segmentation = candidates.segmentation;
   std::vector<EntityLabel> of_surface(segmentation.verticals.size() + segmentation.horizontals.size(),
                                       EntityLabel::unknown);
@@ -102,4 +102,4 @@ void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates,
   drop_carriers(cloud, net.labels);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

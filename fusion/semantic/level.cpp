@@ -8,7 +8,7 @@
 
 #include "fusion/semantic/segmentation.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -235,7 +235,7 @@ std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eige
 
 }  // namespace
 
-Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen::Vector3d& up_hint,
+Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud, const Eigen::Vector3d& up_hint,
                                     bool trust_hint, bool* upside_down) {
   if (cloud.empty()) return Error{"levelling: the cloud is empty; expected the points of a scan"};
   if (!(std::abs(up_hint.norm() - 1) < 1e-3))
@@ -260,4 +260,4 @@ Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud, const Eigen:
   return Transform<Map, Cloud>(turn, pivot - turn * pivot);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

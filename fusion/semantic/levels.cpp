@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.25;      ///< m, of the plan in which lowest and highest are looked up
@@ -21,7 +21,7 @@ struct Extremes {
   Eigen::Vector2i cells = Eigen::Vector2i::Zero();
   std::vector<float> lowest, highest;
 
-  explicit Extremes(const PointCloud<Map>& cloud) {
+  explicit Extremes(const cloud::PointCloud<Map>& cloud) {
     Eigen::AlignedBox2f bounds;
     for (const Eigen::Vector3f& p : cloud.points) bounds.extend(p.head<2>());
     if (cloud.empty()) return;
@@ -56,7 +56,8 @@ bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
 
 }  // namespace
 
-Levels::Levels(const PointCloud<Map>& cloud, const Segmentation& segmentation) : segmentation_(segmentation) {
+Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation)
+    : segmentation_(segmentation) {
   const Extremes extremes(cloud);
   const std::size_t verticals = segmentation.verticals.size(), n = segmentation.horizontals.size();
   std::vector<double> points(n, 0);
@@ -147,4 +148,4 @@ double Levels::under(const Eigen::Vector2d& p, double z_low) const {
   return best > std::numeric_limits<double>::lowest() ? best : std::min(floor_, z_low);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 
 #include "fusion/semantic/segmentation.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// What a horizontal surface looks like by itself.
 struct LevelEvidence {
@@ -17,7 +17,7 @@ struct LevelEvidence {
 
 class Levels {
  public:
-  Levels(const PointCloud<Map>& cloud, const Segmentation& segmentation);
+  Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation);
 
   const std::vector<LevelEvidence>& evidence() const { return evidence_; }  ///< per horizontal surface
   double floor() const { return floor_; }  ///< m, of the main floor; the cloud's foot where there is none
@@ -45,4 +45,4 @@ class Levels {
   std::optional<double> ceiling_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double block_side = 0.32;   // m; small against a wall, large against a pixel
@@ -160,4 +160,4 @@ void LineRefiner::claim(const PlanLine& line) {
   for (const Hit& hit : hits) claimed_[hit.index] = 1;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

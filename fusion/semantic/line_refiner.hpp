@@ -9,7 +9,7 @@
 
 #include "fusion/semantic/plan_blocks.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// The points p + t d of the plan with t in [low, high].
 struct PlanLine {
@@ -55,4 +55,4 @@ class LineRefiner {
   std::vector<std::uint8_t> claimed_;  // per sorted evidence
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

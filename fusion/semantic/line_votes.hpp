@@ -13,7 +13,7 @@
 
 #include "fusion/semantic/cell_grid.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct GridLine {
   Eigen::Vector2d point;  ///< cells
@@ -87,4 +87,4 @@ class LineVotes {
   std::size_t last_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

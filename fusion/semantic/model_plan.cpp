@@ -14,7 +14,7 @@
 #include "fusion/semantic/plan_outline.hpp"
 #include "fusion/semantic/plan_view.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int title_bar = 74;          // pixels
@@ -298,4 +298,4 @@ Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const 
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct ModelPlan {
   std::string title;  ///< ASCII; other characters are drawn as '?'
@@ -19,4 +19,4 @@ struct ModelPlan {
 /// nothing to draw, coordinates that are not finite, a path that cannot be written.
 Status draw_model_plan(const SemanticModel& model, const ModelPlan& plan, const std::string& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -6,7 +6,7 @@
 
 #include "fusion/semantic/wall_cuts.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kThinnest = 0.04;  ///< m, of a wall's box: its measured face in the middle
@@ -278,4 +278,4 @@ SemanticNet entities_of(const NetCandidates& candidates, const Labelling& labell
   return Entities(candidates, labelling).take();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

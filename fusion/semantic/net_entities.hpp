@@ -12,7 +12,7 @@
 #include "fusion/semantic/semantic_net.hpp"
 #include "fusion/semantic/wall_candidates.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct NetCandidates {
   const Segmentation& segmentation;
@@ -59,7 +59,7 @@ void relate_walls(const NetCandidates& candidates, const Labelling& labelling, c
 void relate_levels(const NetCandidates& candidates, const WholeWalls& whole_walls, SemanticNet& net);
 
 /// Fills net.labels: an EntityLabel for each point.
-void label_points(const PointCloud<Map>& cloud, const NetCandidates& candidates, const Labelling& labelling,
-                  SemanticNet& net);
+void label_points(const cloud::PointCloud<Map>& cloud, const NetCandidates& candidates,
+                  const Labelling& labelling, SemanticNet& net);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

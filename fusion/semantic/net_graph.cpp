@@ -13,7 +13,7 @@
 #include "fusion/semantic/plan_outline.hpp"
 #include "fusion/semantic/plan_view.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 struct Kind {
@@ -241,4 +241,4 @@ Status write_net(const SemanticNet& net, const std::string& folder) {
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

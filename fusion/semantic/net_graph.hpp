@@ -6,7 +6,7 @@
 #include "fusion/semantic/semantic_net.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Graphviz DOT text. A node is an entity with its label and confidence, where it is in the plan (`pos`, m);
 /// an edge is a relation with its kind and confidence, with an arrow where the kind has a direction.
@@ -16,4 +16,4 @@ std::string net_to_dot(const SemanticNet& net);
 /// none. Errors: a folder that cannot be written; a net without entities.
 Status write_net(const SemanticNet& net, const std::string& folder);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

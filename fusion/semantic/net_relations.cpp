@@ -3,7 +3,7 @@
 
 #include "fusion/semantic/net_entities.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 void relate_walls(const NetCandidates& candidates, const Labelling& labelling, const WholeWalls& whole_walls,
                   SemanticNet& net) {
@@ -47,4 +47,4 @@ void relate_levels(const NetCandidates& candidates, const WholeWalls& whole_wall
   net.relations.insert(net.relations.end(), found.begin(), found.end());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

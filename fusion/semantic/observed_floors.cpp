@@ -6,7 +6,7 @@
 
 #include "fusion/semantic/cell_grid.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kSomePieces = 100;  ///< of one floor, and one for each kPerPiece; more are made fewer by
@@ -226,4 +226,4 @@ void cut_floors(const EvidenceGrid& evidence, SemanticModel& model) {
                 [&](const Relation& r) { return gone.contains(r.from) || gone.contains(r.to); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include "fusion/semantic/evidence.hpp"
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Each level floor is cut into pieces that cover where it was measured or where a line of sight passed just
 /// over it and not on through it; the largest keeps its name (and so its relations), the others are
@@ -12,4 +12,4 @@ namespace parhelion {
 /// nothing was observed goes, with its relations.
 void cut_floors(const EvidenceGrid& evidence, SemanticModel& model);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 void PixelSet::reset(int width, int height) {
   for (const std::uint32_t i : set_) on_[i] = 0;
@@ -143,4 +143,4 @@ void thin(PixelSet& image) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// A binary image with its set pixels listed, ascending. No pixel of its border is ever set, so that every
 /// set pixel has eight neighbours.
@@ -83,4 +83,4 @@ void dilate(const PixelSet& image, PixelSet& result);
 /// Lines of one pixel's width (Guo and Hall, CACM 32(3), 1989), in place of the paper's Pavlidis.
 void thin(PixelSet& image);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

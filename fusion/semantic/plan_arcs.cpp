@@ -8,7 +8,7 @@
 #include <optional>
 #include <tuple>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kLargest = 100;        ///< m, a radius
@@ -299,4 +299,4 @@ std::vector<Eigen::Vector2d> corners_of(const PlanArc& arc, double near) {
   return corners;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

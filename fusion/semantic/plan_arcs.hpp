@@ -9,7 +9,7 @@
 #include "fusion/semantic/line_refiner.hpp"
 #include "fusion/semantic/plan_blocks.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct PlanArc {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< m
@@ -37,4 +37,4 @@ std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double m
 /// The corners of a polyline that is nowhere farther than `near` / 2 from the arc.
 std::vector<Eigen::Vector2d> corners_of(const PlanArc& arc, double near);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include <limits>
 #include <unordered_map>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr std::uint32_t nowhere = std::numeric_limits<std::uint32_t>::max();
@@ -69,4 +69,4 @@ PlanBlocks::PlanBlocks(std::span<const Eigen::Vector3f> points, double side) : s
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Immutable after it was built; may be read by any number of threads.
 class PlanBlocks {
@@ -56,4 +56,4 @@ class PlanBlocks {
   std::vector<std::uint32_t> order_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int fineness = 2;       ///< drawn pixels per pixel of the picture
@@ -67,7 +67,7 @@ cv::Point PlanCanvas::fine(const Eigen::Vector2d& pixel) const {
   return {coordinate(pixel.x()), coordinate(pixel.y())};
 }
 
-void PlanCanvas::draw_map(const GridMap& map) {
+void PlanCanvas::draw_map(const pose::GridMap& map) {
   std::vector<Colour> cells;
   cells.reserve(map.occupied.size());
   for (const float probability : map.occupied) cells.push_back(cell_colour(probability));
@@ -165,4 +165,4 @@ bool PlanCanvas::write(const std::string& path) const {
   return cv::imwrite(path, picture, {cv::IMWRITE_PNG_COMPRESSION, 9});
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

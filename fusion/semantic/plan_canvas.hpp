@@ -10,7 +10,7 @@
 #include "fusion/pose/slam.hpp"
 #include "fusion/semantic/plan_picture.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 class PlanCanvas {
  public:
@@ -27,7 +27,7 @@ class PlanCanvas {
   /// Map frame to pixels of the picture.
   Eigen::Vector2d pixel(const Eigen::Vector2d& p) const;
 
-  void draw_map(const GridMap& map);
+  void draw_map(const pose::GridMap& map);
   /// Cells with sides of `side` metres in rows of `columns`, lowest row first, from `low` (map frame).
   void draw_cells(const std::vector<Colour>& cells, int columns, double side, const Eigen::Vector2d& low);
   /// Fills polygons (map frame) with one translucent layer of colour.
@@ -58,4 +58,4 @@ class PlanCanvas {
   cv::Mat image_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double gap = 6;  ///< pixels between a thing and its words
@@ -66,4 +66,4 @@ void PlanLabels::beside(const ModelEntity& entity, const std::string& words, dou
   canvas_.text({place.min().x() + 2, place.center().y() + size / 2}, words, size, colour, true);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

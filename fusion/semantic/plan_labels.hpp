@@ -8,7 +8,7 @@
 #include "fusion/semantic/plan_outline.hpp"
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 class PlanLabels {
  public:
@@ -27,4 +27,4 @@ class PlanLabels {
   std::vector<Eigen::Vector2d> drawn_;      ///< pixels, points on what words avoid
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

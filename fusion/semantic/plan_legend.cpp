@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int most_rows = 2;
@@ -73,4 +73,4 @@ void PlanLegend::paint_entry(PlanCanvas& canvas, const LegendEntry& entry, const
   canvas.text({at.x() + 34, at.y() + size / 2}, entry.label, size, ink);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -6,7 +6,7 @@
 
 #include "fusion/semantic/plan_canvas.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Something that is drawn only where its part is there, and then explained.
 struct LegendEntry {
@@ -34,4 +34,4 @@ class PlanLegend {
   std::vector<LegendEntry> entries_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <tuple>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 /// A ring of `radius` about z at height z, in the shape's frame.
@@ -79,4 +79,4 @@ std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> chord(const Outline& 
 
 /// Up to above a person's head: what hangs higher is not in the way.
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

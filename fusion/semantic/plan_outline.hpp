@@ -10,7 +10,7 @@
 #include "protocols/model.hpp"
 #include "protocols/scene.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 using Outline = std::vector<Eigen::Vector2d>;  ///< m, counter-clockwise
 
@@ -20,4 +20,4 @@ Outline outline_of(const Shape& shape, const Transform<Map, Body>& T_map_body);
 /// Where the line p[axis] = at crosses a convex polygon; nullopt where it does not.
 std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> chord(const Outline& polygon, int axis, double at);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

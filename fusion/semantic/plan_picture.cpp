@@ -8,7 +8,7 @@
 #include "fusion/semantic/plan_legend.hpp"
 #include "fusion/semantic/plan_outline.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int title_bar = 74;  // pixels
@@ -34,7 +34,7 @@ bool is_upright_part(const ModelEntity& entity) {
   return is_solid(entity) && entity.label != EntityLabel::floor && entity.label != EntityLabel::ceiling;
 }
 
-void extend_by_map(const GridMap& map, Eigen::AlignedBox2d& view) {
+void extend_by_map(const pose::GridMap& map, Eigen::AlignedBox2d& view) {
   for (int y = 0; y < map.height; ++y) {
     for (int x = 0; x < map.width; ++x) {
       const auto i =
@@ -291,4 +291,4 @@ Status draw_plan(const PlanPicture& picture, const std::string& path) {
                ": the picture cannot be written: does the folder exist, and does the name end in .png?"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -13,7 +13,7 @@
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct Colour {
   std::uint8_t red = 0, green = 0, blue = 0;
@@ -39,7 +39,7 @@ struct PlanScan {
 struct PlanPicture {
   std::string title;  ///< ASCII; other characters are drawn as '?'
   std::string subtitle;
-  const GridMap* map = nullptr;
+  const pose::GridMap* map = nullptr;
   const SemanticModel* model = nullptr;
   std::vector<PlanPath> paths;
   const WorldSnapshot* world = nullptr;  ///< bodies of agents and of the real robot; of the building none
@@ -57,4 +57,4 @@ PlanScan plan_scan(const Scan& scan, const LaserDescription& laser, std::span<co
 /// Writes a PNG. Errors: nothing to draw, coordinates that are not finite, a path that cannot be written.
 Status draw_plan(const PlanPicture& picture, const std::string& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

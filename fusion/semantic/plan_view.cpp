@@ -5,7 +5,7 @@
 
 #include "fusion/semantic/plan_outline.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using Box = Eigen::AlignedBox2d;
@@ -115,4 +115,4 @@ Eigen::AlignedBox2d plan_box(const SemanticModel& model) {
   return {all.min().array() - margin, all.max().array() + margin};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -6,7 +6,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct MainPart {
   SemanticModel model;   ///< the floors, and what stands within 3 m of them or of one another
@@ -23,4 +23,4 @@ bool in_plan(const ModelEntity& entity);
 /// What a plan of a model shows, with a margin (m, map frame); empty where there is nothing.
 Eigen::AlignedBox2d plan_box(const SemanticModel& model);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kBeside = 0.6;         // m, between two floors that may be one
@@ -45,7 +45,8 @@ std::vector<Floor> floors_of(const SemanticModel& model) {
 }
 
 /// Of the floor's points: level distance from their scanner, and how far below `height` they lie; m.
-std::vector<Eigen::Vector2d> sights_of(const PointCloud<Map>& cloud, const Floor& floor, double height) {
+std::vector<Eigen::Vector2d> sights_of(const cloud::PointCloud<Map>& cloud, const Floor& floor,
+                                       double height) {
   std::vector<Eigen::Vector2d> sights;
   const Eigen::AlignedBox2d plan((floor.plan.min().array() - kMargin).matrix(),
                                  (floor.plan.max().array() + kMargin).matrix());
@@ -75,7 +76,7 @@ std::optional<double> angles_off(const std::vector<Eigen::Vector2d>& sights) {
 }
 
 /// Whether `lower` is where errors of that size would put the floor that lies at `height`.
-bool sags(const PointCloud<Map>& cloud, const Floor& lower, double height, double most) {
+bool sags(const cloud::PointCloud<Map>& cloud, const Floor& lower, double height, double most) {
   std::vector<double> off;
   for (const Eigen::Vector2d& sight : sights_of(cloud, lower, height)) off.push_back(sight.y() / sight.x());
   return off.size() >= kFewest && quantile(std::move(off), 0.5) <= most;
@@ -83,7 +84,7 @@ bool sags(const PointCloud<Map>& cloud, const Floor& lower, double height, doubl
 
 }  // namespace
 
-std::size_t join_sagging_floors(const PointCloud<Map>& cloud, SemanticModel& model) {
+std::size_t join_sagging_floors(const cloud::PointCloud<Map>& cloud, SemanticModel& model) {
   if (cloud.viewpoints.empty() || cloud.labels.size() != cloud.size()) return 0;
   std::vector<Floor> floors = floors_of(model);
   std::stable_sort(floors.begin(), floors.end(),
@@ -122,4 +123,4 @@ std::size_t join_sagging_floors(const PointCloud<Map>& cloud, SemanticModel& mod
   return joined;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

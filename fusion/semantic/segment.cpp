@@ -8,7 +8,7 @@
 #include "fusion/semantic/segmentation.hpp"
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double tallest = 200;  // m; few buildings are taller, a room in millimetres is
@@ -49,8 +49,8 @@ std::vector<Tile> tiles_of(const PlanBlocks& blocks) {
   return tiles;
 }
 
-Result<Segmentation> run(const PointCloud<Map>& cloud, const SegmentationOptions& options, double z_low,
-                         double z_high) {
+Result<Segmentation> run(const cloud::PointCloud<Map>& cloud, const SegmentationOptions& options,
+                         double z_low, double z_high) {
   Site site{cloud, options, PlanBlocks(cloud.points, options.pixel * block_pixels), {}, z_low, z_high};
   site.tiles = tiles_of(site.blocks);
   StageImages stages;
@@ -69,7 +69,7 @@ Result<Segmentation> run(const PointCloud<Map>& cloud, const SegmentationOptions
 
 }  // namespace
 
-Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOptions& options) {
+Result<Segmentation> segment(const cloud::PointCloud<Map>& cloud, const SegmentationOptions& options) {
   if (const std::string wrong = check_options(options); !wrong.empty())
     return Error{"segmentation: " + wrong};
   if (cloud.empty()) return Error{"segmentation: the cloud is empty; expected the points of a scan"};
@@ -85,4 +85,4 @@ Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOpt
   return arena.execute([&] { return run(cloud, options, z_low, z_high); });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

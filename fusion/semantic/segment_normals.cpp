@@ -11,7 +11,7 @@
 #include "fusion/cloud/normals.hpp"
 #include "fusion/semantic/segmentation.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -188,7 +188,7 @@ bool make_horizontal(const std::vector<Eigen::Vector3f>& points, double area, Ho
 }
 
 /// From below, by most of the normals where they face a scanner; else what is high above the lowest.
-void find_facing(const PointCloud<Map>& cloud, const std::vector<Eigen::Vector3f>& normals,
+void find_facing(const cloud::PointCloud<Map>& cloud, const std::vector<Eigen::Vector3f>& normals,
                  Segmentation& result) {
   const auto verticals = static_cast<std::uint32_t>(result.verticals.size());
   std::vector<std::int64_t> from_above(result.horizontals.size(), 0);
@@ -205,20 +205,21 @@ void find_facing(const PointCloud<Map>& cloud, const std::vector<Eigen::Vector3f
 
 }  // namespace
 
-Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud, const SegmentationOptions& options) {
+Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
+                                        const SegmentationOptions& options) {
   if (cloud.empty()) return Error{"segmentation: the cloud is empty; expected the points of a scan"};
   if (!(options.near > 0 && options.min_length > 0) || options.threads < 0)
     return Error{"segmentation: near and min_length must be positive, threads not negative"};
   std::vector<Eigen::Vector3f> normals = cloud.normals;
   if (normals.empty()) {
-    NormalOptions settings;
-    settings.method = NormalMethod::random_planes;
+    cloud::NormalOptions settings;
+    settings.method = cloud::NormalMethod::random_planes;
     settings.seed = options.seed;
     settings.threads = options.threads;
-    auto estimated = estimate_normals(cloud.points, settings);
+    auto estimated = cloud::estimate_normals(cloud.points, settings);
     if (!estimated) return estimated.error();
     normals = std::move(*estimated);
-    face_viewpoints(cloud.points, cloud.scans, cloud.viewpoints, normals);
+    cloud::face_viewpoints(cloud.points, cloud.scans, cloud.viewpoints, normals);
   }
   PatchIndex index = make_patches(cloud.points, normals);
   const auto regions = grow(index, options.near);
@@ -265,4 +266,4 @@ Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud, const Segm
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -14,7 +14,7 @@
 #include "protocols/frames.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 constexpr std::uint32_t no_surface = 0xFFFFFFFF;
 constexpr std::uint32_t no_curve = 0xFFFFFFFF;
@@ -67,12 +67,12 @@ struct Segmentation {
 };
 
 /// Errors: an empty cloud, no extent, options out of range, a stages folder that cannot be written.
-Result<Segmentation> segment(const PointCloud<Map>& cloud, const SegmentationOptions& options = {});
+Result<Segmentation> segment(const cloud::PointCloud<Map>& cloud, const SegmentationOptions& options = {});
 
 /// The normals way: normals (the cloud's own, or algorithm 2's) say what is level and what upright; cubes of
 /// one plane that touch are a surface. Of the options uses near, min_length, seed, threads; finds no parallel
 /// sets. Slower than the image way, which `segment` is; each is the other's check. Errors: as `segment`.
-Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud,
+Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
                                         const SegmentationOptions& options = {});
 
 /// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
@@ -80,8 +80,8 @@ Result<Segmentation> segment_by_normals(const PointCloud<Map>& cloud,
 /// that heights stay those of the cloud there. Errors: nothing horizontal within 40 degrees of the hint (or
 /// of z): says what was seen; a cloud that seems to be upside down (more hangs from its ceiling than stands
 /// on its floor), unless the hint is to be trusted; `upside_down` (may be null) tells that error from others.
-Result<Transform<Map, Cloud>> level(const PointCloud<Cloud>& cloud,
+Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud,
                                     const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ(),
                                     bool trust_hint = false, bool* upside_down = nullptr);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

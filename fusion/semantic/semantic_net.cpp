@@ -2,9 +2,9 @@
 
 #include "fusion/semantic/net_entities.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
-Result<SemanticNet> label_entities(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+Result<SemanticNet> label_entities(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                    const SemanticNetOptions& options) {
   if (cloud.empty()) return Error{"semantic net: the cloud has no points"};
   if (segmentation.surface_of.size() != cloud.size()) {
@@ -23,4 +23,4 @@ Result<SemanticNet> label_entities(const PointCloud<Map>& cloud, const Segmentat
   return net;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -12,7 +12,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct SemanticNetOptions {
   double door_width_min = 0.6, door_width_max = 1.3;    ///< m
@@ -46,7 +46,7 @@ struct SemanticNet {
 };
 
 /// Errors: a segmentation that does not fit the cloud.
-Result<SemanticNet> label_entities(const PointCloud<Map>& cloud, const Segmentation& segmentation,
+Result<SemanticNet> label_entities(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation,
                                    const SemanticNetOptions& options = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

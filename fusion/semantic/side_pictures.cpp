@@ -5,7 +5,7 @@
 
 #include "fusion/semantic/hough.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double min_line = 0.2;      // m; less than the tread of a step
@@ -121,4 +121,4 @@ LevelLines level_lines(const Site& site, Tile tile, StageImages* stages) {
   return lines;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -6,7 +6,7 @@
 
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Per block column or row of a tile and its margins: heights (m) of level lines.
 using LevelHeights = std::array<std::vector<double>, tile_blocks + 2>;
@@ -17,4 +17,4 @@ struct LevelLines {
 
 LevelLines level_lines(const Site& site, Tile tile, StageImages* stages);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

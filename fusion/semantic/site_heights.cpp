@@ -8,7 +8,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kBand = 0.25;            // m, around a level's height
@@ -17,7 +17,7 @@ constexpr std::size_t kFewest = 50;       // points from which a height is read
 constexpr std::size_t kMost = 500'000;    // points that are looked at: more change nothing
 constexpr std::size_t kMostScanners = 8;  // that a line can name
 
-std::vector<Eigen::Vector3d> points_of(const PointCloud<Map>& cloud, EntityLabel label, double z) {
+std::vector<Eigen::Vector3d> points_of(const cloud::PointCloud<Map>& cloud, EntityLabel label, double z) {
   std::vector<Eigen::Vector3d> points;
   if (cloud.labels.size() != cloud.size()) return points;
   const std::size_t stride = std::max<std::size_t>(1, cloud.size() / kMost);
@@ -84,7 +84,7 @@ std::string in_words(const char* name, const LevelHeights& level) {
 
 }  // namespace
 
-SiteHeights site_heights(const PointCloud<Map>& cloud, std::optional<double> floor,
+SiteHeights site_heights(const cloud::PointCloud<Map>& cloud, std::optional<double> floor,
                          std::optional<double> ceiling) {
   std::vector<Eigen::Vector3d> of_floor, of_ceiling;
   if (floor) of_floor = points_of(cloud, EntityLabel::floor, *floor);
@@ -115,4 +115,4 @@ std::string in_words(const SiteHeights& heights) {
   return words;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -10,7 +10,7 @@
 #include "protocols/frames.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// The points of one level.
 struct LevelHeights {
@@ -31,7 +31,7 @@ struct SiteHeights {
 
 /// Of points that are labelled floor within 0.25 m of `floor`, and ceiling of `ceiling` (m, map frame;
 /// nullopt where there is none).
-SiteHeights site_heights(const PointCloud<Map>& cloud, std::optional<double> floor,
+SiteHeights site_heights(const cloud::PointCloud<Map>& cloud, std::optional<double> floor,
                          std::optional<double> ceiling);
 
 /// "floor -1.258 m (nine tenths of its points from -1.288 to -1.237), ...": one line for a person.
@@ -40,7 +40,7 @@ std::string in_words(const SiteHeights& heights);
 /// A picture, heights.png in `folder`: how many points lie at each centimetre around the floor and the
 /// ceiling, as the first scan has them and level. Nothing where neither is there. Errors: a folder that
 /// cannot be written.
-Status write_heights(const PointCloud<Map>& cloud, const Transform<Map, Cloud>& T_map_cloud,
+Status write_heights(const cloud::PointCloud<Map>& cloud, const Transform<Map, Cloud>& T_map_cloud,
                      const SiteHeights& heights, const std::string& folder);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kFloor = 0.05;  ///< m, points this near to the floor's height are of it
@@ -16,7 +16,7 @@ struct Evidence {
 
 class Slicer {
  public:
-  Slicer(const SliceOptions& options, GridMap& map) : options_(options), map_(map) {
+  Slicer(const SliceOptions& options, pose::GridMap& map) : options_(options), map_(map) {
     cells_.resize(static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height));
   }
 
@@ -68,13 +68,13 @@ class Slicer {
   }
 
   const SliceOptions& options_;
-  GridMap& map_;
+  pose::GridMap& map_;
   std::vector<Evidence> cells_;
 };
 
 }  // namespace
 
-Result<GridMap> slice(const PointCloud<Map>& cloud, const SliceOptions& options) {
+Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOptions& options) {
   if (!(options.resolution > 0 && options.band > 0 && options.height > 0))
     return Error{"slice: expected height > 0 m, band > 0 m and resolution > 0 m"};
   Eigen::AlignedBox2d extent;
@@ -83,7 +83,7 @@ Result<GridMap> slice(const PointCloud<Map>& cloud, const SliceOptions& options)
     if (z > -kFloor && z < options.height + options.band) extent.extend(Eigen::Vector2d(p.x(), p.y()));
   }
   if (extent.isEmpty()) return Error{"slice: no point lies between the floor and the laser's height"};
-  GridMap map;
+  pose::GridMap map;
   map.resolution = options.resolution;
   const Eigen::Vector2d low = (extent.min() / map.resolution).array().floor() - 2;
   const Eigen::Vector2d cells = (extent.max() / map.resolution).array().floor() + 3 - low.array();
@@ -108,4 +108,4 @@ Result<GridMap> slice(const PointCloud<Map>& cloud, const SliceOptions& options)
   return map;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 #include "fusion/pose/slam.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct SliceOptions {
   double height = 0.3;           ///< m over `floor`, of the laser
@@ -18,6 +18,6 @@ struct SliceOptions {
 /// Occupied: cells with points in the band. Free: cells that a line of sight (viewpoint to point) crosses
 /// within the band, and cells whose floor was measured with nothing in the band. All else is unknown. Its id
 /// is left empty. Errors: no point in the band, options out of range, a map of more than 1e8 cells.
-Result<GridMap> slice(const PointCloud<Map>& cloud, const SliceOptions& options = {});
+Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOptions& options = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

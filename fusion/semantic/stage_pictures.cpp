@@ -8,7 +8,7 @@
 #include "fusion/semantic/plan_canvas.hpp"
 #include "fusion/semantic/surface_search.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int width = 1200, title_bar = 64, legend_bar = 44;  // pixels
@@ -229,4 +229,4 @@ Status write_stages(const std::string& folder, const Site& site, const StageImag
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

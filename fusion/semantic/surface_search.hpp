@@ -15,7 +15,7 @@
 #include "fusion/semantic/plan_blocks.hpp"
 #include "fusion/semantic/segmentation.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 constexpr double height_margin = 0.5;  ///< m, kept free below the lowest and above the highest point
 constexpr int block_pixels = 64;       ///< side of a block
@@ -29,7 +29,7 @@ struct Tile {
 
 /// A cloud, sorted and measured for the searches.
 struct Site {
-  const PointCloud<Map>& cloud;
+  const cloud::PointCloud<Map>& cloud;
   const SegmentationOptions& options;
   PlanBlocks blocks;
   std::vector<Tile> tiles;       ///< those with points, by y, then x
@@ -116,4 +116,4 @@ struct ImageChain {
             StageImages& stages) const;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

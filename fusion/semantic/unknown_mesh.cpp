@@ -7,7 +7,7 @@
 #include <unordered_set>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int kBits = 21;  ///< of a cube's index along one axis
@@ -188,7 +188,7 @@ ModelMesh Mesher::surface() const {
 
 }  // namespace
 
-Result<UnknownMesh> unknown_mesh(const PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
+Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
                                  const UnknownMeshOptions& options) {
   if (labels.size() != cloud.size()) {
     return Error{"mesh of what is unknown: " + std::to_string(labels.size()) + " labels for " +
@@ -214,4 +214,4 @@ Result<UnknownMesh> unknown_mesh(const PointCloud<Map>& cloud, std::span<const s
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -13,7 +13,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 struct UnknownMeshOptions {
   double cube = 0.10;                   ///< m, > 0; made larger where there would be too many triangles
@@ -31,7 +31,7 @@ struct UnknownMesh {
 
 /// Of the points with label `unknown`. `labels`: one per point. Errors: labels that do not fit, options out
 /// of range.
-Result<UnknownMesh> unknown_mesh(const PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
+Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
                                  const UnknownMeshOptions& options = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -5,7 +5,7 @@
 #include <map>
 #include <numeric>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kParallel = 0.07;     ///< rad (4 degrees): surfaces of one wall
@@ -258,4 +258,4 @@ WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation
   return found;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -8,7 +8,7 @@
 #include "fusion/semantic/semantic_net.hpp"
 #include "fusion/semantic/wall_raster.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// A stretch of a wall's plane that is not measured in the plane itself.
 struct Opening {
@@ -68,4 +68,4 @@ std::vector<Opening> find_openings(const PlanPoints& points, const WallCandidate
 WallCandidates find_wall_candidates(const PlanPoints& points, const Segmentation& segmentation,
                                     const Levels& levels, const SemanticNetOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kAcross = 0.26;  ///< sine of 15 degrees: a wall along the risers
@@ -101,4 +101,4 @@ double top_of(const NetCandidates& candidates, const Labelling& labelling, std::
   return own(walls[wall]);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -7,7 +7,7 @@
 
 #include "fusion/semantic/net_entities.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// A stretch of a wall.
 struct WallStretch {
@@ -27,4 +27,4 @@ std::vector<std::size_t> openings_that_cut(const NetCandidates& candidates, cons
 /// ends lower elsewhere.
 double top_of(const NetCandidates& candidates, const Labelling& labelling, std::size_t wall);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr std::size_t kRays = 60'000;  ///< looked at for one wall, of few views
@@ -30,7 +30,7 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-PlanPoints::PlanPoints(const PointCloud<Map>& cloud, std::size_t enough) {
+PlanPoints::PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough) {
   for (const Eigen::Vector3d& v : cloud.viewpoints) viewpoints_.push_back(v.cast<float>());
   const std::size_t most = std::max(enough, cloud.size() / 4);
   const std::size_t stride = std::max<std::size_t>(1, (cloud.size() + most - 1) / most);
@@ -226,4 +226,4 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   return wall;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

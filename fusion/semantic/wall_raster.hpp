@@ -8,13 +8,13 @@
 
 #include "fusion/cloud/point_cloud.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 
 /// Points of a cloud by place in the plan, thinned where there are many, with the rays that measured them.
 class PlanPoints {
  public:
   /// Every n-th point, so that at least `enough` or a quarter of them stay.
-  explicit PlanPoints(const PointCloud<Map>& cloud, std::size_t enough = 1'000'000);
+  explicit PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough = 1'000'000);
 
   struct Point {
     Eigen::Vector3f p = Eigen::Vector3f::Zero();  ///< m, map frame
@@ -114,4 +114,4 @@ struct WallRaster {
 WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
                      double z_low, double z_high, double near);
 
-}  // namespace parhelion
+}  // namespace parhelion::semantic

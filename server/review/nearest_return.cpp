@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 }
@@ -59,4 +59,4 @@ NearestReturn::Distances NearestReturn::of(const Scan& scan, const ScanInfo* inf
   return nearest;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -6,7 +6,7 @@
 #include "protocols/robot.hpp"
 #include "protocols/telemetry.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 
 class NearestReturn {
  public:
@@ -31,4 +31,4 @@ class NearestReturn {
 /// m from p to a convex counter-clockwise outline; 0 inside.
 double distance_to_outline(const Eigen::Vector2d& p, const std::vector<Eigen::Vector2d>& outline);
 
-}  // namespace parhelion
+}  // namespace parhelion::review

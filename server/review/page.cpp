@@ -7,7 +7,7 @@
 #include "protocols/yaml/base64.hpp"
 #include "server/review/page_texts.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 /// In this order: each may use what those before it define.
@@ -58,4 +58,4 @@ std::string to_html(const ReviewPage& page) {
   return html;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -6,12 +6,12 @@
 
 #include "server/review/review.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 
 /// What a session came to, for comparison with others.
 struct SessionScore {
   std::string log, scenario;
-  Grade grade;
+  training::Grade grade;
 };
 
 struct ReviewPage {
@@ -27,4 +27,4 @@ std::string to_html(const ReviewPage& page);
 /// What the page draws from.
 std::string to_json(const ReviewPage& page);
 
-}  // namespace parhelion
+}  // namespace parhelion::review

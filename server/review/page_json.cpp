@@ -5,7 +5,7 @@
 #include "protocols/yaml/base64.hpp"
 #include "server/review/page.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -35,7 +35,7 @@ Json seconds_after(const std::optional<SimulationTime>& at, SimulationTime begin
   return at ? Json(rounded((*at - begin).seconds())) : Json();
 }
 
-Json grade_json(const Grade& grade) {
+Json grade_json(const training::Grade& grade) {
   const SimulationTime begin = grade.begin;
   Json json{{"score", grade.score},
             {"earned", grade.earned},
@@ -47,7 +47,7 @@ Json grade_json(const Grade& grade) {
             {"complete", grade.complete},
             {"seconds", rounded((grade.end - begin).seconds())}};
   Json& tasks = json["tasks"] = Json::array();
-  for (const TaskGrade& task : grade.tasks)
+  for (const training::TaskGrade& task : grade.tasks)
     tasks.push_back({{"name", task.name},
                      {"required", task.required},
                      {"outcome", to_string(task.outcome)},
@@ -56,7 +56,7 @@ Json grade_json(const Grade& grade) {
                      {"ended", seconds_after(task.ended, begin)},
                      {"cause", task.cause ? event_json(*task.cause, begin) : Json()}});
   Json& charges = json["charges"] = Json::array();
-  for (const Charge& charge : grade.charges)
+  for (const training::Charge& charge : grade.charges)
     charges.push_back({{"t", rounded((charge.at - begin).seconds())},
                        {"rule", charge.rule},
                        {"points", charge.points},
@@ -181,7 +181,7 @@ Json session_json(const SessionReview& review) {
 Json scores_json(const std::vector<SessionScore>& scores) {
   Json json = Json::array();
   for (const SessionScore& each : scores) {
-    const Grade& grade = each.grade;
+    const training::Grade& grade = each.grade;
     json.push_back({{"log", each.log},
                     {"scenario", each.scenario},
                     {"begin_us", grade.begin.utime()},
@@ -201,7 +201,7 @@ Json scores_json(const std::vector<SessionScore>& scores) {
 }  // namespace
 
 std::string to_json(const ReviewPage& page) {
-  Json json{{"program", version_text()}};
+  Json json{{"program", tick::version_text()}};
   Json& sessions = json["sessions"] = Json::array();
   for (const SessionReview& review : page.sessions) sessions.push_back(session_json(review));
   json["earlier"] = scores_json(page.earlier);
@@ -210,4 +210,4 @@ std::string to_json(const ReviewPage& page) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

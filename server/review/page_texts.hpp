@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-namespace parhelion {
+namespace parhelion::review {
 
 /// By the name of the file in server/review/page; empty: there is none.
 std::string_view page_text(std::string_view name);
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -7,7 +7,7 @@
 #include "protocols/codec.hpp"
 #include "render/jpeg.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 constexpr int kWide = 480, kNarrow = 320;  // pixels, of charges and of the strip
@@ -19,7 +19,7 @@ struct Bgr {
   std::vector<std::uint8_t> bytes;
 };
 
-Result<Bgr> pixels_of(const Image& image, JpegCodec& codec) {
+Result<Bgr> pixels_of(const Image& image, render::JpegCodec& codec) {
   Bgr out{image.width, image.height, {}};
   if (image.format == PixelFormat::mjpeg) {
     const auto format = codec.decode(image.bytes, out.bytes);
@@ -71,7 +71,8 @@ Bgr shrink(const Bgr& from, int width) {
   return to;
 }
 
-Result<Picture> picture_of(double t, const std::vector<std::uint8_t>& message, int width, JpegCodec& codec) {
+Result<Picture> picture_of(double t, const std::vector<std::uint8_t>& message, int width,
+                           render::JpegCodec& codec) {
   Image image;
   if (const Status read = decode(channel::mr_camera, message, image); !read) return read.error();
   const auto pixels = pixels_of(image, codec);
@@ -118,7 +119,7 @@ std::vector<Picture> PictureChoice::finish(std::uint64_t& unreadable) const {
   for (const Charged& each : charged_) choose(each.frame.get(), kWide);
   for (const auto& each : strip_) choose(each.get(), kNarrow);
   std::stable_sort(frames.begin(), frames.end(), [](const Frame* a, const Frame* b) { return a->t < b->t; });
-  JpegCodec codec;
+  render::JpegCodec codec;
   std::vector<Picture> pictures;
   unreadable = 0;
   for (const Frame* frame : frames) {
@@ -131,4 +132,4 @@ std::vector<Picture> PictureChoice::finish(std::uint64_t& unreadable) const {
   return pictures;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -8,7 +8,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 
 struct Picture {
   double t = 0;  ///< s, when it went out
@@ -49,4 +49,4 @@ class PictureChoice {
   std::uint64_t seen_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::review

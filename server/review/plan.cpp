@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 bool shown(const ModelEntity& entity) {
@@ -58,4 +58,4 @@ Plan plan_of(const SemanticModel& model) {
   return plan;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

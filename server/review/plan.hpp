@@ -7,7 +7,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 
 struct PlanPart {
   std::string name;
@@ -28,4 +28,4 @@ struct Plan {
 
 Plan plan_of(const SemanticModel& model);
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -9,7 +9,7 @@
 #include "protocols/channels.hpp"
 #include "server/review/nearest_return.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 /// Reads the log's messages into a review.
@@ -64,9 +64,9 @@ class Gathering {
 
   ReviewLimits limits_;
   std::string path_;
-  SessionGrading grading_;
+  runtime::SessionGrading grading_;
   bool graded_ = true, ended_ = false;
-  const Configuration* configuration_ = nullptr;
+  const tick::Configuration* configuration_ = nullptr;
   std::map<std::string, Handler, std::less<>> handlers_;
   SessionReview review_;
   std::optional<NearestReturn> nearest_;
@@ -94,7 +94,7 @@ Status Gathering::grade(const Message& message) {
   if (!graded_) return first ? Status{Error{path_ + ": a second MR_SESSION"}} : Status{};
   const Status taken = grading_.take(message);
   if (first && !configuration_) {
-    const Configuration* configuration = grading_.configuration();
+    const tick::Configuration* configuration = grading_.configuration();
     graded_ = taken.ok();
     if (configuration && (taken.ok() || !configuration->scenario.training)) {
       configuration_ = configuration;
@@ -113,13 +113,13 @@ Status Gathering::begin(const Message& message) {
   if (const Status read = decode(message.channel, message.payload, header); !read) return read;
   review_.begin = SimulationTime{header.stamp.ns};
   review_.scenario = configuration_->scenario;
-  review_.robot = graded_robot(*configuration_);
+  review_.robot = tick::graded_robot(*configuration_);
   review_.plan = plan_of(configuration_->model);
   listen(channel::mr_events, &Gathering::event);
   listen(channel::mr_world, &Gathering::world);
   listen(channel::mr_camera, &Gathering::picture);
   listen(channel::loop, &Gathering::loop);
-  if (!simulates_trainee(review_.scenario)) {
+  if (!tick::simulates_trainee(review_.scenario)) {
     listen(channel::scan, &Gathering::real_scan);
     listen(channel::camera, &Gathering::real_picture);
   }
@@ -168,7 +168,8 @@ Status Gathering::world(Message& message) {
 
 /// Of a real robot only what an inertial sensor measured.
 bool Gathering::attitude_known(const WorldMessage::Entry& body) const {
-  return world_.attitude_known || body.owner != BodyOwner::real_robot || simulates_trainee(review_.scenario);
+  return world_.attitude_known || body.owner != BodyOwner::real_robot ||
+         tick::simulates_trainee(review_.scenario);
 }
 
 void Gathering::follow(const WorldMessage::Entry& body, double t) {
@@ -303,4 +304,4 @@ Result<SessionReview> review_session(const std::string& path, const ReviewLimits
   return gathering.result(reader->skipped_bytes());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

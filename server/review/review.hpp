@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "server/grade_session.hpp"
 #include "server/review/pictures.hpp"
 #include "server/review/plan.hpp"
 #include "server/review/series.hpp"
 #include "server/review/track.hpp"
+#include "server/runtime/grade_session.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 
 struct ReviewLimits {
   std::size_t windows = 600;          ///< of each plot
@@ -39,8 +39,8 @@ struct SessionReview {
   std::vector<Eigen::Vector2d> footprint;  ///< of the robot, where the description is its own; else empty
   SimulationTime begin;
   double duration = 0;
-  std::optional<Grade> grade;  ///< none: the scenario says nothing of training
-  bool cut_off = false;        ///< the log has no end: it stops in the middle
+  std::optional<training::Grade> grade;  ///< none: the scenario says nothing of training
+  bool cut_off = false;                  ///< the log has no end: it stops in the middle
   std::uint64_t skipped_bytes = 0;
   Plan plan;
   Trail path;
@@ -61,4 +61,4 @@ struct SessionReview {
 Result<SessionReview> review_session(const std::string& path, const ReviewLimits& limits = {},
                                      const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::review

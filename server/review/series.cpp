@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::review {
 
 Series::Series(std::size_t most, double width) : most_(std::max<std::size_t>(most, 1)), width_(width) {}
 
@@ -51,4 +51,4 @@ std::vector<Series::Sample> Series::samples() const {
   return all;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::review {
 
 /// At most `most` windows of one width, aligned to multiples of it, of each the smallest and the largest
 /// sample with their instants. The width doubles as the time grows: memory does not.
@@ -37,4 +37,4 @@ class Series {
   std::vector<Window> windows_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::review

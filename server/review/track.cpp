@@ -5,7 +5,7 @@
 
 #include "protocols/frames.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 
 Track::Track(std::size_t most) : most_(std::max<std::size_t>(most, 2)) {}
 
@@ -51,4 +51,4 @@ std::vector<TrackPoint> Track::points() const {
   return all;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::review

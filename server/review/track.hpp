@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::review {
 
 struct TrackPoint {
   double t = 0;             ///< s
@@ -39,4 +39,4 @@ class Track {
   double length_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -6,7 +6,7 @@
 #include "protocols/nearest_name.hpp"
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kGap = 0.02;         // m kept free between an agent that appears and what is there
@@ -206,4 +206,4 @@ Status Simulation::State::check_place(const AgentDefinition& agent, const Agent*
                      : "no free place within " + metres(kSearchRange) + " m")};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

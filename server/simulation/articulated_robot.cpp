@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 Eigen::Isometry3d joint_motion(const RobotJoint& joint, double position) {
@@ -243,4 +243,4 @@ void ArticulatedRobot::touched(const std::string& link) {
   if (place == touching.end() || *place != link) touching.insert(place, link);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -12,7 +12,7 @@
 #include "server/simulation/robot_layout.hpp"
 #include "server/simulation/robot_motion.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Something that happened to a joint in a step.
 struct JointIncident {
@@ -119,4 +119,4 @@ class ArticulatedRobot {
   std::optional<SimulationTime> awake_until_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

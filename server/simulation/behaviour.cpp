@@ -5,7 +5,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kSight = 3.0;      // m: what is farther does not matter to a decision
@@ -305,4 +305,4 @@ void Simulation::give_scan(const std::string& agent_name, const Scan& scan) {
   laser.measured = laser.asked;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

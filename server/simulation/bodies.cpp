@@ -8,7 +8,7 @@
 #include "server/simulation/gait.hpp"
 #include "server/simulation/simulation.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kPersonRadius = 0.30, kPersonHeight = 1.75;                    // m
@@ -308,4 +308,4 @@ std::vector<Shape> outline_shapes(const std::vector<Eigen::Vector2d>& footprint,
   return shapes;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

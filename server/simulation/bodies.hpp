@@ -10,7 +10,7 @@
 #include "server/simulation/planar.hpp"
 #include "server/simulation/robot_model.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// How an agent takes part in the physics; origin on the floor, between wheels or feet.
 struct AgentForm {
@@ -59,4 +59,4 @@ double stride_length(double speed);
 /// Where an agent robot carries its laser.
 Transform<Base, Laser> agent_laser_mount();
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -9,7 +9,7 @@
 #include "protocols/model_mesh.hpp"
 #include "server/simulation/mesh_parts.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 Error entity_error(const ModelEntity& entity, const std::string& what) {
@@ -265,4 +265,4 @@ const FixedObstacle* Building::by_handle(PhysicsHandle handle) const {
   return at != obstacles_.end() && at->handle == handle ? &*at : nullptr;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -18,7 +18,7 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/planar.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Something of the building that stands in the way.
 struct FixedObstacle {
@@ -135,4 +135,4 @@ class Building {
   std::vector<std::vector<std::uint32_t>> cells_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

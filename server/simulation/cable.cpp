@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kLinkLength = 0.06;  // m, about
@@ -125,4 +125,4 @@ void Cable::append_states(BodyId first, std::uint32_t epoch, std::vector<BodySta
     bodies.push_back({first++, epoch, state.T_map_body, state.velocity, state.rotation_rate, true});
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -11,7 +11,7 @@
 #include "protocols/world.hpp"
 #include "server/simulation/physics.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// `size`: m, its length and twice its diameter.
 struct CableForm {
@@ -54,4 +54,4 @@ class Cable {
   std::vector<RigidState> states_;  // at the newest step
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

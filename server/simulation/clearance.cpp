@@ -4,7 +4,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kContact = 0.001;  // m: nearer is contact
@@ -62,4 +62,4 @@ Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_ba
   return result;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

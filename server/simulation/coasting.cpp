@@ -6,7 +6,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 // What may happen before the next look, of which there are twenty a second.
@@ -90,4 +90,4 @@ void Simulation::State::coast(Agent& agent) {
                                                   rigid.T_map_body.translation().z());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 #include "protocols/nearest_name.hpp"
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 std::uint64_t name_key(const std::string& name) {
   std::uint64_t key = 14695981039346656037ULL;
   for (const unsigned char c : name) key = (key ^ c) * 1099511628211ULL;
@@ -242,4 +242,4 @@ void Simulation::block_sides(const std::string& agent, bool left, bool right) {
   if (found && found->robot) found->robot->block_sides(left, right);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -6,7 +6,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kReleaseGap = 0.02;    // m more than the margin: the robot has left a wall
@@ -177,4 +177,4 @@ void Simulation::State::track_contacts() {
   contacts.update(touching, stamp_of(step), events);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -8,7 +8,7 @@
 
 #include "protocols/event.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// What touches what in a step.
 struct TouchingPair {
@@ -52,4 +52,4 @@ class ContactTracker {
   std::map<std::pair<std::string, std::string>, Contact> open_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

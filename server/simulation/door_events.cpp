@@ -6,7 +6,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 // Between the two a door is as it was: one that swings about a limit is not told again and again.
@@ -98,4 +98,4 @@ void Simulation::State::pass_space(Door& door, const std::string& who, bool ente
   events.push_back(std::move(event));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

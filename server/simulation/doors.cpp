@@ -7,7 +7,7 @@
 #include "protocols/nearest_name.hpp"
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kOpened = 10 * std::numbers::pi / 180;  // rad: turned so far, a door is open
@@ -358,4 +358,4 @@ const std::vector<Relation>& Simulation::relations_of(const std::string& entity)
   return state_->building->net().relations(entity);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -14,7 +14,7 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/planar.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Where a building stands: which of its doors move by themselves, and what the scenario says of them.
 struct DoorRules {
@@ -82,4 +82,4 @@ std::vector<Shape> leaf_shapes(const Door& door);
 Footprint projection(const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size, double& bottom,
                      double& top);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

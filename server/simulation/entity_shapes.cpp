@@ -9,7 +9,7 @@
 #include "server/simulation/robot_layout.hpp"
 #include "server/simulation/simulation.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 /// Commands that nobody answers are forgotten: an instructor asks for a few at a time.
@@ -118,4 +118,4 @@ std::optional<Transform<Base, Laser>> EntityShapes::laser_mount(std::string_view
   return model && model->description.laser ? model->description.laser->T_base_laser : agent_laser_mount();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -17,7 +17,7 @@
 #include "protocols/scene.hpp"
 #include "server/simulation/robot_model.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Begins with what the scenario puts there; a spawn counts from its agent_spawned on, since a command may be
 /// refused.
@@ -51,4 +51,4 @@ class EntityShapes {
   std::map<std::uint64_t, AgentDefinition> asked_;  ///< spawns by request, not answered yet
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

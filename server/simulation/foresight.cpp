@@ -4,7 +4,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kTouch = 0.001;        // m: nearer is contact
@@ -202,4 +202,4 @@ void Simulation::State::foresee(Agent& agent, const ObservedMotion& motion) {
   foresight.tipping.update(body, motion, tipping_of(foresight.stance, R_base_map.col(2), w), events);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

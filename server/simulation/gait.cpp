@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kLift = 0.09;       // m, ankle of the swinging foot above its place when it stands
@@ -72,4 +72,4 @@ void gait_poses(double phase, double amplitude, double stride, std::vector<Trans
   leg_poses(hip_z, -kPerson.hip_half_width, right, poses);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

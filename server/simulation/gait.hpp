@@ -7,7 +7,7 @@
 #include "protocols/frames.hpp"
 #include "server/simulation/bodies.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Lengths of an adult of 1.75 m (after Winter, Biomechanics and Motor Control of Human Movement, segment
 /// lengths as fractions of the height H: thigh 0.245 H, shank 0.246 H, ankle 0.039 H).
@@ -24,4 +24,4 @@ inline constexpr PersonLengths kPerson;
 /// Appends T_base_part of torso, left and right arm, left thigh, shank and foot, right thigh, shank and foot.
 void gait_poses(double phase, double amplitude, double stride, std::vector<Transform<Base, Body>>& poses);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

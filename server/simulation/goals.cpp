@@ -6,7 +6,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kReached = 0.3;     // m from a waypoint
@@ -361,4 +361,4 @@ std::optional<Twist2> Simulation::State::step_aside(Agent& agent) {
   return steer(agent.pose, limits_of(agent), steering, agent.steering);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,7 +5,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 void GripperWatch::say(const Saying& saying, EventKind kind, const std::string& object,
                        const HandledBody& body, double value) {
@@ -175,4 +175,4 @@ void Simulation::State::watch_grippers() {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "protocols/event.hpp"
 #include "protocols/frames.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// How a thing that was gripped stands at the newest step.
 struct HandledBody {
@@ -81,4 +81,4 @@ class GripperWatch {
   std::map<std::string, Held> held_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kSameStorey = 1.5;  // m between a device and the floor of who comes near
@@ -146,4 +146,4 @@ bool Simulation::hazard_reading(HazardReading& reading) {
   return true;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "server/simulation/building.hpp"
 #include "server/simulation/doors.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -148,4 +148,4 @@ double GasField::concentration(const Building& building, double strength, const 
   return way <= kReaches * reach_ ? strength * std::exp(-way / reach_) : 0;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -9,7 +9,7 @@
 #include "protocols/hazard.hpp"
 #include "server/simulation/planar.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class Building;
 struct Door;
@@ -61,4 +61,4 @@ struct HazardState {
   GasField gas;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

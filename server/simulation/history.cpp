@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 BodyState extrapolate(const BodyState& state, double dt) {
@@ -72,4 +72,4 @@ const HistoryRecord* History::find(SimulationTime t, Duration ahead, std::vector
   return record;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

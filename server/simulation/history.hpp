@@ -8,7 +8,7 @@
 #include "protocols/time.hpp"
 #include "protocols/world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class Building;
 
@@ -51,4 +51,4 @@ class History {
   std::size_t size_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -6,7 +6,7 @@
 
 #include "server/simulation/physics_solver.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr int kMostChanges = 6;   // of treads in one solution
@@ -251,4 +251,4 @@ void JointTree::finish() const {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

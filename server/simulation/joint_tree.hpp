@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class PartJoint;
 
@@ -115,4 +115,4 @@ class JointTree {
   bool articulated_ = false;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -1,7 +1,7 @@
 // How parts of a tree answer an impulse on one of them.
 #include "server/simulation/joint_tree.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Parts that joints hold to each other are one.
 void JointTree::compose() {
@@ -65,4 +65,4 @@ btVector3 JointTree::velocity_of_center(int link, const Vector6& motion, double 
          turning * turn.cross(links_[static_cast<std::size_t>(link)].arm);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <map>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
@@ -99,4 +99,4 @@ std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t most_pieces)
   return parts;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -6,7 +6,7 @@
 #include "protocols/model.hpp"
 #include "server/simulation/planar.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 struct MeshPart {
   Footprint footprint;
@@ -21,4 +21,4 @@ inline constexpr double kMeshCell = 0.25;
 /// be cut gets larger cubes. The mesh has passed check_mesh().
 std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t most_pieces = 2'000'000);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

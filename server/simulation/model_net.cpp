@@ -1,6 +1,6 @@
 #include "server/simulation/model_net.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 ModelNet::ModelNet(const SemanticModel& model) {
   for (const ModelEntity& entity : model.entities) {
@@ -44,4 +44,4 @@ std::string ModelNet::place_of(const std::string& name, const Entry& entry) cons
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

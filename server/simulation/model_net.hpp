@@ -8,7 +8,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class ModelNet {
  public:
@@ -33,4 +33,4 @@ class ModelNet {
   std::map<std::string, Entry, std::less<>> entries_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

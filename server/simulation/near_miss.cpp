@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kVerge = 0.05;  // m and s from away: what may be gone within some steps
@@ -60,4 +60,4 @@ void NearMissWatch::update(const Supervised& body, const ObservedMotion& motion,
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

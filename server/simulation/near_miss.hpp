@@ -9,7 +9,7 @@
 
 #include "server/simulation/watches.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Something that is near, or ahead.
 struct Neighbour {
@@ -71,4 +71,4 @@ class NearMissWatch {
   SimulationTime looked_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

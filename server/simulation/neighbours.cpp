@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr std::uint32_t kNowhere = std::numeric_limits<std::uint32_t>::max();
@@ -68,4 +68,4 @@ void Neighbours::near(const Eigen::Vector2d& p, double range, std::vector<std::u
   found.erase(std::unique(found.begin(), found.end()), found.end());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class Neighbours {
  public:
@@ -40,4 +40,4 @@ class Neighbours {
   std::uint32_t mask_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -8,7 +8,7 @@
 
 #include "server/simulation/physics_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
@@ -286,4 +286,4 @@ RigidState Physics::state(PhysicsHandle handle) const {
 
 const std::vector<PhysicsContact>& Physics::contacts() const { return world_->contacts; }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "protocols/model.hpp"
 #include "protocols/scene.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// A rigid body in the solver; numbers are given out in ascending order and never used again.
 using PhysicsHandle = int;
@@ -188,4 +188,4 @@ class Physics {
   std::unique_ptr<World> world_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

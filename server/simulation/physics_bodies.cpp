@@ -4,7 +4,7 @@
 
 #include "server/simulation/physics_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 struct FixedMesh {
   std::unique_ptr<btTriangleMesh> triangles = std::make_unique<btTriangleMesh>();
@@ -183,4 +183,4 @@ void Physics::remove(PhysicsHandle handle) {
   rigid.shape.reset();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 
 #include "server/simulation/physics_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr int kIterations = 30;   // of the solver, for a cable: a long chain settles in these
@@ -219,4 +219,4 @@ void PartJoint::getInfo2(btConstraintInfo2* info) {
   write.bound(6, low ? 0 : -SIMD_INFINITY, low ? SIMD_INFINITY : 0);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

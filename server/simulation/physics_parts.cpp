@@ -4,7 +4,7 @@
 
 #include "server/simulation/physics_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part) {
@@ -169,4 +169,4 @@ void Physics::World::collect_runners() {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kSide = 0.3;  // sine of the angle to its axle below which a contact is on a wheel's side
@@ -214,4 +214,4 @@ btScalar PartSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, i
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

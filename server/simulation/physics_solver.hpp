@@ -12,7 +12,7 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/tree_contacts.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Of a contact point's flags, beside Bullet's own: a runner's surface is in it.
 constexpr int kRollingPoint = 1 << 20;
@@ -155,4 +155,4 @@ inline PartSurfaces* part_of(const btCollisionObject* object) {
   return static_cast<PartSurfaces*>(object->getUserPointer());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

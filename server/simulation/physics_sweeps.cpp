@@ -5,7 +5,7 @@
 
 #include "server/simulation/physics_solver.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr int kTreeSweeps = 30;  // at most, where parts that joints hold touch something
@@ -143,4 +143,4 @@ double PartSolver::solve_friction(int friction) {
                                            m_tmpSolverBodyPool[row.m_solverBodyIdB], row);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/physics_solver.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 enum PhysicsGroup : int {
   kFixed = 1,
@@ -126,4 +126,4 @@ struct Physics::World {
   std::vector<PhysicsHandle> put_down;  // since the last step, at rest
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 Eigen::Vector2d nearest_on_segment(const Eigen::Vector2d& p, const Eigen::Vector2d& a,
@@ -158,4 +158,4 @@ double fastest_point_speed(const Footprint& local, const Twist2& twist) {
   return std::sqrt(fastest) + std::abs(twist.wz) * local.radius;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,11 +5,11 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
 #include "protocols/convex_hull.hpp"
 #include "protocols/frames.hpp"
+#include "protocols/pose2.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 inline Pose2 planar_pose(const Transform<Map, Base>& T_map_base) { return planar(T_map_base); }
 
@@ -53,4 +53,4 @@ inline double distance_bound(const Footprint& a, const Footprint& b) {
 /// Speed of the fastest point of `local` (m/s) under `twist` in its own frame.
 double fastest_point_speed(const Footprint& local, const Twist2& twist);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

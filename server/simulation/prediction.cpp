@@ -7,7 +7,7 @@
 #include "protocols/convex_hull.hpp"
 #include "server/simulation/robot_model.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -182,4 +182,4 @@ Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen:
   return nearest;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -13,7 +13,7 @@
 #include "server/simulation/planar.hpp"
 #include "server/simulation/watches.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 struct RobotModel;
 
@@ -130,4 +130,4 @@ struct Foresight {
   std::vector<double> stance_joints;  ///< positions that `stance` is of
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

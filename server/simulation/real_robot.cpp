@@ -3,7 +3,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kZoneSpacing = 0.10;  // m between two footprints of the zone
@@ -82,4 +82,4 @@ void Simulation::State::move_real(const std::optional<RealRobotState>& now) {
                          base.linear() * Eigen::Vector3d(0, 0, real.last.twist.wz));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -6,7 +6,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 /// rad from a to b; all parts of an agent turn about its y axis (part_poses).
@@ -141,4 +141,4 @@ bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
   return true;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 class Builder {
@@ -239,4 +239,4 @@ class Builder {
 
 RobotLayout make_layout(const RobotModel& model) { return Builder(model).build(); }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

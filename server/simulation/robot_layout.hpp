@@ -9,7 +9,7 @@
 #include "server/simulation/physics.hpp"
 #include "server/simulation/robot_model.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Links that are seen as one body: those that are fixed to each other.
 struct RobotNode {
@@ -64,4 +64,4 @@ inline Eigen::Isometry3d turn_about(const Eigen::Vector3d& axis, double angle) {
   return Eigen::Isometry3d(Eigen::AngleAxisd(angle, axis));
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

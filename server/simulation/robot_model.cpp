@@ -12,7 +12,7 @@
 #include "protocols/yaml/utf8.hpp"
 #include "server/simulation/urdf.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using yaml::Node;
@@ -321,4 +321,4 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path) {
   return parse_robot_model(*urdf, *text, path);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

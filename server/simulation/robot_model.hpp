@@ -14,7 +14,7 @@
 #include "protocols/scene.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// A rigid part; its frame is that of the joint that carries it (URDF), of the first link base_link: on the
 /// floor, between wheels or tracks.
@@ -90,4 +90,4 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path);
 /// Names of the shipped ones, ascending.
 std::vector<std::string> shipped_robot_models();
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

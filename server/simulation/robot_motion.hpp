@@ -9,7 +9,7 @@
 #include "protocols/frames.hpp"
 #include "protocols/joints.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Of an articulated robot at the newest step.
 struct RobotMotion {
@@ -25,4 +25,4 @@ struct RobotMotion {
   std::uint32_t epoch = 0;            ///< counts its spawn and moves
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 
 #include "server/simulation/articulated_robot.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kServo = 12;          // 1/s: how fast a position error is driven out
@@ -250,4 +250,4 @@ void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,
   if (share < 0.9) servo.overloaded = false;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

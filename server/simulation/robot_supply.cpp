@@ -6,7 +6,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kGravity = 9.81;            // m/s^2
@@ -75,4 +75,4 @@ SupplyState Simulation::supply_of(const std::string& name) const {
   return state;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,7 +5,7 @@
 
 #include "protocols/hazard.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// dBm at a receiver `distance` m away behind `walls` walls: free space up to 1 m (Friis 1946), from there
 /// the log-distance model with a loss for each wall (Motley and Keenan 1988).
@@ -22,4 +22,4 @@ struct RobotSupply {
   bool low = false, empty = false;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

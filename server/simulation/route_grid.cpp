@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 std::int32_t floor_div(std::int32_t a, std::int32_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
@@ -97,4 +97,4 @@ bool RouteGrid::free_segment(const Eigen::Vector2d& from, const Eigen::Vector2d&
   return !first_too_close(from, direction, length, needed);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

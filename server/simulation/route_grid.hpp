@@ -13,7 +13,7 @@
 
 #include "server/simulation/building.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// A square of the grid, counted from the map's origin.
 struct RouteCell {
@@ -84,4 +84,4 @@ class RouteGrid {
   std::vector<const FixedObstacle*> near_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

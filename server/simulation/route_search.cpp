@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr std::uint8_t kStartedHere = 8;
@@ -182,4 +182,4 @@ std::vector<Eigen::Vector2d> RouteSearch::smooth() {
   return points;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "server/simulation/planar.hpp"
 #include "server/simulation/route_grid.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 struct RouteQuery {
   Eigen::Vector2d start, goal;     ///< m, map
@@ -99,4 +99,4 @@ class RouteSearch {
   bool too_large_ = false;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Floors are never quite level, and robots of many heights use one grid.
 RouteGrid& Router::grid(const std::shared_ptr<const Building>& building, double exact_floor,
@@ -63,4 +63,4 @@ void Router::work(std::vector<Answer>& answers) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -8,7 +8,7 @@
 
 #include "server/simulation/route_search.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class Router {
  public:
@@ -55,4 +55,4 @@ class Router {
   std::vector<const FixedObstacle*> doors_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -8,7 +8,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 Status check(const SimulationOptions& options, const RobotDescription& robot) {
@@ -271,4 +271,4 @@ void Simulation::step(const std::optional<RealRobotState>& real, std::vector<Las
   state.ask_lasers(requests);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -22,7 +22,7 @@
 #include "server/simulation/robot_model.hpp"
 #include "server/simulation/robot_motion.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class Building;
 
@@ -223,4 +223,4 @@ class Simulation {
 /// The bodies of an agent at its origin: what lasers hit and cameras see.
 std::vector<BodyDefinition> agent_bodies(const AgentDefinition& agent, BodyId first_id);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -25,7 +25,7 @@
 #include "server/simulation/steering.hpp"
 #include "server/simulation/supervision.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// An agent's own simulated laser and what its newest scan said.
 struct AgentLaser {
@@ -327,4 +327,4 @@ bool finite(const Twist2& twist);
 /// Seeds an agent's random stream from its name (FNV-1a).
 std::uint64_t name_key(const std::string& name);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

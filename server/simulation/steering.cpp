@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kTouch = 0.002;        // m: as near as advancement goes to an obstacle's margin
@@ -158,4 +158,4 @@ Twist2 steer(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& s
   return {v, 0, w};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "protocols/time.hpp"
 #include "server/simulation/planar.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// What a kind of agent can do.
 struct SteeringLimits {
@@ -50,4 +50,4 @@ double free_length(const Pose2& pose, double radius, double margin, double kappa
 /// with arcs of fixed curvatures; turns on the spot where none is free.
 Twist2 steer(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch, SteeringState& state);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

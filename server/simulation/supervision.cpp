@@ -2,7 +2,7 @@
 
 #include "server/simulation/state.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 void BodyWatch::update(const ObservedMotion& motion, const std::vector<Zone>& zones, const Building& building,
                        double dt, std::vector<Event>& events) {
@@ -90,4 +90,4 @@ void Simulation::State::supervise() {
   watch_hazards();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

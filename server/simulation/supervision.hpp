@@ -7,6 +7,12 @@
 #include "server/simulation/watches.hpp"
 
 namespace parhelion {
+struct AgentDefinition;
+}
+namespace parhelion {
+struct RobotDescription;
+}
+namespace parhelion::simulation {
 
 /// All watches of one body.
 class BodyWatch {
@@ -32,8 +38,6 @@ class BodyWatch {
 };
 
 struct AgentForm;
-struct AgentDefinition;
-struct RobotDescription;
 struct RobotModel;
 /// The real robot: its height is what SLAM says, so nothing is said of falls.
 Supervised supervised(const RobotDescription& robot);
@@ -41,4 +45,4 @@ Supervised supervised(const AgentDefinition& agent, const AgentForm& form);
 /// A robot of links and joints: all of it.
 Supervised supervised(const std::string& name, const RobotModel& model);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

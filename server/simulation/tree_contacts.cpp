@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 const btVector3& normal(const btSolverConstraint& row, bool is_a) {
@@ -152,4 +152,4 @@ void TreeContacts::hand_over(Bodies& bodies) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

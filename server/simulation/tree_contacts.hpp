@@ -7,7 +7,7 @@
 
 #include "server/simulation/joint_tree.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Contact rows of which a side is of a JointTree. An impulse on such a part moves all that its joints hold
 /// to it, so that a row is as heavy as what hangs together and settles in as few sweeps as that of one body;
@@ -61,4 +61,4 @@ class TreeContacts {
   std::vector<Vector6> changes_, pushes_;  // by composite, since prepare()
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

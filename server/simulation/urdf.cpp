@@ -13,7 +13,7 @@
 #include <sanitizer/lsan_interface.h>
 #endif
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 /// Links of liburdfdom hold each other by shared pointers: those of a joint loop, which it refuses, are never
@@ -327,4 +327,4 @@ Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
   return Reader(urdf, origin, materials).read();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

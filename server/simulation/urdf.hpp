@@ -8,7 +8,7 @@
 #include "protocols/status.hpp"
 #include "server/simulation/robot_model.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// What the YAML beside a URDF adds to the materials that it names.
 using MaterialTable = std::map<std::string, Material>;
@@ -27,4 +27,4 @@ Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
 /// Line of `<tag name="name"`, 0: there is none.
 int urdf_line(const std::string& urdf, const std::string& tag, const std::string& name);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 bool is_zero(const Twist2& twist) { return twist.vx == 0 && twist.vy == 0 && twist.wz == 0; }
@@ -97,4 +97,4 @@ VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& 
   return result(input, scale, scale < 1 ? HoldReason::contact : HoldReason::none);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -9,7 +9,7 @@
 #include "protocols/scenario.hpp"
 #include "server/simulation/simulation.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 /// Why MR_CMD is not TELEOP.
 enum class HoldReason : std::uint8_t {
@@ -62,4 +62,4 @@ double contact_scale(const ContactLimits& limits, const RobotLimits& robot, doub
 VirtualContactResult limit(const ContactLimits& limits, const RobotDescription& robot,
                            const VirtualContactInput& input, VirtualContactState& state);
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,7 +5,7 @@
 
 #include "server/simulation/building.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kLevelStep = 0.02;   // m: less is the same level
@@ -190,4 +190,4 @@ void ZoneWatch::close(const Supervised& body, const ObservedMotion& last, const 
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

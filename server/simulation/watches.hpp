@@ -15,7 +15,7 @@
 #include "protocols/zone.hpp"
 #include "server/simulation/planar.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 
 class Building;
 struct FixedObstacle;
@@ -133,4 +133,4 @@ class ZoneWatch {
   std::vector<bool> in_;  ///< by zone
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using Kind = Condition::Kind;
@@ -165,4 +165,4 @@ std::string briefing(const Scenario& scenario, const std::string& robot) {
   return text;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -5,7 +5,7 @@
 
 #include "protocols/scenario.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// In words: "pass door 1 without collision_started of door 1, within 20 s".
 std::string condition_text(const Condition& condition);
@@ -15,4 +15,4 @@ std::string condition_text(const Condition& condition);
 /// the one that is graded. Empty where the scenario has no training.
 std::string briefing(const Scenario& scenario, const std::string& robot);
 
-}  // namespace parhelion
+}  // namespace parhelion::training

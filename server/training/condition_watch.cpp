@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 constexpr const char* kAnybody = "any";
@@ -223,4 +223,4 @@ Verdict ConditionWatch::held_for(bool now, SimulationTime stamp, double duration
   return stamp - *since_ >= seconds(duration) ? Verdict::held : Verdict::open;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -8,7 +8,7 @@
 #include "protocols/training.hpp"
 #include "server/training/surroundings.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// One step of what was recorded: an event, or (event: nullptr) a new state of the world. The surroundings
 /// have taken it already. Stamps do not go back.
@@ -57,4 +57,4 @@ class ConditionWatch {
   std::vector<ConditionWatch> never_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::training

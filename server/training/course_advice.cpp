@@ -4,7 +4,7 @@
 
 #include "protocols/scenario.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 Result<std::vector<TaskOffer>> course_tasks(const Course& course) {
   std::vector<TaskOffer> offers;
@@ -82,4 +82,4 @@ Result<CourseAdvice> advise(Records& records, const std::string& pseudonym, cons
   return advice;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

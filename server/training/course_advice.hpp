@@ -8,7 +8,7 @@
 #include "server/training/next_task.hpp"
 #include "server/training/records.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// The tasks of all programmes in their order; TaskOffer::scenario is the scenario's name, difficulties as
 /// rank_difficulties() says. Error: a scenario cannot be read or has no `training`; no task names a skill.
@@ -30,4 +30,4 @@ struct CourseAdvice {
 /// Error: as course_tasks() and Records say.
 Result<CourseAdvice> advise(Records& records, const std::string& pseudonym, const Course& course);
 
-}  // namespace parhelion
+}  // namespace parhelion::training

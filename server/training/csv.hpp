@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::training {
 
 inline std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -21,4 +21,4 @@ std::string csv_number(Number number) {
   return {text, end.ptr};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -9,7 +9,7 @@
 #include <map>
 #include <tuple>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 sqlite3_stmt* statement_of(void* row) { return static_cast<sqlite3_stmt*>(row); }
@@ -199,4 +199,4 @@ Status Database::empty_log() {
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

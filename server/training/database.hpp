@@ -11,7 +11,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// What a column holds; monostate: NULL.
 using SqlValue = std::variant<std::monostate, std::int64_t, double, std::string>;
@@ -74,4 +74,4 @@ class Database {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 Result<std::string> pseudonym_of(Records& records, TraineeRecord trainee, Taken& taken) {
@@ -52,4 +52,4 @@ Result<Taken> take(Records& records, const Histories& histories) {
   return taken;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

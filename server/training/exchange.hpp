@@ -7,7 +7,7 @@
 
 #include "server/training/records.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 struct TraineeHistory {
   TraineeRecord trainee;  ///< a pseudonym that is empty: to be drawn when it is taken
@@ -48,4 +48,4 @@ struct Taken {
 /// session is another trainee's.
 Result<Taken> take(Records& records, const Histories& histories);
 
-}  // namespace parhelion
+}  // namespace parhelion::training

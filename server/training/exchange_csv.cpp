@@ -8,7 +8,7 @@
 #include "server/training/csv.hpp"
 #include "server/training/exchange.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using Fields = std::vector<std::string>;
@@ -223,4 +223,4 @@ Result<Histories> histories_from_csv(const std::string& text, const std::string&
   return histories;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

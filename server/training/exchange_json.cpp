@@ -7,7 +7,7 @@
 #include "server/training/grade_json.hpp"
 #include "server/training/json_reason.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -150,4 +150,4 @@ Result<Histories> histories_from_json(const std::string& text, const std::string
   return histories;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -13,7 +13,7 @@
 #include "server/training/iso8601.hpp"
 #include "server/training/json_reason.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -293,4 +293,4 @@ Result<Histories> histories_from_xapi(const std::string& text, const std::string
   return histories;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -6,7 +6,7 @@
 
 #include "server/training/grader.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 template <class Json>
 Json instant_json(const std::optional<SimulationTime>& stamp) {
@@ -61,4 +61,4 @@ void put_grade(const Grade& grade, Json& json) {
                        {"cause", event_json<Json>(charge.cause)}});
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -5,7 +5,7 @@
 
 #include "server/training/words.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 Grader::Grader(const Training& training, const SemanticModel& model, const RobotDescription& description,
                const std::string& robot, SimulationTime begin)
@@ -175,4 +175,4 @@ Grade Grader::grade() const {
   return grade;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

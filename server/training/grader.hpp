@@ -9,7 +9,7 @@
 #include "server/training/condition_watch.hpp"
 #include "server/training/surroundings.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 enum class TaskOutcome : std::uint8_t {
   waiting,  ///< its turn has not come
@@ -107,4 +107,4 @@ class Grader {
   bool ended_ = false;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string_view>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -145,4 +145,4 @@ std::optional<Duration> duration_of(const std::string& text) {
   return Duration{ns};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -6,7 +6,7 @@
 
 #include "protocols/time.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// UTC, nanoseconds: 2023-11-14T22:13:20.000000001Z.
 std::string timestamp_text(SimulationTime stamp);
@@ -20,4 +20,4 @@ std::string duration_text(Duration duration);
 /// is none.
 std::optional<Duration> duration_of(const std::string& text);
 
-}  // namespace parhelion
+}  // namespace parhelion::training

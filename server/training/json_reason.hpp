@@ -5,7 +5,7 @@
 #include <exception>
 #include <string>
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// The library's message without its own number in front.
 inline std::string json_reason(const std::exception& error) {
@@ -13,4 +13,4 @@ inline std::string json_reason(const std::exception& error) {
   return text == nullptr ? error.what() : text + 2;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 struct Need {
@@ -187,4 +187,4 @@ NextTask next_task(const Skills& skills, const std::vector<TaskOffer>& offers, i
   return next;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

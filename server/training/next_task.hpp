@@ -6,7 +6,7 @@
 
 #include "server/training/skills.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// A task that may be given.
 struct TaskOffer {
@@ -62,4 +62,4 @@ double mastery_ability(const std::vector<TaskOffer>& offers, const std::string& 
 NextTask next_task(const Skills& skills, const std::vector<TaskOffer>& offers, int level,
                    const SkillParameters& parameters = {}, const ChoiceParameters& choice = {});
 
-}  // namespace parhelion
+}  // namespace parhelion::training

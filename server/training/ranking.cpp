@@ -5,7 +5,7 @@
 
 #include "protocols/scenario.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 /// Larger is better.
@@ -63,4 +63,4 @@ Result<std::vector<CoursePlace>> course_ranking(Records& records, const Course& 
   return places;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

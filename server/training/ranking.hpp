@@ -8,7 +8,7 @@
 #include "protocols/course.hpp"
 #include "server/training/records.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// A trainee's best session of a programme: one that was passed before one that was not, then the larger
 /// share of the points, then the shorter. One that is incomplete counts as it stands.
@@ -31,4 +31,4 @@ struct CoursePlace {
 /// last. Error: a programme's scenario cannot be read.
 Result<std::vector<CoursePlace>> course_ranking(Records& records, const Course& course);
 
-}  // namespace parhelion
+}  // namespace parhelion::training

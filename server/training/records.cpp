@@ -11,7 +11,7 @@
 #include "server/training/records_schema.hpp"
 #include "server/training/stored_grade.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 /// Drawn, not derived from the name: who has a list of names cannot find the pseudonyms.
@@ -277,4 +277,4 @@ Result<std::vector<SessionRecord>> Records::sessions(const std::string& pseudony
 
 Status Records::together(const std::function<Status()>& work) { return state_->database.write(work); }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -8,7 +8,7 @@
 #include "protocols/status.hpp"
 #include "server/training/grader.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// Name and mbox_sha1sum are the only personal things here; all else speaks of the pseudonym.
 struct TraineeRecord {
@@ -70,4 +70,4 @@ class Records {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::training

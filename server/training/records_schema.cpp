@@ -2,7 +2,7 @@
 
 #include <iterator>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 // Instants are SimulationTime, ns since the epoch. Only trainees.name
@@ -91,4 +91,4 @@ Status migrate(Database& database, std::int64_t target) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -5,7 +5,7 @@
 
 #include "server/training/database.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// Of the records that this program writes (PRAGMA user_version).
 std::int64_t newest_schema();
@@ -14,4 +14,4 @@ std::int64_t newest_schema();
 /// a newer schema, or another program's.
 Status migrate(Database& database, std::int64_t target = newest_schema());
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using Distribution = SkillBelief::Distribution;
@@ -110,4 +110,4 @@ void Skills::observe(const std::vector<std::string>& skills, double difficulty, 
     beliefs_.try_emplace(skills[i], unseen_).first->second.observe(parameters_, difficulty, others[i], done);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// Ability and difficulty are on one scale without unit: where they are equal, half of all tries go well.
 struct SkillParameters {
@@ -64,4 +64,4 @@ class Skills {
   std::map<std::string, SkillBelief> beliefs_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -2,7 +2,7 @@
 
 #include "protocols/enumerators.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 /// Of those up to `last`.
@@ -161,4 +161,4 @@ Result<Grade> read_grade(Database& database, std::int64_t session) {
   return grade;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -5,7 +5,7 @@
 
 #include "protocols/line_in_box.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 Surroundings::Surroundings(const SemanticModel& model, const RobotDescription& description, std::string robot)
     : model_(model), description_(description), robot_(std::move(robot)) {}
@@ -131,4 +131,4 @@ bool Surroundings::hidden(const Eigen::Vector3d& from, const Eigen::Vector3d& to
   });
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -12,7 +12,7 @@
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 class Surroundings {
  public:
@@ -60,4 +60,4 @@ class Surroundings {
   std::set<std::string, std::less<>> withheld_;  // agents that its sensors do not show
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace parhelion {
+namespace parhelion::training {
 
 const char* to_string(TaskOutcome outcome) {
   switch (outcome) {
@@ -49,4 +49,4 @@ std::string verdict_text(const Grade& grade) {
          (grade.passed ? ", passed" : ", not passed");
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::training

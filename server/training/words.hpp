@@ -6,7 +6,7 @@
 
 #include "server/training/grader.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 
 /// "collision_started rover - wall 1 (in the hall), 3.20 N s"; empty without an event.
 std::string event_text(const std::optional<Event>& event);
@@ -15,4 +15,4 @@ std::string points_text(double points);
 /// "93 of 100 points (93.0 %), grade A, passed".
 std::string verdict_text(const Grade& grade);
 
-}  // namespace parhelion
+}  // namespace parhelion::training

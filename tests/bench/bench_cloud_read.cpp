@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::size_t count = 1'000'000;
 
-PointCloud<Scanner> room() {
+cloud::PointCloud<Scanner> room() {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> metres(-10, 10);
-  PointCloud<Scanner> cloud;
+  cloud::PointCloud<Scanner> cloud;
   for (std::size_t i = 0; i < count; ++i) {
     cloud.points.emplace_back(metres(random), metres(random), metres(random) / 7);
   }
@@ -31,9 +31,9 @@ class File {
   explicit File(const std::string& extension)
       : path_(std::filesystem::temp_directory_path() /
               ("parhelion-bench-" + std::to_string(::getpid()) + extension)) {
-    const PointCloud<Scanner> cloud = room();
-    if (extension == ".ply") written_ = write_ply(path_, cloud).ok();
-    if (extension == ".pcd") written_ = write_pcd(path_, cloud).ok();
+    const cloud::PointCloud<Scanner> cloud = room();
+    if (extension == ".ply") written_ = cloud::write_ply(path_, cloud).ok();
+    if (extension == ".pcd") written_ = cloud::write_pcd(path_, cloud).ok();
     if (extension != ".xyz") return;
     std::FILE* file = std::fopen(path_.c_str(), "w");
     if (file == nullptr) return;
@@ -55,7 +55,7 @@ class File {
 void read(benchmark::State& state, const std::string& path) {
   std::size_t points = 0;
   for (auto _ : state) {
-    const auto scan = read_scan(path);
+    const auto scan = cloud::read_scan(path);
     if (!scan) return state.SkipWithError(scan.error().message.c_str());
     points = scan->cloud.size();
     benchmark::DoNotOptimize(scan->cloud.points.data());

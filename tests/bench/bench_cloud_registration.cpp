@@ -41,15 +41,16 @@ std::vector<Eigen::Vector3f> tiled(const std::vector<Eigen::Vector3f>& points, s
   return result;
 }
 
-double register_default(const PointCloud<Target>& target, const PointCloud<Source>& source,
-                        const Transform<Target, Source>& guess) {
-  RegistrationOptions options;
+double register_default(const cloud::PointCloud<cloud::Target>& target,
+                        const cloud::PointCloud<cloud::Source>& source,
+                        const Transform<cloud::Target, cloud::Source>& guess) {
+  cloud::RegistrationOptions options;
   options.threads = 2;
   std::vector<double> times;
-  Registration found;
+  cloud::Registration found;
   const std::clock_t begin = std::clock();
   for (int i = 0; i < 21; ++i)
-    times.push_back(milliseconds([&] { found = *register_pair(target, source, guess, options); }));
+    times.push_back(milliseconds([&] { found = *cloud::register_pair(target, source, guess, options); }));
   const double processor = 1000.0 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   std::printf("register_pair: %.1f ms of processor time, both threads together\n",
               processor / static_cast<double>(times.size()));
@@ -60,7 +61,7 @@ double register_default(const PointCloud<Target>& target, const PointCloud<Sourc
       "%s\n",
       target.size(), source.size(), times[times.size() / 2], times.front(), t.x(), t.y(), t.z(),
       found.T_target_source.yaw(), found.converged ? "converged" : found.why.c_str());
-  const test::SlowRegistrar registrar(target.points, source.points, fitted_surfel_size(target.points));
+  const test::SlowRegistrar registrar(target.points, source.points, cloud::fitted_surfel_size(target.points));
   const test::SlowRegistration slow = registrar.run(guess.isometry(), options.max_distance);
   const Eigen::Isometry3d apart = slow.T.inverse() * found.T_target_source.isometry();
   std::printf("  %.1f mm and %.3f degrees from the slow twin (all points, %d iterations)\n",
@@ -69,18 +70,19 @@ double register_default(const PointCloud<Target>& target, const PointCloud<Sourc
   return times[times.size() / 2];
 }
 
-void iterate_points(const PointCloud<Target>& target, const PointCloud<Source>& source,
-                    const Transform<Target, Source>& guess, bool paper_grid) {
+void iterate_points(const cloud::PointCloud<cloud::Target>& target,
+                    const cloud::PointCloud<cloud::Source>& source,
+                    const Transform<cloud::Target, cloud::Source>& guess, bool paper_grid) {
   constexpr std::size_t points = 300000;
   const int iterations = paper_grid ? 3 : 30;
-  PointIcpOptions options;
+  cloud::PointIcpOptions options;
   options.threads = 2;
   options.paper_grid = paper_grid;
   const auto many_target = tiled(target.points, points);
   std::vector<Eigen::Vector3f> moved;
   for (const Eigen::Vector3f& p : source.points) moved.push_back((guess * p.cast<double>()).cast<float>());
   const auto many_source = tiled(moved, points);
-  PointIcp icp(many_target, many_source, options);
+  cloud::PointIcp icp(many_target, many_source, options);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   double first = 0, sum = 0, last = 0;
   const std::clock_t begin = std::clock();
@@ -99,8 +101,9 @@ void iterate_points(const PointCloud<Target>& target, const PointCloud<Source>& 
 }
 
 #ifdef PARHELION_WITH_PCL
-double register_with_pcl(const PointCloud<Target>& target, const PointCloud<Source>& source,
-                         const Transform<Target, Source>& guess) {
+double register_with_pcl(const cloud::PointCloud<cloud::Target>& target,
+                         const cloud::PointCloud<cloud::Source>& source,
+                         const Transform<cloud::Target, cloud::Source>& guess) {
   const auto converted = [](const std::vector<Eigen::Vector3f>& points) {
     auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
     for (const Eigen::Vector3f& p : points) cloud->push_back({p.x(), p.y(), p.z()});
@@ -124,20 +127,20 @@ double register_with_pcl(const PointCloud<Target>& target, const PointCloud<Sour
 
 int main() {
   const std::filesystem::path folder = std::filesystem::path(PARHELION_DATA_DIR) / "3d-room-scan";
-  const auto first = parhelion::read_scan(folder / "room_scan1.pcd"),
-             second = parhelion::read_scan(folder / "room_scan2.pcd");
+  const auto first = parhelion::cloud::read_scan(folder / "room_scan1.pcd"),
+             second = parhelion::cloud::read_scan(folder / "room_scan2.pcd");
   if (!first || !second) {
     std::printf("%s\n", (first ? second : first).error().message.c_str());
     return 1;
   }
-  parhelion::PointCloud<parhelion::Target> target;
-  parhelion::PointCloud<parhelion::Source> source;
+  parhelion::cloud::PointCloud<parhelion::cloud::Target> target;
+  parhelion::cloud::PointCloud<parhelion::cloud::Source> source;
   target.points = first->cloud.points;
   source.points = second->cloud.points;
   // A scan's frame is its scanner's.
   target.viewpoints = source.viewpoints = {Eigen::Vector3d::Zero()};
-  const auto guess =
-      parhelion::Transform<parhelion::Target, parhelion::Source>::planar(1.79387, 0.720047, 0.6931);
+  const auto guess = parhelion::Transform<parhelion::cloud::Target, parhelion::cloud::Source>::planar(
+      1.79387, 0.720047, 0.6931);
   [[maybe_unused]] const double own = register_default(target, source, guess);
   iterate_points(target, source, guess, false);
   iterate_points(target, source, guess, true);

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "server/play/player.hpp"
+#include "server/runtime/play/player.hpp"
 
 int main(int argc, char** argv) {
   using namespace parhelion;
@@ -15,12 +15,12 @@ int main(int argc, char** argv) {
   };
   if (argc != 2) return std::fprintf(stderr, "usage: bench_play_seek SESSION.lcm\n"), 2;
   const auto start = Clock::now();
-  auto recording = Recording::open(argv[1]);
+  auto recording = runtime::Recording::open(argv[1]);
   if (!recording) return std::fprintf(stderr, "%s\n", recording.error().message.c_str()), 1;
   std::printf("open: %zu messages, %.1f s, in %.1f ms\n", recording->size(), recording->duration(),
               milliseconds_since(start));
   std::size_t sent = 0;
-  Player player(std::move(*recording), {.paused = true}, [&sent](const Message&) { ++sent; });
+  runtime::Player player(std::move(*recording), {.paused = true}, [&sent](const Message&) { ++sent; });
   std::mt19937 random(1);
   std::uniform_real_distribution<double> anywhere(0, player.recording().duration());
   std::vector<double> took;

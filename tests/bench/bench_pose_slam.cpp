@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
 #include "fusion/pose/scan_odometry.hpp"
 #include "fusion/pose/slam.hpp"
 #include "protocols/bus/log_file.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/pose2.hpp"
 
 namespace parhelion {
 namespace {
@@ -80,9 +80,9 @@ struct Run {
   std::vector<double> wall_ms, cpu_ms;
 };
 
-Run run(Slam& slam, const Recording& recording) {
+Run run(pose::Slam& slam, const Recording& recording) {
   Run result;
-  ScanOdometry odometry;
+  pose::ScanOdometry odometry;
   Pose2 T_odom_base;
   for (const Recording::Input& input : recording.inputs) {
     if (!input.is_scan) {
@@ -178,7 +178,7 @@ void bench_mapping(const std::string& name, const std::string& log, const std::s
   std::printf("%s: mapping\n", name.c_str());
   Recording recording;
   if (!load(log, recording)) return;
-  auto mapper = make_mapper(recording.robot, {});
+  auto mapper = pose::make_mapper(recording.robot, {});
   if (!mapper) return;
   const double start = cpu_seconds();
   Run causal = run(**mapper, recording);
@@ -202,12 +202,12 @@ void bench_mapping(const std::string& name, const std::string& log, const std::s
   }
   // The same drive again in the map that it made.
   const std::string prefix = (std::filesystem::temp_directory_path() / "parhelion_bench_pose").string();
-  if (!(*mapper)->save_simplemap(prefix + ".simplemap") || !save_ros_map((*mapper)->grid_map(), prefix))
+  if (!(*mapper)->save_simplemap(prefix + ".simplemap") || !pose::save_ros_map((*mapper)->grid_map(), prefix))
     return;
   for (const char* kind : {".simplemap", ".yaml"}) {
-    SlamOptions options;
+    pose::SlamOptions options;
     options.start = Eigen::Vector3d::Zero();
-    auto localizer = make_localizer(recording.robot, prefix + kind, options);
+    auto localizer = pose::make_localizer(recording.robot, prefix + kind, options);
     if (!localizer) continue;
     std::printf("%s: localization in %s\n", name.c_str(), kind);
     Run located = run(**localizer, recording);

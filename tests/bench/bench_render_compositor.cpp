@@ -22,16 +22,16 @@ SemanticModel corridor() {
 }
 
 /// Ten robots of about 2,000 triangles each when near.
-RenderJob ten_robots() {
+render::RenderJob ten_robots() {
   World world;
   for (int i = 0; i < 10; ++i)
     world.add("robot " + std::to_string(i), robot_shapes(),
               Transform<Map, Body>::planar(1.6 + 0.5 * i, (i % 3 - 1) * 0.75, i));
-  RenderJob job;
+  render::RenderJob job;
   job.camera = pinhole();
   job.T_map_optical = look({-0.6, 0, 1.1}, 0.02, 0.2);
   job.world = world.snapshot;
-  auto camera = VirtualCamera::create(corridor());
+  auto camera = render::VirtualCamera::create(corridor());
   if (camera.ok()) job.image = (*camera)->render(job.camera, job.T_map_optical, {}, SensorTime{}, "");
   return job;
 }
@@ -54,14 +54,14 @@ class Percentiles {
   std::map<std::string, std::vector<double>> samples_;
 };
 
-void run(benchmark::State& state, const RenderJob& job) {
-  auto compositor = Compositor::create(corridor());
+void run(benchmark::State& state, const render::RenderJob& job) {
+  auto compositor = render::Compositor::create(corridor());
   if (!compositor.ok()) return state.SkipWithError(compositor.error().message.c_str());
   (*compositor)->compose(job);  // shaders are compiled on first use
   Percentiles percentiles;
   for (auto _ : state) {
     const auto start = std::chrono::steady_clock::now();
-    const RenderAnswer answer = (*compositor)->compose(job);
+    const render::RenderAnswer answer = (*compositor)->compose(job);
     const double all =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     if (!answer.drawn) return state.SkipWithError(("nothing was drawn: " + answer.reason).c_str());
@@ -78,7 +78,7 @@ void ten_robots_jpeg(benchmark::State& state) { run(state, ten_robots()); }
 BENCHMARK(ten_robots_jpeg)->Unit(benchmark::kMillisecond)->Iterations(300)->MeasureProcessCPUTime();
 
 void ten_robots_with_distortion(benchmark::State& state) {
-  RenderJob job = ten_robots();
+  render::RenderJob job = ten_robots();
   job.camera.intrinsics.distortion = {-0.3, 0.1, 0.001, -0.001, 0};
   run(state, job);
 }
@@ -88,7 +88,7 @@ BENCHMARK(ten_robots_with_distortion)
     ->MeasureProcessCPUTime();
 
 void one_robot_with_depth(benchmark::State& state) {
-  RenderJob job = robot_job(jpeg_image(), 2);
+  render::RenderJob job = robot_job(jpeg_image(), 2);
   job.depth = Image{};
   job.depth->width = 640, job.depth->height = 480;
   job.depth->format = PixelFormat::depth_mm;
@@ -108,9 +108,9 @@ void one_robot_with_depth(benchmark::State& state) {
 BENCHMARK(one_robot_with_depth)->Unit(benchmark::kMillisecond)->Iterations(100)->MeasureProcessCPUTime();
 
 void stand_in_camera(benchmark::State& state) {
-  auto camera = VirtualCamera::create(corridor());
+  auto camera = render::VirtualCamera::create(corridor());
   if (!camera.ok()) return state.SkipWithError(camera.error().message.c_str());
-  const RenderJob job = ten_robots();
+  const render::RenderJob job = ten_robots();
   for (auto _ : state)
     benchmark::DoNotOptimize((*camera)->render(job.camera, job.T_map_optical, {}, SensorTime{}, "bench"));
 }

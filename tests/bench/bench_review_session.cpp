@@ -20,9 +20,9 @@ void hour(benchmark::State& state) {
   session.write(folder / "hour.lcm");
   std::size_t bytes = 0;
   for (auto _ : state) {
-    auto review = review_session(folder / "hour.lcm");
+    auto review = review::review_session(folder / "hour.lcm");
     if (!review) return state.SkipWithError(review.error().message.c_str());
-    bytes = to_html({{std::move(*review)}, {}, {}}).size();
+    bytes = review::to_html({{std::move(*review)}, {}, {}}).size();
   }
   state.counters["log_MB"] = static_cast<double>(std::filesystem::file_size(folder / "hour.lcm")) / 1e6;
   state.counters["page_MB"] = static_cast<double>(bytes) / 1e6;

@@ -63,14 +63,14 @@ BodyDefinition robot() {
 struct World {
   LaserDescription laser = lms200();
   std::vector<float> time;
-  Sweep sweep;
-  BeamSet beams;
+  scan::Sweep sweep;
+  scan::BeamSet beams;
   std::deque<BodyDefinition> definitions;
-  std::vector<BodyMotion> bodies;
+  std::vector<scan::BodyMotion> bodies;
   std::vector<Eigen::Vector4d> start, speed;  ///< x, y, z, yaw of each body
   SemanticModel building;
   Scan real;
-  LaserMotion motion;
+  scan::LaserMotion motion;
 
   World();
   void add(BodyDefinition body, Draw& draw, bool moves);
@@ -80,7 +80,7 @@ struct World {
 
 World::World() {
   Draw draw;
-  sweep = beam_times(laser, kBeams, time);
+  sweep = scan::beam_times(laser, kBeams, time);
   beams = {static_cast<float>(-std::numbers::pi / 2), static_cast<float>(std::numbers::pi / 360), time};
   for (int i = 0; i < 100; ++i) {
     BodyDefinition body;
@@ -141,9 +141,9 @@ void over_scans(benchmark::State& state, World& world, Scan scan) {
 
 void whole_path(benchmark::State& state) {
   World world;
-  RayCaster caster;
+  scan::RayCaster caster;
   caster.set_building(world.building);
-  std::vector<RangeHit> bodies(kBeams), building(kBeams);
+  std::vector<scan::RangeHit> bodies(kBeams), building(kBeams);
   Scan out;
   std::vector<std::int32_t> beam_body;
   std::size_t replaced = 0;
@@ -151,7 +151,7 @@ void whole_path(benchmark::State& state) {
   over_scans(state, world, [&] {
     caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, bodies);
     caster.cast_building(world.motion, world.beams, kMaxRange, building);
-    replaced = augment_scan(world.real, world.laser, {1, ++sequence}, bodies, building, out, beam_body);
+    replaced = scan::augment_scan(world.real, world.laser, {1, ++sequence}, bodies, building, out, beam_body);
   });
   state.counters["replaced"] = static_cast<double>(replaced);
 }
@@ -159,8 +159,8 @@ BENCHMARK(whole_path)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iteration
 
 void bodies_own_caster(benchmark::State& state) {
   World world;
-  RayCaster caster;
-  std::vector<RangeHit> hits(kBeams);
+  scan::RayCaster caster;
+  std::vector<scan::RangeHit> hits(kBeams);
   over_scans(state, world,
              [&] { caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, hits); });
 }
@@ -168,17 +168,17 @@ BENCHMARK(bodies_own_caster)->UseManualTime()->Unit(benchmark::kMicrosecond)->It
 
 void bodies_exact_twin(benchmark::State& state) {
   World world;
-  std::vector<RangeHit> hits(kBeams);
+  std::vector<scan::RangeHit> hits(kBeams);
   over_scans(state, world,
-             [&] { cast_bodies_exact(world.motion, world.beams, world.bodies, kMaxRange, hits); });
+             [&] { scan::cast_bodies_exact(world.motion, world.beams, world.bodies, kMaxRange, hits); });
 }
 BENCHMARK(bodies_exact_twin)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(20);
 
 void building_tree(benchmark::State& state) {
   World world;
-  RayCaster caster;
+  scan::RayCaster caster;
   caster.set_building(world.building);
-  std::vector<RangeHit> hits(kBeams);
+  std::vector<scan::RangeHit> hits(kBeams);
   over_scans(state, world, [&] { caster.cast_building(world.motion, world.beams, kMaxRange, hits); });
 }
 BENCHMARK(building_tree)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
@@ -193,23 +193,23 @@ void building_own_caster(benchmark::State& state) {
     shape.T_body_shape = Transform<Body, ShapeFrame>(entity.T_map_body.isometry());
     walls.shapes.push_back(shape);
   }
-  const std::vector<BodyMotion> bodies{{&walls, {}, {}}};
-  RayCaster caster;
-  std::vector<RangeHit> hits(kBeams);
+  const std::vector<scan::BodyMotion> bodies{{&walls, {}, {}}};
+  scan::RayCaster caster;
+  std::vector<scan::RangeHit> hits(kBeams);
   over_scans(state, world, [&] { caster.cast_bodies(world.motion, world.beams, bodies, kMaxRange, hits); });
 }
 BENCHMARK(building_own_caster)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
 
 void augment(benchmark::State& state) {
   World world;
-  RayCaster caster;
-  std::vector<RangeHit> bodies(kBeams), building(kBeams, RangeHit{INFINITY, -1, 0});
+  scan::RayCaster caster;
+  std::vector<scan::RangeHit> bodies(kBeams), building(kBeams, scan::RangeHit{INFINITY, -1, 0});
   caster.cast_bodies(world.motion, world.beams, world.bodies, kMaxRange, bodies);
   Scan out;
   std::vector<std::int32_t> beam_body;
   std::uint64_t sequence = 0;
   over_scans(state, world, [&] {
-    augment_scan(world.real, world.laser, {1, ++sequence}, bodies, building, out, beam_body);
+    scan::augment_scan(world.real, world.laser, {1, ++sequence}, bodies, building, out, beam_body);
   });
 }
 BENCHMARK(augment)->UseManualTime()->Unit(benchmark::kMicrosecond)->Iterations(5000);
@@ -228,13 +228,14 @@ void leaf_fit(benchmark::State& state) {
   model.entities = {door};
   model.entities[0].T_map_body = leaf_at(door, *door.hinge, 0.7);
   const std::vector<float> time(1081, 0);
-  const BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step), time};
+  const scan::BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+                            time};
   const auto T_map_laser = Transform<Map, Laser>::planar(0, 0, 0, 0.4);
-  std::vector<RangeHit> none(time.size(), RangeHit{INFINITY, -1, 0}), hits(time.size());
-  cast_building_exact({T_map_laser, T_map_laser}, beams, model, kMaxRange, hits);
+  std::vector<scan::RangeHit> none(time.size(), scan::RangeHit{INFINITY, -1, 0}), hits(time.size());
+  scan::cast_building_exact({T_map_laser, T_map_laser}, beams, model, kMaxRange, hits);
   Scan scan;
-  simulate_scan(laser, {1, 1}, none, hits, {}, scan);
-  LeafFit fit;
+  scan::simulate_scan(laser, {1, 1}, none, hits, {}, scan);
+  scan::LeafFit fit;
   std::size_t returns = 0;
   over_scans(state, world, [&] {
     fit.set_scan(scan, laser, {T_map_laser, T_map_laser}, time, 0.02);

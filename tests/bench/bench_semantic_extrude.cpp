@@ -7,7 +7,7 @@
 namespace parhelion {
 namespace {
 
-GridMap floor_of_rooms(int rooms, double sigma) {
+pose::GridMap floor_of_rooms(int rooms, double sigma) {
   std::vector<test::Wall> walls;
   std::vector<Eigen::Vector2d> places;
   const double length = 4.0 * rooms;
@@ -24,10 +24,10 @@ GridMap floor_of_rooms(int rooms, double sigma) {
 }
 
 void extrude_floor(benchmark::State& state) {
-  const GridMap map = floor_of_rooms(static_cast<int>(state.range(0)), 0.02);
+  const pose::GridMap map = floor_of_rooms(static_cast<int>(state.range(0)), 0.02);
   Result<SemanticModel> model = SemanticModel();
-  for (auto _ : state) model = extrude(map, {});
-  const auto figures = measure_extrusion(map, *model, {});
+  for (auto _ : state) model = semantic::extrude(map, {});
+  const auto figures = semantic::measure_extrusion(map, *model, {});
   state.counters["cells"] = static_cast<double>(figures.occupied_cells);
   state.counters["covered"] =
       static_cast<double>(figures.covered_cells) / static_cast<double>(figures.occupied_cells);

@@ -26,16 +26,16 @@ namespace {
 using namespace parhelion;
 namespace fs = std::filesystem;
 
-Result<PointCloud<Cloud>> one_site(const char* path) {
+Result<cloud::PointCloud<Cloud>> one_site(const char* path) {
   if (path == nullptr) return test::scan_of_site();
-  auto scan = read_scan(path);
+  auto scan = cloud::read_scan(path);
   if (!scan) return scan.error();
-  return renamed<Cloud>(std::move(scan->cloud));
+  return cloud::renamed<Cloud>(std::move(scan->cloud));
 }
 
 /// Copies side by side until there are `points`, written record by record: the memory of this process must
 /// not count as the program's.
-std::size_t write_tiled(const PointCloud<Cloud>& site, std::size_t points, const fs::path& path) {
+std::size_t write_tiled(const cloud::PointCloud<Cloud>& site, std::size_t points, const fs::path& path) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : site.points) box.extend(p);
   const Eigen::Vector2f pitch = box.sizes().head<2>().array().ceil() + 5;  // m: walls do not join

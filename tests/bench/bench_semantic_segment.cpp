@@ -21,7 +21,7 @@ namespace {
 std::vector<Eigen::Vector3f> one_room() {
   const std::filesystem::path real =
       std::filesystem::path(PARHELION_DATA_DIR) / "3d-room-scan/room_scan1.pcd";
-  if (auto file = read_scan(real)) return std::move(file->cloud.points);
+  if (auto file = cloud::read_scan(real)) return std::move(file->cloud.points);
   std::printf("no %s: a synthetic room in its place\n", real.c_str());
   test::CloudPainter painter(800, 0.01, 1);
   painter.room({-2.6, -1.5}, {8, 3.1}, -1.3, 1.65);
@@ -51,7 +51,7 @@ double seconds(const auto& what) {
 
 void measure(const std::vector<Eigen::Vector3f>& room, std::size_t copies, int threads) {
   constexpr float apart = 25;  // m
-  PointCloud<Map> site;
+  cloud::PointCloud<Map> site;
   site.points.reserve(room.size() * copies);
   const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(copies))));
   for (std::size_t c = 0; c < copies; ++c) {
@@ -62,12 +62,12 @@ void measure(const std::vector<Eigen::Vector3f>& room, std::size_t copies, int t
   const double millions = static_cast<double>(site.size()) / 1e6;
   const double cloud = static_cast<double>(site.size() * sizeof(Eigen::Vector3f)) / (1 << 20);
   const double before = peak_memory(true);
-  SegmentationOptions options;
+  semantic::SegmentationOptions options;
   options.threads = threads;
   std::size_t verticals = 0, horizontals = 0;
   const double cpu_before = cpu_seconds();
   const double took = seconds([&] {
-    const auto found = segment(site, options);
+    const auto found = semantic::segment(site, options);
     verticals = found->verticals.size();
     horizontals = found->horizontals.size();
   });
@@ -89,18 +89,19 @@ int main(int count, char** words) {
   using namespace parhelion;
   const double most = count > 1 ? std::atof(words[1]) : 10;
   const int threads = count > 2 ? std::atoi(words[2]) : 2;
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   cloud.points = one_room();
   Result<Transform<Map, Cloud>> T_map_cloud = Transform<Map, Cloud>();
-  std::printf("level: %.1f ms\n", 1e3 * seconds([&] { T_map_cloud = level(cloud); }));
-  const auto room = transformed(*T_map_cloud, cloud).points;
-  for (const NormalMethod method : {NormalMethod::principal, NormalMethod::random_planes}) {
-    NormalOptions options;
+  std::printf("level: %.1f ms\n", 1e3 * seconds([&] { T_map_cloud = semantic::level(cloud); }));
+  const auto room = cloud::transformed(*T_map_cloud, cloud).points;
+  for (const cloud::NormalMethod method :
+       {cloud::NormalMethod::principal, cloud::NormalMethod::random_planes}) {
+    cloud::NormalOptions options;
     options.method = method;
     options.threads = threads;
     std::printf("normals, %s: %.1f ms for %zu points\n",
-                method == NormalMethod::principal ? "principal components" : "algorithm 2",
-                1e3 * seconds([&] { (void)estimate_normals(room, options); }), room.size());
+                method == cloud::NormalMethod::principal ? "principal components" : "algorithm 2",
+                1e3 * seconds([&] { (void)cloud::estimate_normals(room, options); }), room.size());
   }
   for (const double millions : {0.1, 1.0, 10.0, 50.0}) {
     const auto copies = static_cast<std::size_t>(millions * 1e6 / static_cast<double>(room.size()));

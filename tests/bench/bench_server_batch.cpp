@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "server/grade_batch.hpp"
-#include "tests/server/lesson_log.hpp"
+#include "server/runtime/grade_batch.hpp"
+#include "tests/server/tick/lesson_log.hpp"
 
 namespace parhelion {
 namespace {
@@ -42,14 +42,14 @@ std::vector<std::string> make_sessions(const test::Folder& folder, std::size_t c
   }
   std::printf("one session: %zu messages, %.1f MB\n", log.size(),
               static_cast<double>(std::filesystem::file_size(first)) / 1e6);
-  return *session_logs({folder / ""});
+  return *runtime::session_logs({folder / ""});
 }
 
 double run(const std::vector<std::string>& logs, unsigned threads) {
   const auto begin = std::chrono::steady_clock::now();
-  const auto rows = grade_batch(logs, threads);
+  const auto rows = runtime::grade_batch(logs, threads);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  for (const BatchRow& row : rows)
+  for (const runtime::BatchRow& row : rows)
     if (!row.error.empty()) std::printf("%s\n", row.error.c_str());
   std::printf("%zu sessions, %u threads: %.2f s, %.1f ms each; at most %.1f MB\n", logs.size(), threads, took,
               1000 * took / static_cast<double>(logs.size()), peak_megabytes());

@@ -17,8 +17,9 @@
 #include <thread>
 #include <vector>
 
-#include "server/outbox.hpp"
-#include "server/tick.hpp"
+#include "server/runtime/outbox.hpp"
+#include "server/runtime/thread_pool.hpp"
+#include "server/tick/tick.hpp"
 
 namespace {
 
@@ -50,7 +51,7 @@ ModelEntity box(const std::string& name, EntityLabel label, double x, double y, 
 
 /// `agents` on a grid about the real robot, of which the first `lasers` carry one; half of those without are
 /// persons. Outer walls, and a pillar for each four agents.
-Configuration hall(int agents, int lasers) {
+tick::Configuration hall(int agents, int lasers) {
   Scenario scenario;
   scenario.name = "crowd";
   scenario.most_agents = 10'000;
@@ -84,7 +85,7 @@ Configuration hall(int agents, int lasers) {
   RobotDescription robot;
   robot.laser = *load_laser_preset(laser);
   robot.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
-  return *configure(scenario, robot, model);
+  return *tick::configure(scenario, robot, model);
 }
 
 Message message(const char* channel, std::int64_t utime, const auto& item) {
@@ -93,12 +94,12 @@ Message message(const char* channel, std::int64_t utime, const auto& item) {
   return made;
 }
 
-class StepClock : public StageObserver {
+class StepClock : public tick::StageObserver {
  public:
   void begin() { last_ = std::chrono::steady_clock::now(); }
-  void ended(Stage stage) override {
+  void ended(tick::Stage stage) override {
     const auto now = std::chrono::steady_clock::now();
-    if (stage == Stage::physics_step)
+    if (stage == tick::Stage::physics_step)
       us.push_back(std::chrono::duration<double, std::micro>(now - last_).count());
     last_ = now;
   }
@@ -121,13 +122,14 @@ std::vector<Message> inputs_at(std::int64_t utime) {
 }
 
 void crowd(benchmark::State& bench) {
-  const Configuration configuration =
+  const tick::Configuration configuration =
       hall(static_cast<int>(bench.range(0)), static_cast<int>(bench.range(1)));
-  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(2)),
-                         bench.range(3) != 0);
+  auto made = tick::make_state(configuration, ArrivalTime::from_utime(kStart),
+                               std::make_unique<runtime::ThreadPool>(static_cast<int>(bench.range(2))),
+                               bench.range(3) != 0);
   if (!made) return bench.SkipWithError(made.error().message.c_str());
-  State& state = **made;
-  Outputs outputs;
+  tick::State& state = **made;
+  tick::Outputs outputs;
   StepClock clock;
   std::int64_t utime = kStart;
   std::size_t scans = 0;
@@ -137,8 +139,8 @@ void crowd(benchmark::State& bench) {
       for (const Message& input : inputs_at(utime)) {
         outputs.clear();
         clock.begin();
-        tick(configuration, input, state, outputs, clock);
-        for (const Outputs::Entry& entry : outputs.entries()) scans += entry.channel.ends_with("_SCAN");
+        tick::tick(configuration, input, state, outputs, clock);
+        for (const tick::Outputs::Entry& entry : outputs.entries()) scans += entry.channel.ends_with("_SCAN");
       }
     }
   };
@@ -205,18 +207,19 @@ class Listener {
 /// It is waited for where it is far behind, so that none is lost and each counts.
 void published(benchmark::State& bench) {
   const int agents = static_cast<int>(bench.range(0));
-  const Configuration configuration = hall(agents, agents);
-  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(1)));
+  const tick::Configuration configuration = hall(agents, agents);
+  auto made = tick::make_state(configuration, ArrivalTime::from_utime(kStart),
+                               std::make_unique<runtime::ThreadPool>(static_cast<int>(bench.range(1))));
   const std::string url = "udpm://239.255.76.67:7799?ttl=0&recv_buf_size=4194304";
   auto bus = open_network_bus(url), ears = open_network_bus(url);
   const auto log = std::filesystem::temp_directory_path() / "parhelion-bench-crowd.lcm";
   auto writer = LogWriter::create(log, true);
   if (!made || !bus || !ears || !writer || !(*ears)->subscribe("MR_AGENT_.*_SCAN", 10'000))
     return bench.SkipWithError("no state, network bus or log");
-  Outbox outbox(bus->get(), std::move(*writer));
+  runtime::Outbox outbox(bus->get(), std::move(*writer));
   Listener listener(**ears);
-  Outputs outputs;
-  StageObserver unmeasured;
+  tick::Outputs outputs;
+  tick::StageObserver unmeasured;
   std::int64_t utime = kStart;
   std::size_t sent = 0;
   const auto wait_for = [&](std::size_t scans, std::chrono::milliseconds most) {
@@ -228,9 +231,9 @@ void published(benchmark::State& bench) {
     for (; utime < end; utime += 50'000) {
       for (const Message& input : inputs_at(utime)) {
         outputs.clear();
-        tick(configuration, input, **made, outputs, unmeasured);
+        tick::tick(configuration, input, **made, outputs, unmeasured);
         outbox.send(&input, outputs.entries(), input.arrival);
-        for (const Outputs::Entry& entry : outputs.entries()) sent += entry.channel.ends_with("_SCAN");
+        for (const tick::Outputs::Entry& entry : outputs.entries()) sent += entry.channel.ends_with("_SCAN");
       }
       if (sent > 500) wait_for(sent - 500, std::chrono::milliseconds(1000));
     }
@@ -259,21 +262,22 @@ BENCHMARK(published)
 /// Casting, measuring and encoding alone: all lasers of one step, again and again.
 void cast(benchmark::State& bench) {
   const int agents = static_cast<int>(bench.range(0));
-  const Configuration configuration = hall(agents, agents);
-  auto made = make_state(configuration, ArrivalTime::from_utime(kStart), static_cast<int>(bench.range(1)));
+  const tick::Configuration configuration = hall(agents, agents);
+  auto made = tick::make_state(configuration, ArrivalTime::from_utime(kStart),
+                               std::make_unique<runtime::ThreadPool>(static_cast<int>(bench.range(1))));
   if (!made) return bench.SkipWithError(made.error().message.c_str());
-  State& state = **made;
-  Outputs outputs;
-  StageObserver unmeasured;
+  tick::State& state = **made;
+  tick::Outputs outputs;
+  tick::StageObserver unmeasured;
   std::int64_t utime = kStart + 1'000'000;
   do {
     outputs.clear();
-    advance(configuration, ArrivalTime::from_utime(utime += 4'000), state, outputs, unmeasured);
+    tick::advance(configuration, ArrivalTime::from_utime(utime += 4'000), state, outputs, unmeasured);
   } while (state.laser_requests.empty());
   std::size_t scans = 0;
   for (auto _ : bench) {
     outputs.clear();
-    answer_lasers(configuration, state, outputs);
+    tick::answer_lasers(configuration, state, outputs);
     scans += outputs.entries().size();
   }
   bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(scans), benchmark::Counter::kIsRate);

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/grade_session.hpp"
-#include "server/replay.hpp"
-#include "server/wall_clock.hpp"
-#include "tests/server/synthetic.hpp"
+#include "server/runtime/grade_session.hpp"
+#include "server/runtime/replay.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
 namespace {
 
@@ -75,11 +75,11 @@ int main() {
   std::ofstream(folder / "scenario.yaml")
       << to_yaml(lesson(std::filesystem::path(folder / "x").parent_path()));
   test::write_log(folder / "drive.lcm", test::drive(60));
-  ReplayOptions options;
+  runtime::ReplayOptions options;
   options.log = folder / "drive.lcm";
   options.scenario = folder / "scenario.yaml";
   options.session = folder / "minute.lcm";
-  const auto report = replay(options);
+  const auto report = runtime::replay(options);
   if (!report) return std::fprintf(stderr, "%s\n", report.error().message.c_str()), 1;
   if (!write_hour(folder / "minute.lcm", folder / "hour.lcm"))
     return std::fprintf(stderr, "cannot write\n"), 1;
@@ -87,10 +87,10 @@ int main() {
               static_cast<double>(std::filesystem::file_size(folder / "hour.lcm")) / 1e6);
   std::vector<double> times;
   for (int i = 0; i < 5; ++i) {
-    const WallTime begun = steady_now();
-    const auto graded = grade_session(folder / "hour.lcm");
+    const WallTime begun = runtime::steady_now();
+    const auto graded = runtime::grade_session(folder / "hour.lcm");
     if (!graded) return std::fprintf(stderr, "%s\n", graded.error().message.c_str()), 1;
-    times.push_back((steady_now() - begun).seconds());
+    times.push_back((runtime::steady_now() - begun).seconds());
     std::printf("graded in %.2f s: %.0f s of session, %zu charges\n", times.back(),
                 (graded->grade.end - graded->grade.begin).seconds(), graded->grade.charges.size());
   }

@@ -20,7 +20,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 
 namespace {
 
@@ -94,7 +94,7 @@ void publish(Bus& bus, const Message& message, Duration to_now) {
 }
 
 void wait_until(WallTime due) {
-  const Duration left = due - wall_now();
+  const Duration left = due - runtime::wall_now();
   if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
 }
 
@@ -119,9 +119,9 @@ int main(int argc, char** argv) {
   std::this_thread::sleep_for(std::chrono::seconds(2));  // both processes come up; nothing is measured before
 
   const std::vector<Due> inputs = back_and_forth(played.inputs, speed, duration);
-  const WallTime begun = wall_now();
+  const WallTime begun = runtime::wall_now();
   std::size_t next_input = 0, frame = 0, heard = 0;
-  while ((wall_now() - begun).seconds() < duration && next_input < inputs.size()) {
+  while ((runtime::wall_now() - begun).seconds() < duration && next_input < inputs.size()) {
     const Message& input = *inputs[next_input].message;
     const WallTime input_due = begun + inputs[next_input].after;
     const WallTime frame_due = begun + seconds(static_cast<double>(frame) / 30);

@@ -16,9 +16,9 @@
 
 #include "fusion/scan/building_tree.hpp"
 #include "fusion/scan/ray_caster.hpp"
-#include "server/live_site.hpp"
-#include "server/loop.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/live_site.hpp"
+#include "server/runtime/loop.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tests/synthetic_site.hpp"
 
 namespace {
@@ -66,7 +66,7 @@ SemanticModel known() {
   return model;
 }
 
-Configuration configuration(bool mapping, const SemanticModel& model) {
+tick::Configuration configuration(bool mapping, const SemanticModel& model) {
   Scenario scenario;
   scenario.mapping = mapping;
   for (int i = 0; i < 8; ++i) {
@@ -77,12 +77,12 @@ Configuration configuration(bool mapping, const SemanticModel& model) {
     if (agent.kind == AgentKind::robot) agent.behaviour.kind = BehaviourKind::wander;
     scenario.agents.push_back(agent);
   }
-  auto made = configure(scenario, robot(), model);
+  auto made = tick::configure(scenario, robot(), model);
   if (!made) std::fprintf(stderr, "%s\n", made.error().message.c_str()), std::exit(1);
   return *made;
 }
 
-Image depth_image(const BuildingTree& site, double t) {
+Image depth_image(const scan::BuildingTree& site, double t) {
   const RobotDescription description = robot();
   const CameraIntrinsics& lens = description.depth->intrinsics;
   const auto T_map_optical = pose_at(t) * description.depth->T_base_optical;
@@ -117,20 +117,20 @@ struct Drive {
 Drive drive(double duration) {
   Drive result;
   const SemanticModel site = test::synthetic_site();
-  const BuildingTree tree(site);
-  RayCaster caster;
+  const scan::BuildingTree tree(site);
+  scan::RayCaster caster;
   caster.set_building(site);
   const LaserDescription laser = *robot().laser;
   std::vector<float> time;
-  beam_times(laser, static_cast<std::size_t>(laser.beams), time);
+  scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
   for (int i = 0; i < kRate * duration; ++i) {
     Scan scan;
     scan.angle_first = static_cast<float>(laser.angle_first);
     scan.angle_step = static_cast<float>(laser.angle_step);
-    std::vector<RangeHit> hits(time.size());
+    std::vector<scan::RangeHit> hits(time.size());
     const auto T_map_laser = pose_at(i / kRate) * laser.T_base_laser;
     caster.cast_building({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time}, 30, hits);
-    for (const RangeHit& hit : hits)
+    for (const scan::RangeHit& hit : hits)
       scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
     result.scans.push_back(scan);
   }
@@ -147,13 +147,13 @@ void publish(Bus& bus, const char* channel, const T& item) {
 
 /// Plays the drive in real time, stamps of now.
 void play(Bus& bus, const Drive& drive, double duration) {
-  const WallTime begun = wall_now();
+  const WallTime begun = runtime::wall_now();
   std::size_t image = 0;
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     const double t = static_cast<double>(i) / kRate;
     if (t >= duration) return;
     const WallTime due = begun + seconds(t);
-    const Duration left = due - wall_now();
+    const Duration left = due - runtime::wall_now();
     if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
     const SensorTime stamp{due.ns};
     publish(bus, channel::odometry, Odometry{stamp, Transform<Odom, Base>(pose_at(t).isometry())});
@@ -175,34 +175,34 @@ void play(Bus& bus, const Drive& drive, double duration) {
 }
 
 struct Session {
-  Report report;
-  Percentiles view_us;     ///< of one view into cloud and model
-  std::size_t points = 0;  ///< of the cloud at the end
-  SemanticModel model;     ///< the last
+  runtime::Report report;
+  tick::Percentiles view_us;  ///< of one view into cloud and model
+  std::size_t points = 0;     ///< of the cloud at the end
+  SemanticModel model;        ///< the last
 };
 
 Session session(const Drive& drive, bool mapping, const SemanticModel& model, double duration,
                 const std::string& log) {
   MemoryBusHub hub;
   const auto server_bus = hub.connect(), robot_bus = hub.connect();
-  const Configuration setup = configuration(mapping, model);
-  LiveSite site(setup.model);
+  const tick::Configuration setup = configuration(mapping, model);
+  runtime::LiveSite site(setup.model);
   Session result;
   std::atomic<bool> stop = false, started = false;
-  ServeOptions options;
+  runtime::ServeOptions options;
   options.session = log;
   options.overwrite = true;
   options.stop = [&] { return stop.load(); };
   options.say = [&](const std::string&) { started = true; };
-  options.update_site = [&](const SiteView& view) {
-    const WallTime begun = steady_now();
+  options.update_site = [&](const runtime::SiteView& view) {
+    const WallTime begun = runtime::steady_now();
     auto made = site.add(view);
-    result.view_us.add((steady_now() - begun).microseconds());
+    result.view_us.add((runtime::steady_now() - begun).microseconds());
     if (made && *made) result.model = **made;
     return made;
   };
   std::thread server([&] {
-    auto report = serve(*server_bus, setup, options);
+    auto report = runtime::serve(*server_bus, setup, options);
     if (!report) std::fprintf(stderr, "%s\n", report.error().message.c_str()), std::exit(1);
     result.report = std::move(*report);
   });
@@ -236,7 +236,7 @@ int main(int count, char** words) {
     const auto kind = static_cast<Kind>(i % 3);
     const Session done =
         session(input, kind == with, kind == without_in_its_model ? grown : known(), duration, log);
-    const Percentiles& path = done.report.scan_in_to_out_us;
+    const tick::Percentiles& path = done.report.scan_in_to_out_us;
     p50[kind].push_back(path.at(0.5));
     p99[kind].push_back(path.at(0.99));
     most[kind].push_back(path.max());

@@ -8,15 +8,15 @@
 #include <stdexcept>
 #include <string>
 
-#include "server/grading_path.hpp"
-#include "server/report.hpp"
-#include "server/tick.hpp"
+#include "server/runtime/report.hpp"
+#include "server/tick/grading_path.hpp"
+#include "server/tick/tick.hpp"
 
 namespace {
 
 using namespace parhelion;
 
-Configuration hall() {
+tick::Configuration hall() {
   Scenario scenario;
   std::mt19937 random(1);
   std::uniform_real_distribution<double> jitter(-0.4, 0.4);
@@ -52,7 +52,7 @@ Configuration hall() {
   robot.laser = *load_laser_preset("lms-200");
   robot.laser->T_base_laser = Transform<Base, Laser>::planar(0.2, 0, 0, 0.3);
   robot.footprint = {{-0.3, -0.25}, {0.3, -0.25}, {0.3, 0.25}, {-0.3, 0.25}};
-  return *configure(scenario, robot, model);
+  return *tick::configure(scenario, robot, model);
 }
 
 Message message(const char* channel, std::int64_t utime, const auto& item) {
@@ -62,18 +62,18 @@ Message message(const char* channel, std::int64_t utime, const auto& item) {
 }
 
 struct Run {
-  StageClock stages;
-  Percentiles scan_in_to_out;  ///< the wait for physics included, in which events and worlds are graded
-  Tally tally;
+  runtime::StageClock stages;
+  tick::Percentiles scan_in_to_out;  ///< the wait for physics included, in which events and worlds are graded
+  tick::Tally tally;
   std::size_t charges = 0;
 };
 
-Run run(const Configuration& configuration, int scans) {
+Run run(const tick::Configuration& configuration, int scans) {
   constexpr std::int64_t start = 1'700'000'000'000'000;
-  auto made = make_state(configuration, ArrivalTime::from_utime(start - 1000));
+  auto made = tick::make_state(configuration, ArrivalTime::from_utime(start - 1000));
   if (!made) throw std::runtime_error(made.error().message);
-  State& state = **made;
-  Outputs outputs;
+  tick::State& state = **made;
+  tick::Outputs outputs;
   Run result;
   for (int i = 0; i < scans; ++i) {
     const std::int64_t utime = start + i * 26'667;
@@ -98,9 +98,9 @@ Run run(const Configuration& configuration, int scans) {
     for (const Message& input : inputs) {
       outputs.clear();
       result.stages.begin();
-      const WallTime begun = steady_now();
-      tick(configuration, input, state, outputs, result.stages);
-      if (input.channel == "SCAN") result.scan_in_to_out.add((steady_now() - begun).microseconds());
+      const WallTime begun = runtime::steady_now();
+      tick::tick(configuration, input, state, outputs, result.stages);
+      if (input.channel == "SCAN") result.scan_in_to_out.add((runtime::steady_now() - begun).microseconds());
     }
   }
   result.tally = state.tally;
@@ -108,7 +108,7 @@ Run run(const Configuration& configuration, int scans) {
   return result;
 }
 
-void line(const char* what, const Percentiles& p) {
+void line(const char* what, const tick::Percentiles& p) {
   std::printf("%-28s p50 %8.0f us  p90 %8.0f us  p99 %8.0f us  max %8.0f us\n", what, p.at(0.5), p.at(0.9),
               p.at(0.99), p.max());
 }
@@ -143,8 +143,8 @@ Training lesson() {
 
 /// Ten runs of each, in turn.
 int compare_grading() {
-  const Configuration without = hall();
-  Configuration with = without;
+  const tick::Configuration without = hall();
+  tick::Configuration with = without;
   with.scenario.training = lesson();
   std::vector<double> p50[2], p99[2];
   for (int i = 0; i < 20; ++i) {
@@ -171,10 +171,10 @@ int compare_grading() {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::string(argv[1]) == "grading") return compare_grading();
-  const Configuration configuration = hall();
+  const tick::Configuration configuration = hall();
   const int scans = 2000;
   const Run result = run(configuration, scans);
-  const Tally& tally = result.tally;
+  const tick::Tally& tally = result.tally;
   std::printf("scans %llu, beams replaced %.1f %%\n", static_cast<unsigned long long>(tally.scans_in),
               100.0 * static_cast<double>(tally.beams_replaced) / static_cast<double>(tally.beams_total));
   line("scan in to scan out", result.stages.scan_us);

@@ -20,12 +20,12 @@ void judge(const Group& group, unsigned seed, int learners, int before) {
   int said = 0;
   test::Calibration calibration;
   std::vector<test::Curriculum> curricula;  // one for every tenth of the learners
-  std::vector<SkillParameters> parameters;
+  std::vector<training::SkillParameters> parameters;
   for (unsigned i = 0; i < 10; ++i) {
     test::Curriculum& curriculum = curricula.emplace_back(seed * 1000 + i, group.spread);
     const auto others = history(curriculum, group.population, seed * 7'000'003ULL + i * 1000, before);
-    parameters.push_back(fit_parameters(curriculum.offers, others));
-    fit_difficulties(curriculum.offers, others, parameters.back());
+    parameters.push_back(training::fit_parameters(curriculum.offers, others));
+    training::fit_difficulties(curriculum.offers, others, parameters.back());
   }
   for (int i = 0; i < learners; ++i) {
     const std::size_t tenth = static_cast<std::size_t>(i) % 10;

@@ -24,9 +24,9 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tests/bench/plain_web_socket.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
 namespace {
 
@@ -116,7 +116,7 @@ std::string await_news(const fs::path& folder, const std::string& word) {
 /// The instructor's person, to come or to go.
 AgentCommand person(bool comes) {
   AgentCommand command;
-  command.stamp = SensorTime::from_utime(wall_now().utime());
+  command.stamp = SensorTime::from_utime(runtime::wall_now().utime());
   command.action = comes ? AgentCommand::Action::spawn : AgentCommand::Action::remove;
   command.agent = test::agent("p", AgentKind::person, 5, 3, BehaviourKind::stay);
   return command;
@@ -131,12 +131,12 @@ void send_scans(Bus& bus, double duration, bool commands) {
   scan.angle_first = static_cast<float>(laser.angle_first);
   scan.angle_step = static_cast<float>(laser.angle_step);
   std::vector<float> time;
-  beam_times(laser, 361, time);
-  std::vector<RangeHit> hits(time.size());
-  cast_building_exact({Transform<Map, Laser>(laser.T_base_laser.isometry()),
-                       Transform<Map, Laser>(laser.T_base_laser.isometry())},
-                      {scan.angle_first, scan.angle_step, time}, hall(), 30, hits);
-  for (const RangeHit& hit : hits) scan.ranges.push_back(hit.range);
+  scan::beam_times(laser, 361, time);
+  std::vector<scan::RangeHit> hits(time.size());
+  scan::cast_building_exact({Transform<Map, Laser>(laser.T_base_laser.isometry()),
+                             Transform<Map, Laser>(laser.T_base_laser.isometry())},
+                            {scan.angle_first, scan.angle_step, time}, hall(), 30, hits);
+  for (const scan::RangeHit& hit : hits) scan.ranges.push_back(hit.range);
   PoseEstimate estimate;
   estimate.covariance = PoseCovariance::Identity() * 1e-5;
   estimate.map_id = "synthetic";
@@ -146,12 +146,12 @@ void send_scans(Bus& bus, double duration, bool commands) {
     encode(item, payload);
     (void)bus.publish(name, payload);
   };
-  const WallTime begun = steady_now();
+  const WallTime begun = runtime::steady_now();
   int told = 0;
   for (int i = 0; i < duration / scan_period; ++i) {
-    const Duration left = begun + seconds(i * scan_period) - steady_now();
+    const Duration left = begun + seconds(i * scan_period) - runtime::steady_now();
     if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
-    const SensorTime now = SensorTime::from_utime(wall_now().utime());
+    const SensorTime now = SensorTime::from_utime(runtime::wall_now().utime());
     send(channel::odometry, Odometry{now, {}});
     scan.stamp = estimate.stamp = now;
     send(channel::scan, scan);
@@ -181,8 +181,8 @@ void send_scans(Bus& bus, double duration, bool commands) {
          0});
   std::vector<char> buffer(1 << 20);
   std::uint64_t bytes = 0;
-  const WallTime begun = steady_now();
-  const auto elapsed = [&] { return (steady_now() - begun).seconds(); };
+  const WallTime begun = runtime::steady_now();
+  const auto elapsed = [&] { return (runtime::steady_now() - begun).seconds(); };
   int placed = 0, ponged = 0;
   for (bool open = true; open;) {
     if (elapsed() > placed + 1) {

@@ -38,11 +38,12 @@ SemanticModel hall(double side) {
   return model;
 }
 
-Simulation crowd(int robots, int persons, int boxes) {
+simulation::Simulation crowd(int robots, int persons, int boxes) {
   RobotDescription robot;
   robot.footprint = {{-0.25, -0.2}, {0.25, -0.2}, {0.25, 0.2}, {-0.25, 0.2}};
   const double side = 60;
-  Simulation simulation = std::move(Simulation::create({}, hall(side), robot, SimulationTime{0})).value();
+  simulation::Simulation simulation =
+      std::move(simulation::Simulation::create({}, hall(side), robot, SimulationTime{0})).value();
   const auto spawn = [&](AgentKind kind, BehaviourKind behaviour, int index) {
     AgentDefinition agent;
     agent.name = std::string(to_string(kind)) + std::to_string(index);
@@ -61,9 +62,9 @@ Simulation crowd(int robots, int persons, int boxes) {
   return simulation;
 }
 
-void measure(benchmark::State& state, Simulation& simulation) {
-  std::vector<LaserRequest> requests;
-  RealRobotState real;
+void measure(benchmark::State& state, simulation::Simulation& simulation) {
+  std::vector<simulation::LaserRequest> requests;
+  simulation::RealRobotState real;
   for (int i = 0; i < 480; ++i) simulation.step(real, requests);
   std::vector<double> us;
   for (auto _ : state) {
@@ -80,8 +81,8 @@ void measure(benchmark::State& state, Simulation& simulation) {
 }
 
 void step(benchmark::State& state) {
-  Simulation simulation = crowd(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)),
-                                static_cast<int>(state.range(2)));
+  simulation::Simulation simulation = crowd(
+      static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), static_cast<int>(state.range(2)));
   measure(state, simulation);
 }
 BENCHMARK(step)
@@ -93,7 +94,7 @@ BENCHMARK(step)
     ->Unit(benchmark::kMicrosecond);
 
 /// Robots that go back and forth through doors which they push open: 20 doors in a wall across a hall.
-Simulation at_doors(int robots, const std::string& model_name) {
+simulation::Simulation at_doors(int robots, const std::string& model_name) {
   constexpr int doors = 20;
   constexpr double spacing = 3;
   SemanticModel model;
@@ -115,10 +116,12 @@ Simulation at_doors(int robots, const std::string& model_name) {
   }
   RobotDescription robot;
   robot.footprint = {{-0.25, -0.2}, {0.25, -0.2}, {0.25, 0.2}, {-0.25, 0.2}};
-  SimulationOptions options;
+  simulation::SimulationOptions options;
   if (!model_name.empty())
-    options.robot_models = {std::make_shared<const RobotModel>(*load_robot_model(model_name))};
-  Simulation simulation = std::move(Simulation::create(options, model, robot, SimulationTime{0})).value();
+    options.robot_models = {
+        std::make_shared<const simulation::RobotModel>(*simulation::load_robot_model(model_name))};
+  simulation::Simulation simulation =
+      std::move(simulation::Simulation::create(options, model, robot, SimulationTime{0})).value();
   for (int i = 0; i < robots; ++i) {
     AgentDefinition agent;
     agent.name = "robot" + std::to_string(i);
@@ -136,7 +139,7 @@ Simulation at_doors(int robots, const std::string& model_name) {
 
 void step_with_doors(benchmark::State& state) {
   const char* const models[] = {"", "rover", "crawler"};
-  Simulation simulation = at_doors(static_cast<int>(state.range(0)), models[state.range(1)]);
+  simulation::Simulation simulation = at_doors(static_cast<int>(state.range(0)), models[state.range(1)]);
   state.SetLabel(state.range(1) == 0 ? "single bodies" : models[state.range(1)]);
   measure(state, simulation);
 }
@@ -149,8 +152,8 @@ BENCHMARK(step_with_doors)
     ->Unit(benchmark::kMicrosecond);
 
 void world_at(benchmark::State& state) {
-  Simulation simulation = crowd(50, 0, 100);
-  std::vector<LaserRequest> requests;
+  simulation::Simulation simulation = crowd(50, 0, 100);
+  std::vector<simulation::LaserRequest> requests;
   for (int i = 0; i < 480; ++i) simulation.step(std::nullopt, requests);
   WorldSnapshot world;
   const SimulationTime t = simulation.now() - milliseconds(3);
@@ -159,8 +162,8 @@ void world_at(benchmark::State& state) {
 BENCHMARK(world_at)->Unit(benchmark::kMicrosecond);
 
 void clearance(benchmark::State& state) {
-  Simulation simulation = crowd(50, 0, 100);
-  std::vector<LaserRequest> requests;
+  simulation::Simulation simulation = crowd(50, 0, 100);
+  std::vector<simulation::LaserRequest> requests;
   simulation.step(std::nullopt, requests);
   for (auto _ : state) {
     benchmark::DoNotOptimize(simulation.clearance(Transform<Map, Base>::planar(0, 0, 0), {0.5, 0, 0.3}, 3));

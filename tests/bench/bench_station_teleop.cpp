@@ -24,9 +24,9 @@
 
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/hmi/http/http_server.hpp"
-#include "server/hmi/station/teleop_desk.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/http/http_server.hpp"
+#include "server/station/teleop_desk.hpp"
 
 namespace {
 
@@ -87,28 +87,28 @@ class PageSocket {
 
 /// Waits for MR_CMD that turns, or does not; nullopt: not within a second.
 std::optional<WallTime> hear(Bus& bus, bool turns) {
-  const WallTime until = steady_now() + seconds(1.0);
+  const WallTime until = runtime::steady_now() + seconds(1.0);
   Message message;
-  while (steady_now() < until) {
-    const auto came = bus.receive(message, until - steady_now());
+  while (runtime::steady_now() < until) {
+    const auto came = bus.receive(message, until - runtime::steady_now());
     TwistCommand command;
     if (!came || !*came || message.channel != channel::mr_cmd) continue;
     if (decode(message.channel, message.payload, command) && (command.twist.wz != 0) == turns)
-      return steady_now();
+      return runtime::steady_now();
   }
   return std::nullopt;
 }
 
 /// The trainee's robot, once a server says what there is.
 std::string robot_on(Bus& bus) {
-  const WallTime until = steady_now() + seconds(60.0);
+  const WallTime until = runtime::steady_now() + seconds(60.0);
   Message message;
-  while (steady_now() < until) {
+  while (runtime::steady_now() < until) {
     const auto came = bus.receive(message, seconds(1.0));
     WorldMessage world;
     if (!came || !*came || message.channel != channel::mr_world) continue;
     if (!decode(message.channel, message.payload, world)) continue;
-    for (const DrivenRobot& robot : robots_in(world)) {
+    for (const station::DrivenRobot& robot : station::robots_in(world)) {
       if (robot.teleop == channel::teleop) return robot.name;
     }
   }
@@ -142,15 +142,16 @@ int main(int argc, char** argv) {
       start({argv[1], "serve", argv[2], "--url", url, "--no-restart", "--force", "-o", session});
   const std::string robot = robot_on(**heard);
 
-  TeleopDesk desk(**said,
-                  {[] { return steady_now(); }, [] { return SensorTime{wall_now().ns}; }, {}, {}, {}});
-  TeleopRobot driven;
+  station::TeleopDesk desk(
+      **said,
+      {[] { return runtime::steady_now(); }, [] { return SensorTime{runtime::wall_now().ns}; }, {}, {}, {}});
+  station::TeleopRobot driven;
   driven.driven = {robot, channel::teleop, channel::joint_cmd};
   desk.set_robots({driven});
-  auto web = HttpServer::open({});
+  auto web = station::HttpServer::open({});
   if (!web || robot.empty())
     return std::fprintf(stderr, "no server, or no robot\n"), kill(server_process, SIGTERM), 1;
-  (*web)->on_socket("/ws/teleop", Access::everyone(), desk.socket());
+  (*web)->on_socket("/ws/teleop", station::Access::everyone(), desk.socket());
   (*web)->run();
   std::atomic<bool> stop = false;
   std::thread station([&] {
@@ -167,14 +168,14 @@ int main(int argc, char** argv) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20 + i * 7 % 30));
     char text[160];
     std::snprintf(text, sizeof text, R"({"type":"twist","seq":%d,"at_ms":%.3f,"vx":0,"vy":0,"wz":%g})", i,
-                  Duration{steady_now().ns}.seconds() * 1e3, i % 2 == 0 ? 0.4 : -0.4);
-    WallTime begun = steady_now();
+                  Duration{runtime::steady_now().ns}.seconds() * 1e3, i % 2 == 0 ? 0.4 : -0.4);
+    WallTime begun = runtime::steady_now();
     page.say(text);
     auto answer = hear(**heard, true);
     if (answer) pressed.push_back((*answer - begun).seconds() * 1e3);
     lost_presses += !answer;
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    begun = steady_now();
+    begun = runtime::steady_now();
     page.say(R"({"type":"release"})");
     answer = hear(**heard, false);
     if (answer) released.push_back((*answer - begun).seconds() * 1e3);

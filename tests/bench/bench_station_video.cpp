@@ -25,9 +25,9 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 #include "render/jpeg.hpp"
-#include "server/hmi/http/http_server.hpp"
-#include "server/hmi/station/video_feed.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/http/http_server.hpp"
+#include "server/station/video/video_feed.hpp"
 
 namespace {
 
@@ -38,7 +38,7 @@ constexpr int width = 640, height = 480, block = 16, bits = 24;
 
 std::vector<Pixels> pictures(const std::string& path) {
   std::vector<Pixels> all;
-  JpegCodec codec;
+  render::JpegCodec codec;
   auto reader = LogReader::open(path);
   while (path != "-" && reader.ok() && all.size() < 60) {
     auto next = reader->next();
@@ -88,7 +88,7 @@ class Camera {
 
  private:
   void run(Bus& bus, const std::vector<Pixels>& all) {
-    JpegCodec codec;
+    render::JpegCodec codec;
     auto due = std::chrono::steady_clock::now();
     for (std::size_t i = 0; !stop_; ++i) {
       due += std::chrono::microseconds(33'333);
@@ -97,11 +97,11 @@ class Camera {
       const std::size_t turn = i % std::max<std::size_t>(2 * all.size() - 1, 1);
       Pixels bgr = all[turn < all.size() ? turn : 2 * all.size() - 2 - turn];
       Image image;
-      image.stamp = {wall_now().ns};
+      image.stamp = {runtime::wall_now().ns};
       paint(bgr, image.stamp.utime());
       image.width = width;
       image.height = height;
-      image.bytes = codec.encode(bgr, {width, height, 85, JpegFormat::Subsampling::yuv420}).value();
+      image.bytes = codec.encode(bgr, {width, height, 85, render::JpegFormat::Subsampling::yuv420}).value();
       std::vector<std::uint8_t> payload;
       encode(image, payload);
       static_cast<void>(bus.publish(channel::mr_camera, payload));
@@ -118,20 +118,20 @@ std::string text_of(const char* path) {
 
 class Page {
  public:
-  void serve(HttpServer& server) {
-    server.on("GET", "/", Access::everyone(), [](const HttpRequest&) {
-      return HttpResponse{200, "text/html",
-                          "<canvas width=640 height=480></canvas><img><script src=/bench.js></script>"};
+  void serve(station::HttpServer& server) {
+    server.on("GET", "/", station::Access::everyone(), [](const station::HttpRequest&) {
+      return station::HttpResponse{
+          200, "text/html", "<canvas width=640 height=480></canvas><img><script src=/bench.js></script>"};
     });
-    server.on("GET", "/bench.js", Access::everyone(), [](const HttpRequest&) {
-      return HttpResponse{200, "text/javascript",
-                          text_of(PARHELION_SOURCE_DIR "/tests/bench/station_video.js")};
+    server.on("GET", "/bench.js", station::Access::everyone(), [](const station::HttpRequest&) {
+      return station::HttpResponse{200, "text/javascript",
+                                   text_of(PARHELION_SOURCE_DIR "/tests/bench/station_video.js")};
     });
-    server.on("POST", "/done", Access::everyone(), [this](const HttpRequest& request) {
+    server.on("POST", "/done", station::Access::everyone(), [this](const station::HttpRequest& request) {
       const std::lock_guard lock(mutex_);
       result_ = nlohmann::json::parse(request.body, nullptr, false);
       came_.notify_all();
-      return HttpResponse{204, "text/plain", ""};
+      return station::HttpResponse{204, "text/plain", ""};
     });
   }
   /// ms, in the order in which they were shown; empty: nothing came in time.
@@ -169,8 +169,8 @@ class Page {
   nlohmann::json result_;
 };
 
-void print(const std::string& kind, std::vector<double> ages, const VideoCounts& before,
-           const VideoCounts& after) {
+void print(const std::string& kind, std::vector<double> ages, const station::VideoCounts& before,
+           const station::VideoCounts& after) {
   if (ages.empty()) return static_cast<void>(std::printf("%s: nothing came back\n", kind.c_str()));
   std::sort(ages.begin(), ages.end());
   const auto at = [&](double p) {
@@ -196,23 +196,24 @@ int main(int argc, char** argv) {
   if (kinds.empty()) kinds = {"h264", "jpeg", "mjpeg"};
   MemoryBusHub hub;
   const auto bus = hub.connect();
-  VideoOptions options;
+  station::VideoOptions options;
   options.robot = "robot";
-  options.now = [] { return steady_now(); };
-  options.stamp = [] { return SensorTime{wall_now().ns}; };
-  VideoFeed feed(hub.connect(), options);
+  options.now = [] { return runtime::steady_now(); };
+  options.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
+  station::VideoFeed feed(hub.connect(), options);
   Page page;
-  auto server = HttpServer::open({});
+  auto server = station::HttpServer::open({});
   if (!server) return std::fprintf(stderr, "%s\n", server.error().message.c_str()), 1;
 
   page.serve(**server);
-  (*server)->on_socket("/ws/video", Access::everyone(), feed.socket());
-  (*server)->on_stream("/video.mjpg", Access::everyone(), VideoFeed::stream_type, feed.stream());
+  (*server)->on_socket("/ws/video", station::Access::everyone(), feed.socket());
+  (*server)->on_stream("/video.mjpg", station::Access::everyone(), station::VideoFeed::stream_type,
+                       feed.stream());
   (*server)->run();
   feed.start();
   const Camera camera(*bus, pictures(log));
   for (const std::string& kind : kinds) {
-    const VideoCounts before = feed.counts();
+    const station::VideoCounts before = feed.counts();
     const auto ages = page.ages("http://127.0.0.1:" + std::to_string((*server)->port()) + "/?kind=" + kind);
     print(kind, ages, before, feed.counts());
   }

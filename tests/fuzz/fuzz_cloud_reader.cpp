@@ -7,11 +7,11 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  const auto format = static_cast<parhelion::ScanFormat>(data[0] % 4);
-  parhelion::ReadOptions options;
+  const auto format = static_cast<parhelion::cloud::ScanFormat>(data[0] % 4);
+  parhelion::cloud::ReadOptions options;
   options.memory = std::uint64_t{1} << 30;
-  const auto scan = parhelion::parse_scan(bytes, "fuzz", format, options);
-  (void)parhelion::parse_uos_pose(bytes, "fuzz");
+  const auto scan = parhelion::cloud::parse_scan(bytes, "fuzz", format, options);
+  (void)parhelion::cloud::parse_uos_pose(bytes, "fuzz");
   if (!scan) return scan.error().message.empty() ? (std::abort(), 0) : 0;
   const auto& cloud = scan->cloud;
   // A compressed block may unpack to 88 times its size; a point has three bytes at the least.

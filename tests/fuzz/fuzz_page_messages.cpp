@@ -8,9 +8,9 @@
 #include <string_view>
 
 #include "protocols/codec.hpp"
-#include "server/hmi/station/page_messages.hpp"
-#include "server/hmi/station/teleop_words.hpp"
-#include "server/hmi/station/video_words.hpp"
+#include "server/station/page_messages.hpp"
+#include "server/station/teleop_words.hpp"
+#include "server/station/video/video_words.hpp"
 
 namespace {
 
@@ -34,13 +34,13 @@ void check_command(const AgentCommand& command) {
 
 void check_page_message(std::string_view text) {
   std::uint64_t request = 0;
-  const auto message = read_page_message(text, request);
+  const auto message = station::read_page_message(text, request);
   if (!message) return check(!message.error().message.empty());
-  check(message->request == request && text.size() <= kLongestPageMessage);
+  check(message->request == request && text.size() <= station::kLongestPageMessage);
   check(std::isfinite(message->value) && message->name.size() <= 4 * 64 && message->text.size() <= 4 * 2000);
   check(message->subscription.world_hz >= 1 && message->subscription.world_hz <= 30);
   check(message->subscription.agent_scans.size() <= 8);
-  using Kind = PageMessage::Kind;
+  using Kind = station::PageMessage::Kind;
   const Kind kind = message->kind;
   if (kind == Kind::agent || kind == Kind::script || kind == Kind::lesson || kind == Kind::report)
     check_command(message->command);
@@ -48,7 +48,7 @@ void check_page_message(std::string_view text) {
 }
 
 void check_teleop(std::string_view text) {
-  const auto request = read_teleop_request(text);
+  const auto request = station::read_teleop_request(text);
   if (!request) return check(!request.error().message.empty());
   check(std::isfinite(request->twist.vx) && std::isfinite(request->twist.vy) &&
         std::isfinite(request->twist.wz));
@@ -57,10 +57,10 @@ void check_teleop(std::string_view text) {
 }
 
 void check_video(std::string_view text) {
-  const auto request = read_video_request(text);
+  const auto request = station::read_video_request(text);
   if (!request) return check(!request.error().message.empty());
-  if (request->kind != VideoRequest::Kind::clock) return;
-  check(std::isfinite(request->at_ms) && !clock_text(request->at_ms, 0).empty());
+  if (request->kind != station::VideoRequest::Kind::clock) return;
+  check(std::isfinite(request->at_ms) && !station::clock_text(request->at_ms, 0).empty());
 }
 
 void check_all(std::string_view text) {

@@ -6,7 +6,7 @@
 #include "render/depth_image.hpp"
 #include "tests/render/scenes.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using namespace test;
@@ -192,4 +192,4 @@ TEST(Jpeg, QualityAndSubsamplingAreThoseOfTheSource) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

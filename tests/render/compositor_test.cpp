@@ -5,7 +5,7 @@
 #include "render/egl_context.hpp"
 #include "tests/render/scenes.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using test::jpeg_image;
@@ -88,4 +88,4 @@ TEST(Compositor, PixelsThatNoBodyOrShadowCoversAreTheCamerasOwn) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 constexpr int width = 320, height = 120;
@@ -142,4 +142,4 @@ TEST(DepthSensor, SameSeedSameBytesOtherwiseOthers) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

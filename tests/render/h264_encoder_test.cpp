@@ -10,7 +10,7 @@
 #include "render/i420_picture.hpp"
 #include "render/jpeg.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 /// A disc that wanders over slopes of colour; BGR.
@@ -207,4 +207,4 @@ TEST(H264Encoder, RefusesSizesThatItCannotTake) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

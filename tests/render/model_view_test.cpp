@@ -8,7 +8,7 @@
 #include "tests/model_box.hpp"
 #include "tests/render/scenes.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using namespace test;
@@ -62,4 +62,4 @@ TEST(ModelView, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -8,7 +8,7 @@
 #include "tests/box_mesh.hpp"
 #include "tests/render/scenes.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using namespace test;
@@ -263,4 +263,4 @@ TEST(RawFormats, PaddingAndUncoveredPixelsKeepTheirBytes) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 TEST(PixelNoise, IsWhatItsSlowTwinSaysWhateverTheLength) {
@@ -54,4 +54,4 @@ TEST(PixelNoise, DependsOnSeedAndImage) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

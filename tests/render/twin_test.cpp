@@ -8,7 +8,7 @@
 #include "tests/long_run.hpp"
 #include "tests/render/kitchen.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using namespace test;
@@ -201,4 +201,4 @@ TEST(Twin, KitchenPixelsThatNothingCoversAreTheCamerasOwn) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

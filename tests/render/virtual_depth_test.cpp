@@ -11,7 +11,7 @@
 #include "tests/render/scenes.hpp"
 #include "tests/render/twin.hpp"
 
-namespace parhelion {
+namespace parhelion::render {
 namespace {
 
 using test::shape;
@@ -201,4 +201,4 @@ TEST_F(VirtualDepth, WithoutCalibrationOrPlaceThereIsNoImage) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::render

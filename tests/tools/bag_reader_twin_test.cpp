@@ -11,7 +11,7 @@
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/rosbag_reader.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// A message of any bytes: ROS's own messages with strings or arrays are no C++20.
@@ -20,7 +20,7 @@ struct Blob {
 };
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools
 
 namespace ros {
 namespace message_traits {
@@ -54,7 +54,7 @@ struct Serializer<parhelion::Blob> {
 }  // namespace serialization
 }  // namespace ros
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::TemporaryFolder;
@@ -192,4 +192,4 @@ INSTANTIATE_TEST_SUITE_P(Compressions, BagReaderTwin,
                          name_of);
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 
 #include "protocols/codec.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 Message odometry_message(std::int64_t arrival_us, std::int64_t stamp_us) {
@@ -58,4 +58,4 @@ TEST(ChannelStatistics, StampsThatStandStillOrJumpBackCountNothing) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

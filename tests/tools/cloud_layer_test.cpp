@@ -6,9 +6,9 @@
 #include <fstream>
 #include <numbers>
 
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 template <class T>
@@ -56,4 +56,4 @@ TEST(CloudLayer, AFileThatIsNoneSaysSo) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

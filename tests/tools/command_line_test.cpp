@@ -4,11 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 #include "tools/place_argument.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using ::testing::AllOf;
@@ -77,4 +77,4 @@ TEST(CommandLine, TheTwoCommandsThatTakeAPlaceReadItAlike) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,10 +9,10 @@
 #include <set>
 #include <sstream>
 
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using ::testing::Contains;
@@ -91,4 +91,4 @@ TEST_F(CompletionTest, OfTheProgramItselfAgreesWithItsHelp) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "tools/joystick_console.hpp"
 #include "tools/keyboard_console.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double kLook = 0.03;     // s: a key repeats, and an operator looks, so often
@@ -30,7 +30,7 @@ class ConsoleDrive : public test::SiteDrive {
     for (const ArrivalTime end = now_ + seconds(limit); now_ < end && !done();) {
       now_ = now_ + seconds(kLook);
       outputs_.clear();
-      advance(configuration_, now_, *state_, outputs_, observer_);
+      tick::advance(configuration_, now_, *state_, outputs_, observer_);
       publish();
       act();
       const Status turned = console();
@@ -40,7 +40,7 @@ class ConsoleDrive : public test::SiteDrive {
            came = server_->receive(input, Duration{0})) {
         input.arrival = now_ = now_ + microseconds(1);
         outputs_.clear();
-        tick(configuration_, input, *state_, outputs_, observer_);
+        tick::tick(configuration_, input, *state_, outputs_, observer_);
         publish();
       }
     }
@@ -142,7 +142,7 @@ class ConsoleDrive : public test::SiteDrive {
   }
   void publish() {
     take_events();
-    for (const Outputs::Entry& entry : outputs_.entries())
+    for (const tick::Outputs::Entry& entry : outputs_.entries())
       ASSERT_TRUE(server_->publish(entry.channel, entry.payload).ok());
   }
   void connect() {
@@ -200,7 +200,7 @@ class KeyboardDriveTest : public ConsoleDrive {
   std::optional<KeyboardConsole> console_;
   std::string typed_;
   char held_ = ' ';
-  long step_ = KeyboardDrive::steps / 2;
+  long step_ = station::KeyboardDrive::steps / 2;
 };
 
 TEST_F(KeyboardDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOverInARealEntrance) {
@@ -216,13 +216,13 @@ class JoystickDriveTest : public ConsoleDrive {
   void sit_down() {
     connect();
     SDL_SetMainReady();
-    auto port = JoystickPort::open();
+    auto port = station::JoystickPort::open();
     ASSERT_TRUE(port.ok()) << port.error().message;
     port_ = std::move(*port);
     index_ = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, 6, 15, 0);
     ASSERT_GE(index_, 0) << SDL_GetError();
     joystick_ = SDL_JoystickOpen(index_);
-    auto mapping = load_joystick_mapping("crawler");
+    auto mapping = station::load_joystick_mapping("crawler");
     ASSERT_TRUE(mapping.ok()) << mapping.error().message;
     console_.emplace(JoystickConsoleOptions{"", "ann", {}}, std::move(*mapping), *bus_, *port_);
     ASSERT_TRUE(console_->listen().ok());
@@ -272,12 +272,12 @@ class JoystickDriveTest : public ConsoleDrive {
   }
   /// The stick to where `share` of the speed is: beyond the dead zone, along the curve.
   void push(SDL_GameControllerAxis axis, double share) {
-    const JoystickMapping usual;
+    const station::JoystickMapping usual;
     const double way = usual.dead_zone + (1 - usual.dead_zone) * std::pow(std::abs(share), 1 / usual.curve);
     SDL_JoystickSetVirtualAxis(joystick_, axis,
                                static_cast<Sint16>(share == 0 ? 0 : 32767 * std::copysign(way, share)));
   }
-  std::unique_ptr<JoystickPort> port_;
+  std::unique_ptr<station::JoystickPort> port_;
   std::optional<JoystickConsole> console_;
   SDL_Joystick* joystick_ = nullptr;
   int index_ = -1;
@@ -292,4 +292,4 @@ TEST_F(JoystickDriveTest, LiftsAPartIntoATubOpensAGateClimbsTheStairsAndTipsOver
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

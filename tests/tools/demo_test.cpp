@@ -7,10 +7,10 @@
 
 #include "server/review/review.hpp"
 #include "tests/recordings.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* training = R"(training:
@@ -21,10 +21,10 @@ constexpr const char* training = R"(training:
 )";
 
 /// What if a barrel had stood where the robot was `t` s after the start? Nothing else differs.
-std::string with_barrel(std::string scenario, const SessionReview& review, double t) {
+std::string with_barrel(std::string scenario, const review::SessionReview& review, double t) {
   const auto points = review.path.track.points();
   const auto there =
-      std::find_if(points.begin(), points.end(), [&](const TrackPoint& p) { return p.t >= t; });
+      std::find_if(points.begin(), points.end(), [&](const review::TrackPoint& p) { return p.t >= t; });
   if (there == points.end()) return "";
   return scenario.insert(scenario.find("agents:\n") + 8,
                          "  - {name: barrel, kind: barrel, pose: {x: " + std::to_string(there->x) +
@@ -39,7 +39,7 @@ void ask_what_if(const test::Folder& folder) {
                                 folder / ("demo/" + name + ".yaml"), "-o", folder / (name + ".lcm")},
                                folder / "again.txt");
     EXPECT_EQ(ran.exit, 0) << ran.output;
-    return review_session(folder / (name + ".lcm"));
+    return review::review_session(folder / (name + ".lcm"));
   };
   const std::string scenario = test::text_of(folder / "demo/scenario.yaml") + training;
   const auto alone = again("alone", scenario);
@@ -49,13 +49,14 @@ void ask_what_if(const test::Folder& folder) {
   const auto met = again("met", with_barrel(scenario, *alone, 32));
   ASSERT_TRUE(met.ok()) << met.error().message;
   ASSERT_FALSE(met->grade->charges.empty());
-  for (const Charge& charge : met->grade->charges) {
+  for (const training::Charge& charge : met->grade->charges) {
     EXPECT_EQ(charge.cause->object, "barrel");
     EXPECT_EQ(charge.cause->pair, PairKind::real_virtual);
   }
   // The real laser never saw it: it was put into its scans.
   const auto near = met->series.at("nearest_injected").samples();
-  EXPECT_TRUE(std::any_of(near.begin(), near.end(), [](const Series::Sample& s) { return s.value < 0.5; }));
+  EXPECT_TRUE(
+      std::any_of(near.begin(), near.end(), [](const review::Series::Sample& s) { return s.value < 0.5; }));
   const auto page =
       test::run({"report", folder / "alone.lcm", "--against", folder / "met.lcm", "-o", folder / "both.html"},
                 folder / "report.txt");
@@ -102,4 +103,4 @@ TEST(Demo, EveryCommandExplainsItselfWithAnExample) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,10 +9,10 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// A group of its own for each test process.
@@ -82,8 +82,8 @@ class DriveTerminalTest : public testing::Test {
     world.bodies[0].entity = "trainee";
     world.bodies[0].kind = AgentKind::robot;
     world.bodies[0].owner = BodyOwner::real_robot;
-    for (const WallTime end = steady_now() + seconds(20); !done() && steady_now() < end;) {
-      world.stamp = {wall_now().ns};
+    for (const WallTime end = runtime::steady_now() + seconds(20); !done() && runtime::steady_now() < end;) {
+      world.stamp = {runtime::wall_now().ns};
       publish(channel::mr_world, world);
       publish(channel::joint_state, Joints{world.stamp, {"turret", "finger"}, {0, 0}, {0, 0}, {}});
       if (!keys.empty()) terminal.type(keys);
@@ -145,4 +145,4 @@ TEST_F(DriveTerminalTest, KeysMoveTheChosenJointAndDriveAndQuit) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

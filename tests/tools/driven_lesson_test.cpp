@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// A free square of 20 m with walls all around and unknown beyond `free_x` (m).
-GridMap floor_up_to(double free_x) {
-  GridMap map;
+pose::GridMap floor_up_to(double free_x) {
+  pose::GridMap map;
   map.width = map.height = 400;
   for (int y = 0; y < map.height; ++y)
     for (int x = 0; x < map.width; ++x) {
@@ -50,7 +50,7 @@ TEST(DrivenLesson, ItTurnsAwayFromAWallAndFromWhatNobodyHasSeen) {
 
 TEST(DrivenLesson, WithoutRoomNothingIsChanged) {
   Scenario scenario = with_robot_at(1.2, 1.2, 0);
-  GridMap map = floor_up_to(2);
+  pose::GridMap map = floor_up_to(2);
   map.height = 48;  // m 2.4
   map.occupied.resize(static_cast<std::size_t>(map.width) * 48);
   EXPECT_FALSE(add_driven_lesson(map, "robot_1", scenario).ok());
@@ -61,4 +61,4 @@ TEST(DrivenLesson, WithoutRoomNothingIsChanged) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

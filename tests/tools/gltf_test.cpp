@@ -10,7 +10,7 @@
 #include "protocols/yaml/base64.hpp"
 #include "tests/box_mesh.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 SemanticModel model() {
@@ -74,4 +74,4 @@ TEST(Gltf, AnEmptyModelIsStillADocument) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

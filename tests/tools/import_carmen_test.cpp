@@ -6,7 +6,7 @@
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/carmen_line.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::ImportedLog;
@@ -257,4 +257,4 @@ TEST(CarmenLine, ImpliedAnglesFollowTheNumberOfReadings) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -12,7 +12,7 @@
 
 #include "tests/tools/imported_log.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::ImportedLog;
@@ -270,4 +270,4 @@ TEST(ImportRawlog, ExistingOutputIsLeftAloneWithoutForce) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 
 #include "tests/tools/imported_log.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::ImportedLog;
@@ -398,4 +398,4 @@ TEST(ImportRgbd, DamagedFilesAreRefusedWithTheirName) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 
 #include "tests/tools/written_bag.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::ImportedLog;
@@ -195,4 +195,4 @@ TEST(ImportRosbag, ImuWithItsMountingAndJointsAreKept) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

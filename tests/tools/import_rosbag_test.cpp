@@ -5,7 +5,7 @@
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/rosbag_reader.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::ImportedLog;
@@ -149,4 +149,4 @@ TEST(ImportRosbag, FlippedBitsNeverCrashAndAreReported) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

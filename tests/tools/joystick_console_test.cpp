@@ -6,24 +6,25 @@
 #include <SDL2/SDL.h>
 #include <gtest/gtest.h>
 
-#include "tests/server/level_1.hpp"
-#include "tests/server/tick_fixture.hpp"
+#include "tests/server/tick/level_1.hpp"
+#include "tests/server/tick/tick_fixture.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 class JoystickConsoleTest : public test::TickTest {
  protected:
   void SetUp() override {
     SDL_SetMainReady();
-    auto port = JoystickPort::open();
+    auto port = station::JoystickPort::open();
     ASSERT_TRUE(port.ok()) << port.error().message;
     port_ = std::move(*port);
     start(test::level_1({test::agent("robot_1", AgentKind::robot, 2, 2, BehaviourKind::teleop)}));
     for (const std::string& input : configuration_.channels.inputs())
       ASSERT_TRUE(server_->subscribe(input, 100).ok());
     const auto say = [this](const std::string& line) { said_ += line + "\n"; };
-    console_.emplace(JoystickConsoleOptions{"", "ann", say}, default_joystick_mapping(), *bus_, *port_);
+    console_.emplace(JoystickConsoleOptions{"", "ann", say}, station::default_joystick_mapping(), *bus_,
+                     *port_);
     ASSERT_TRUE(console_->listen().ok());
   }
   void TearDown() override {
@@ -52,7 +53,7 @@ class JoystickConsoleTest : public test::TickTest {
     for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) {
       now_ = now_ + milliseconds(5);
       outputs_.clear();
-      advance(configuration_, now_, *state_, outputs_, observer_);
+      tick::advance(configuration_, now_, *state_, outputs_, observer_);
       publish();
       const Status turned = console_->turn(WallTime{now_.ns}, SensorTime{now_.ns});
       ASSERT_TRUE(turned.ok()) << turned.error().message;
@@ -61,13 +62,13 @@ class JoystickConsoleTest : public test::TickTest {
            came = server_->receive(input, Duration{0})) {
         input.arrival = now_ = now_ + microseconds(1);
         outputs_.clear();
-        tick(configuration_, input, *state_, outputs_, observer_);
+        tick::tick(configuration_, input, *state_, outputs_, observer_);
         publish();
       }
     }
   }
   void publish() {
-    for (const Outputs::Entry& entry : outputs_.entries()) {
+    for (const tick::Outputs::Entry& entry : outputs_.entries()) {
       out_[entry.channel].push_back(entry.payload);
       ASSERT_TRUE(server_->publish(entry.channel, entry.payload).ok());
     }
@@ -82,7 +83,7 @@ class JoystickConsoleTest : public test::TickTest {
 
   MemoryBusHub hub_;
   std::unique_ptr<Bus> server_ = hub_.connect(), bus_ = hub_.connect();
-  std::unique_ptr<JoystickPort> port_;
+  std::unique_ptr<station::JoystickPort> port_;
   std::optional<JoystickConsole> console_;
   std::string said_;
   SDL_Joystick* joystick_ = nullptr;
@@ -105,7 +106,7 @@ TEST_F(JoystickConsoleTest, DrivesTheSimulatedRobotWhileTheDeadManIsHeld) {
   live(0.1);
   push(0.6);
   live(1.5);
-  const double part = shaped(0.6, 0.12, 1.5) * 0.8;
+  const double part = station::shaped(0.6, 0.12, 1.5) * 0.8;
   EXPECT_NEAR(speed(), part, 0.1 * part) << "dead zone and curve";
   hold(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, false);
   live(0.02);
@@ -180,4 +181,4 @@ TEST_F(JoystickConsoleTest, SwitchesBetweenRobotsAndDrivesOneAtATime) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

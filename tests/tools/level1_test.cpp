@@ -5,11 +5,11 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "server/wall_clock.hpp"
-#include "tests/server/synthetic.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using testing::HasSubstr;
@@ -29,12 +29,13 @@ class Level1Test : public testing::Test {
 
   /// Sends TELEOP twenty times a second until `done` or a minute has gone.
   bool drive(test::Process& server, const Twist2& twist, const std::function<bool()>& done) {
-    const WallTime deadline = steady_now() + seconds(60);
+    const WallTime deadline = runtime::steady_now() + seconds(60);
     WallTime said;
-    while (!done() && server.running() && steady_now() < deadline) {
-      if (steady_now() - said >= milliseconds(50)) {
-        said = steady_now();
-        const Message command = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, twist});
+    while (!done() && server.running() && runtime::steady_now() < deadline) {
+      if (runtime::steady_now() - said >= milliseconds(50)) {
+        said = runtime::steady_now();
+        const Message command =
+            test::message(channel::teleop, 0, TwistCommand{{runtime::wall_now().ns}, twist});
         EXPECT_TRUE(bus_->publish(command.channel, command.payload).ok());
       }
       hear();
@@ -85,7 +86,7 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
       << said();
 
   // Who else speaks for the robot is noticed, and its word is not taken.
-  const Message foreign = test::message(channel::odometry, 0, Odometry{{wall_now().ns}, {}});
+  const Message foreign = test::message(channel::odometry, 0, Odometry{{runtime::wall_now().ns}, {}});
   ASSERT_TRUE(bus_->publish(foreign.channel, foreign.payload).ok());
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::foreign_publisher, channel::odometry); }))
       << said();
@@ -142,4 +143,4 @@ TEST_F(Level1Test, AShippedProgrammeIsDrivenItsScoreGrowsAndTheReportSaysWhy) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

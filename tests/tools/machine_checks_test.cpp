@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <fstream>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -71,4 +71,4 @@ TEST_F(MachineChecks, ShippedFilesAreLookedForWhereTheUserSays) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

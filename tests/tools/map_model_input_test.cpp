@@ -10,11 +10,11 @@
 #include "fusion/cloud/write_cloud.hpp"
 #include "fusion/semantic/build_model.hpp"
 #include "protocols/model.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/synthetic_site.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using ::testing::AllOf;
@@ -22,8 +22,8 @@ using ::testing::HasSubstr;
 
 class MapModelInput : public ::testing::Test {
  protected:
-  std::string write(const PointCloud<Cloud>& cloud) {
-    EXPECT_TRUE(write_ply(folder_ / "cloud.ply", cloud).ok());
+  std::string write(const cloud::PointCloud<Cloud>& cloud) {
+    EXPECT_TRUE(cloud::write_ply(folder_ / "cloud.ply", cloud).ok());
     return folder_ / "cloud.ply";
   }
   /// A PLY of three floats a point; `body` may be less than its header says.
@@ -49,12 +49,12 @@ class MapModelInput : public ::testing::Test {
 };
 
 /// Points on a rectangle around `centre` with half sides `u` and `v`, 4 mm of noise along `w`.
-PointCloud<Cloud> plane(const Eigen::Vector3d& centre, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
-                        const Eigen::Vector3d& w) {
+cloud::PointCloud<Cloud> plane(const Eigen::Vector3d& centre, const Eigen::Vector3d& u,
+                               const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> along(-1, 1);
   std::normal_distribution<double> noise(0, 0.004);
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   for (int i = 0; i < 40'000; ++i)
     cloud.points.push_back(
         (centre + along(random) * u + along(random) * v + noise(random) * w).cast<float>());
@@ -74,7 +74,7 @@ TEST_F(MapModelInput, NothingButNaN) {
 }
 
 TEST_F(MapModelInput, MillimetresForMetres) {
-  PointCloud<Cloud> cloud = test::scan_of_site(0.02);
+  cloud::PointCloud<Cloud> cloud = test::scan_of_site(0.02);
   for (Eigen::Vector3f& p : cloud.points) p *= 1000;
   for (Eigen::Vector3d& p : cloud.viewpoints) p *= 1000;
   const std::string path = write(cloud);
@@ -83,7 +83,7 @@ TEST_F(MapModelInput, MillimetresForMetres) {
 }
 
 TEST_F(MapModelInput, UpsideDown) {
-  PointCloud<Cloud> cloud = test::scan_of_site();
+  cloud::PointCloud<Cloud> cloud = test::scan_of_site();
   for (Eigen::Vector3f& p : cloud.points) p = Eigen::Vector3f(p.x(), -p.y(), -p.z());
   for (Eigen::Vector3d& p : cloud.viewpoints) p = Eigen::Vector3d(p.x(), -p.y(), -p.z());
   const std::string path = write(cloud);
@@ -91,7 +91,7 @@ TEST_F(MapModelInput, UpsideDown) {
   ASSERT_EQ(model(path, {"--flip"}).exit, 0);
   const auto turned = load_model(folder_ / "model.yaml");
   ASSERT_TRUE(turned) << turned.error().message;
-  const auto floor = ground_floor(*turned);
+  const auto floor = semantic::ground_floor(*turned);
   ASSERT_TRUE(floor);
   for (const ModelEntity& entity : turned->entities) {
     const double height = entity.T_map_body.translation().z() - *floor;
@@ -116,7 +116,7 @@ TEST_F(MapModelInput, OnePlaneOnly) {
 }
 
 TEST_F(MapModelInput, OnePointFortyThousandTimes) {
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   cloud.points.assign(40'000, {1, 2, 3});
   expect_refused(model(write(cloud)), HasSubstr("no level surface"));
 }
@@ -134,4 +134,4 @@ TEST_F(MapModelInput, MorePointsThanThereIsMemoryForAreRefusedBeforeTheyAreRead)
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

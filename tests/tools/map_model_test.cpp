@@ -11,29 +11,29 @@
 #include "fusion/scan/ray_caster.hpp"
 #include "fusion/semantic/build_model.hpp"
 #include "render/compositor.hpp"
-#include "server/replay.hpp"
-#include "tests/server/synthetic.hpp"
+#include "server/runtime/replay.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/synthetic_site.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using ::testing::HasSubstr;
 
 /// One model for all tests of this file: floor at zero, as the session needs it.
-const BuiltModel& built() {
-  static const BuiltModel model = [] {
-    ModelOptions options;
+const semantic::BuiltModel& built() {
+  static const semantic::BuiltModel model = [] {
+    semantic::ModelOptions options;
     options.floor_to_zero = true;
-    auto made = build_model(test::scan_of_site(), options);
+    auto made = semantic::build_model(test::scan_of_site(), options);
     EXPECT_TRUE(made) << (made ? "" : made.error().message);
-    return made ? std::move(*made) : BuiltModel{};
+    return made ? std::move(*made) : semantic::BuiltModel{};
   }();
   return model;
 }
 
 TEST(MapModel, TheFloorIsAtZeroAndTheShiftIsRecorded) {
-  const auto floor = ground_floor(built().model);
+  const auto floor = semantic::ground_floor(built().model);
   ASSERT_TRUE(floor);
   EXPECT_NEAR(*floor, 0, 1e-9);
   EXPECT_NEAR(built().floor, -1.3, 0.02) << "in the cloud's own coordinates";
@@ -42,12 +42,12 @@ TEST(MapModel, TheFloorIsAtZeroAndTheShiftIsRecorded) {
 
 TEST(MapModel, ALaserMeetsTheModelWhereItMeetsTheBuilding) {
   const std::vector<float> time(360, 0.F);
-  const BeamSet beams{0.005F, 0.01745F, time};
+  const scan::BeamSet beams{0.005F, 0.01745F, time};
   const auto T = Transform<Map, Laser>::planar(0.5, 0.3, 0, 0.4);
   // The model's map is the cloud's frame: its origin under the first scanner.
-  std::vector<RangeHit> site(360), model(360);
-  cast_building_exact({T, T}, beams, test::synthetic_site(), 30, site);
-  RayCaster caster;
+  std::vector<scan::RangeHit> site(360), model(360);
+  scan::cast_building_exact({T, T}, beams, test::synthetic_site(), 30, site);
+  scan::RayCaster caster;
   caster.set_building(built().model);
   caster.cast_building({T, T}, beams, 30, model);
   int alike = 0;
@@ -75,11 +75,11 @@ std::vector<Message> replayed(AgentDefinition agent, const std::vector<Message>&
   scenario.agents = {std::move(agent)};
   std::ofstream(folder / "scenario.yaml") << to_yaml(scenario);
   test::write_log(folder / "drive.lcm", log);
-  ReplayOptions options;
+  runtime::ReplayOptions options;
   options.log = folder / "drive.lcm";
   options.scenario = folder / "scenario.yaml";
   options.session = folder / "session.lcm";
-  const auto report = replay(options);
+  const auto report = runtime::replay(options);
   EXPECT_TRUE(report) << report.error().message;
   std::vector<Message> session;
   auto reader = LogReader::open(folder / "session.lcm");
@@ -170,9 +170,9 @@ TEST(MapModel, InTheVideoOfAReplayAnAgentBehindAWallOfTheModelIsHidden) {
 }
 
 TEST(MapModel, AVirtualBodyBehindAWallOfTheModelIsHidden) {
-  auto compositor = Compositor::create(built().model);
+  auto compositor = render::Compositor::create(built().model);
   ASSERT_TRUE(compositor) << compositor.error().message;
-  RenderJob job;
+  render::RenderJob job;
   job.image.width = 320, job.image.height = 240, job.image.row_stride = 960;
   job.image.format = PixelFormat::bgr;
   job.image.bytes.assign(320 * 240 * 3, 120);
@@ -209,7 +209,7 @@ class MapModelCommand : public ::testing::Test {
 };
 
 TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
-  ASSERT_TRUE(write_ply(folder_ / "site.ply", test::scan_of_site(0.012)).ok());
+  ASSERT_TRUE(cloud::write_ply(folder_ / "site.ply", test::scan_of_site(0.012)).ok());
   const std::string base = std::string(PARHELION_BINARY_DIR) + "/tools/parhelion map model " +
                            (folder_ / "site.ply") + " -o " + (folder_ / "model.yaml");
   const std::string all = base + " --floor-to-zero --gltf " + (folder_ / "m.gltf") + " --picture " +
@@ -224,7 +224,7 @@ TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
       << "in the levelled cloud, not in the moved model";
   EXPECT_NEAR(summary["ceiling_m"].get<double>(), 1.3, 0.02);
   EXPECT_GE(summary["walls"].size(), 4U);
-  const auto map = load_ros_map(folder_ / "slice.yaml");
+  const auto map = pose::load_ros_map(folder_ / "slice.yaml");
   ASSERT_TRUE(map) << map.error().message;
   auto model = load_model(folder_ / "model.yaml");
   ASSERT_TRUE(model) << model.error().message;
@@ -250,22 +250,22 @@ TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
 }
 
 TEST(BuildModel, SaysWhatIsWrongWithTheCloud) {
-  EXPECT_THAT(build_model({}).error().message, HasSubstr("no points"));
-  PointCloud<Cloud> millimetres = test::scan_of_site(0.03);
+  EXPECT_THAT(semantic::build_model({}).error().message, HasSubstr("no points"));
+  cloud::PointCloud<Cloud> millimetres = test::scan_of_site(0.03);
   for (Eigen::Vector3f& p : millimetres.points) p *= 1000;
-  const auto built_in_mm = build_model(millimetres);
+  const auto built_in_mm = semantic::build_model(millimetres);
   ASSERT_FALSE(built_in_mm);
   EXPECT_THAT(built_in_mm.error().message, HasSubstr("--unit mm"));
 }
 
 TEST(BuildModel, PointsFromNowhereAreLeftOutAndCounted) {
-  PointCloud<Cloud> cloud = test::scan_of_site(0.02);
+  cloud::PointCloud<Cloud> cloud = test::scan_of_site(0.02);
   for (const float far : {3e5F, -8e6F, 400.F}) {
     cloud.points.emplace_back(far, 0.5F * far, 1.F);
     cloud.scans.push_back(0);
   }
   const std::size_t points = cloud.size();
-  const auto model = build_model(std::move(cloud));
+  const auto model = semantic::build_model(std::move(cloud));
   ASSERT_TRUE(model) << model.error().message;
   EXPECT_EQ(model->cloud.size(), points - 3);
   EXPECT_EQ(model->cloud.scans.size(), points - 3);
@@ -273,4 +273,4 @@ TEST(BuildModel, PointsFromNowhereAreLeftOutAndCounted) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "tests/tools/imported_log.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::TemporaryFolder;
@@ -30,7 +30,7 @@ TEST(MapRegister, BringsTheRoomTogetherAndSaysSo) {
       "-o",  cloud,      "--summary", summary};
   const auto ran = test::run(arguments, folder / "log");
   ASSERT_EQ(ran.exit, 0) << ran.output;
-  const auto scan = read_scan(cloud);
+  const auto scan = cloud::read_scan(cloud);
   ASSERT_TRUE(scan) << scan.error().message;
   EXPECT_EQ(scan->cloud.viewpoints.size(), 2U);
   const auto said = json_of(summary);
@@ -65,7 +65,7 @@ TEST(MapRegister, AScanThatCannotBeRegisteredIsNotInTheCloud) {
   EXPECT_NE(said["scans"][1]["why"], "");
   arguments.insert(arguments.end(), {"--keep-going", "--force"});
   EXPECT_EQ(test::run(arguments, folder / "log").exit, 0);
-  const auto scan = read_scan(cloud);
+  const auto scan = cloud::read_scan(cloud);
   ASSERT_TRUE(scan);
   EXPECT_LE(scan->cloud.size(), 81'359U);
 }
@@ -99,10 +99,10 @@ TEST(MapRegister, TrustedPosesAreTakenAsTheyAreAndMustBeThere) {
   const std::string cloud = folder / "stairs.ply";
   const auto ran = test::run({"map", "register", stairs, "--trust-poses", "-o", cloud}, folder / "log");
   ASSERT_EQ(ran.exit, 0) << ran.output;
-  EXPECT_GT(read_scan(cloud)->cloud.size(), 10'000U);
+  EXPECT_GT(cloud::read_scan(cloud)->cloud.size(), 10'000U);
   EXPECT_EQ(
       test::run({"map", "register", room, "--trust-poses", "-o", folder / "r.ply"}, folder / "log").exit, 1);
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 TEST(Progress, TerminalLineHasPercentageAndTimeLeft) {
@@ -29,4 +29,4 @@ TEST(Progress, ANameThatIsNoUtf8IsJsonAllTheSame) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/server/lesson_log.hpp"
+#include "tests/server/tick/lesson_log.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using testing::AllOf;
@@ -158,4 +158,4 @@ TEST_F(RecordsCommand, BatchWritesATableAndNamesTheBadLog) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

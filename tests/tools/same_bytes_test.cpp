@@ -7,10 +7,10 @@
 
 #include "tests/long_run.hpp"
 #include "tests/recordings.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct Pace {
@@ -95,4 +95,4 @@ TEST_F(SameBytesTest, ARealDriveGivesTheSameBytesAtAnyPaceFromAnyBuild) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -14,15 +14,15 @@
 #include "tests/tools/process.hpp"
 #include "tools/scan_guess.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::TemporaryFolder;
 
 /// Median of the heights in the cloud's frame where a layer of 4 cm holds most points.
-double densest_height(const std::vector<ScanToRegister>& scans) {
+double densest_height(const std::vector<cloud::ScanToRegister>& scans) {
   std::map<int, int> layers;
-  for (const ScanToRegister& scan : scans) {
+  for (const cloud::ScanToRegister& scan : scans) {
     for (const Eigen::Vector3f& p : scan.cloud.points) {
       const Eigen::Vector3d in_cloud = scan.guess * p.cast<double>().eval();
       ++layers[static_cast<int>(std::floor(in_cloud.z() / 0.04))];
@@ -42,7 +42,7 @@ TEST(ScanSources, depth_images_of_the_kitchen_come_level_with_the_table_at_its_h
   ASSERT_TRUE(opened) << opened.error().message;
   EXPECT_GT(opened->scans.size(), 10U);
   EXPECT_LE(opened->scans.size(), 100U);
-  for (const ScanToRegister& scan : opened->scans) EXPECT_TRUE(scan.has_guess);
+  for (const cloud::ScanToRegister& scan : opened->scans) EXPECT_TRUE(scan.has_guess);
   // The densest layer is the table top, 0.76 m below the world's origin.
   EXPECT_NEAR(densest_height(opened->scans), -0.76, 0.06);
 }
@@ -102,7 +102,7 @@ TEST(ScanSources, scan_lines_across_the_way_become_3d_scans_of_some_metres_each)
   const auto opened = open_scans({folder / "corridor.lcm"}, {});
   ASSERT_TRUE(opened) << opened.error().message;
   ASSERT_EQ(opened->scans.size(), 3U);
-  for (const ScanToRegister& scan : opened->scans) {
+  for (const cloud::ScanToRegister& scan : opened->scans) {
     for (const Eigen::Vector3f& p : scan.cloud.points) {
       const Eigen::Vector3d q = scan.guess * p.cast<double>().eval();
       const double off = std::min({std::abs(std::abs(q.y()) - 1), std::abs(q.z()), std::abs(q.z() - 2.5)});
@@ -120,7 +120,7 @@ TEST(ScanSources, the_cloud_of_a_log_is_in_the_map_of_its_poses) {
     if (trusted) words.push_back("--trust-poses");
     const auto ran = test::run(words, folder / "log");
     ASSERT_EQ(ran.exit, 0) << ran.output;
-    const auto cloud = read_scan(folder / "c.ply");
+    const auto cloud = cloud::read_scan(folder / "c.ply");
     ASSERT_TRUE(cloud) << cloud.error().message;
     Eigen::AlignedBox3f box;
     for (const Eigen::Vector3f& p : cloud->cloud.points) box.extend(p);
@@ -237,7 +237,7 @@ TEST(ScanSources, what_holds_no_scan_is_refused_with_what_was_expected) {
 
 TEST(ScanGuess, says_where_the_second_scan_or_each_scan_is) {
   const TemporaryFolder folder;
-  std::vector<ScanToRegister> scans(2);
+  std::vector<cloud::ScanToRegister> scans(2);
   ASSERT_TRUE(apply_guess("1,2,3,90", scans));
   EXPECT_TRUE((scans[1].guess * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3)));
   std::ofstream(folder / "guess.txt") << "# x y z yaw\n1 0 0 90\n0 1 0 0  1 0 0 0  0 0 1 0  0 0 0 1\n";
@@ -253,4 +253,4 @@ TEST(ScanGuess, says_where_the_second_scan_or_each_scan_is) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

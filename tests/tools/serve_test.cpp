@@ -5,12 +5,12 @@
 #include <random>
 #include <set>
 
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 #include "tests/long_run.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// A group of its own for each test process, so that runs beside each other do not hear each other.
@@ -46,17 +46,17 @@ class ServeTest : public testing::Test {
   Message spawn(std::uint64_t request, int place) {
     AgentCommand command;
     command.request = request;
-    command.stamp = {wall_now().ns};
+    command.stamp = {runtime::wall_now().ns};
     command.agent = test::agent("box_" + std::to_string(request), AgentKind::box, -4.0 + 0.9 * (place % 10),
                                 -3.0 + 0.9 * (place / 10 % 7));
     return test::message(channel::mr_agent_cmd, 0, command);
   }
   /// The next answer to a command; 0 where none came in time.
   std::uint64_t answer(Duration timeout) {
-    const WallTime deadline = steady_now() + timeout;
+    const WallTime deadline = runtime::steady_now() + timeout;
     Message message;
-    while (steady_now() < deadline) {
-      const auto received = bus_->receive(message, deadline - steady_now());
+    while (runtime::steady_now() < deadline) {
+      const auto received = bus_->receive(message, deadline - runtime::steady_now());
       if (!received.ok() || !*received) break;
       Event event;
       if (message.channel != channel::mr_events || !decode(message.channel, message.payload, event)) continue;
@@ -95,7 +95,8 @@ class ServeTest : public testing::Test {
     Message message;
     Event event;
     for (int tries = 0; tries < 200; ++tries) {
-      const Message drive = test::message(channel::teleop, 0, TwistCommand{{wall_now().ns}, {0, 0, 0.3}});
+      const Message drive =
+          test::message(channel::teleop, 0, TwistCommand{{runtime::wall_now().ns}, {0, 0, 0.3}});
       (void)bus_->publish(drive.channel, drive.payload);
       for (auto came = bus_->receive(message, milliseconds(50)); came && *came;
            came = bus_->receive(message, milliseconds(50))) {
@@ -166,12 +167,12 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
-  const WallTime deadline = steady_now() + seconds(20);
+  const WallTime deadline = runtime::steady_now() + seconds(20);
   const std::string child = child_of(server);
   ASSERT_FALSE(child.empty());
   kill(std::stoi(child), SIGKILL);
   bool answered = false;
-  while (!answered && steady_now() < deadline) {
+  while (!answered && runtime::steady_now() < deadline) {
     const std::string now = child_of(server);
     const bool again = !now.empty() && now != child;
     const Message scan = test::message(channel::scan, 0, test::scan_at(again ? 2 : 1));
@@ -318,4 +319,4 @@ TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

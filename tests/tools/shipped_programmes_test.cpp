@@ -1,13 +1,13 @@
 // The shipped programmes of level 3, on the recorded drive that the demo maps and localizes.
 #include <gtest/gtest.h>
 
-#include "server/grade_session.hpp"
-#include "server/replay.hpp"
+#include "server/runtime/grade_session.hpp"
+#include "server/runtime/replay.hpp"
 #include "tests/recordings.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 class Level3Programmes : public testing::Test {
@@ -27,37 +27,37 @@ class Level3Programmes : public testing::Test {
     run({"slam", "--log", faculty + "/recording.lcm", "--map", faculty + "/map.yaml", "--start", "0,0,0",
          "-o", faculty + "/localized.lcm"});
   }
-  Result<GradedSession> drive(const std::string& programme) {
+  Result<runtime::GradedSession> drive(const std::string& programme) {
     const std::string scenario = folder_ / (programme + ".yaml");
     std::filesystem::copy_file(
         std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/" + programme + ".yaml", scenario);
-    ReplayOptions options;
+    runtime::ReplayOptions options;
     options.log = folder_ / "faculty/localized.lcm";
     options.scenario = scenario;
     options.session = folder_ / (programme + ".lcm");
-    auto report = replay(options);
+    auto report = runtime::replay(options);
     if (!report) return report.error();
     report_ = std::move(*report);
-    return grade_session(options.session);
+    return runtime::grade_session(options.session);
   }
 
   test::Folder folder_;
-  Report report_;
+  runtime::Report report_;
 };
 
 TEST_F(Level3Programmes, TheTraineeIsPenalizedForTouchingARobotThatTheLaserSawOnlyBecauseItWasInjected) {
   const auto round = drive("round_the_building");
   ASSERT_TRUE(round.ok()) << round.error().message;
-  EXPECT_EQ(round->grade.score, 100) << to_text(*round);
+  EXPECT_EQ(round->grade.score, 100) << runtime::to_text(*round);
   EXPECT_TRUE(round->grade.passed);
 
   const auto corridor = drive("corridor");
   ASSERT_TRUE(corridor.ok()) << corridor.error().message;
-  const Grade& grade = corridor->grade;
-  EXPECT_EQ(grade.tasks[0].outcome, TaskOutcome::done) << to_text(*corridor);
-  EXPECT_EQ(grade.tasks[1].outcome, TaskOutcome::failed) << to_text(*corridor);
+  const training::Grade& grade = corridor->grade;
+  EXPECT_EQ(grade.tasks[0].outcome, training::TaskOutcome::done) << runtime::to_text(*corridor);
+  EXPECT_EQ(grade.tasks[1].outcome, training::TaskOutcome::failed) << runtime::to_text(*corridor);
   ASSERT_FALSE(grade.charges.empty());
-  const Charge& touch = grade.charges.front();
+  const training::Charge& touch = grade.charges.front();
   EXPECT_EQ(touch.rule, "touched the virtual robot");
   EXPECT_EQ(touch.cause->pair, PairKind::real_virtual);
   EXPECT_EQ(touch.cause->object, "robot_1");
@@ -67,4 +67,4 @@ TEST_F(Level3Programmes, TheTraineeIsPenalizedForTouchingARobotThatTheLaserSawOn
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

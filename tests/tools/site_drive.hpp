@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/server/scripted_drive.hpp"
+#include "tests/server/runtime/scripted_drive.hpp"
 #include "tests/tools/process.hpp"
 
 namespace parhelion::test {

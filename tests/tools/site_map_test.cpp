@@ -4,18 +4,18 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
-cv::Mat picture_of(const StationMap& map) {
+cv::Mat picture_of(const station::StationMap& map) {
   const std::vector<std::uint8_t> bytes(map.png.begin(), map.png.end());
   return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
 }
 
 /// B, G, R, A where this point of the map is.
-cv::Vec4b at(const StationMap& map, const cv::Mat& picture, double x, double y) {
+cv::Vec4b at(const station::StationMap& map, const cv::Mat& picture, double x, double y) {
   const int column = static_cast<int>(std::floor((x - map.origin.x()) / map.resolution));
   const int row = picture.rows - 1 - static_cast<int>(std::floor((y - map.origin.y()) / map.resolution));
   return picture.at<cv::Vec4b>(row, column);
@@ -57,4 +57,4 @@ TEST(SiteMap, ALargeSiteHasLargerPixelsRatherThanMore) {
 TEST(SiteMap, OfNothingThereIsNone) { EXPECT_FALSE(draw_site_map({})); }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

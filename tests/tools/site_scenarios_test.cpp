@@ -2,7 +2,7 @@
 #include "tests/recordings.hpp"
 #include "tests/tools/site_drive.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using SiteScenarioTest = test::SiteDrive;
@@ -43,4 +43,4 @@ TEST_F(SiteScenarioTest, ARobotOpensADoorOfARealGalleryAndDrivesThrough) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

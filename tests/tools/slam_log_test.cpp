@@ -9,7 +9,7 @@
 #include "tests/tools/imported_log.hpp"
 #include "tools/command.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using test::ImportedLog;
@@ -238,4 +238,4 @@ TEST(SlamLog, MapsTheRecordingThatDebianShips) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -1,14 +1,14 @@
 // The recording of Debian's mrpt-common over and over: a few laps here, 24 hours of log time with
 // PARHELION_LONG=1.
-#include "tests/server/soak.hpp"
+#include "tests/server/runtime/soak.hpp"
 
 #include "protocols/bus/log_file.hpp"
 #include "tests/long_run.hpp"
 #include "tests/recordings.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 TEST(Soak, MemoryStaysFlatOverManyLapsOfARealRecording) {
@@ -38,7 +38,7 @@ TEST(Soak, MemoryStaysFlatOverManyLapsOfARealRecording) {
       log.push_back(each);
   }
   ASSERT_TRUE(robot);
-  const auto configuration = configure(*scenario, *robot, *model);
+  const auto configuration = tick::configure(*scenario, *robot, *model);
   ASSERT_TRUE(configuration.ok()) << configuration.error().message;
   const bool whole_day = test::long_run();
   test::soak(*configuration, test::Laps(log, milliseconds(240)), seconds(whole_day ? 24 * 3600 : 300),
@@ -46,4 +46,4 @@ TEST(Soak, MemoryStaysFlatOverManyLapsOfARealRecording) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

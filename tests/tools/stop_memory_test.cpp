@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 class StopMemoryTest : public testing::Test {
@@ -45,4 +45,4 @@ TEST_F(StopMemoryTest, WhatCannotBeLookedUpHolds) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -12,11 +12,11 @@
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
-#include "server/replay.hpp"
+#include "server/runtime/replay.hpp"
 #include "tests/recordings.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using ::testing::AllOf;
@@ -129,10 +129,10 @@ TEST_F(Validate, WhatServeAndReplayRefuseIsRefusedInTheirWords) {
     const std::string path = file("s.yaml", text);
     const auto verdict = validate_file(path);
     ASSERT_THAT(verdict.errors, ElementsAre(HasSubstr(words)));
-    ReplayOptions options;
+    runtime::ReplayOptions options;
     options.log = log;
     options.scenario = path;
-    const auto report = replay(options);
+    const auto report = runtime::replay(options);
     ASSERT_FALSE(report) << text;
     EXPECT_THAT(verdict.errors[0], HasSubstr(report.error().message));
   }
@@ -207,4 +207,4 @@ TEST_F(Validate, RealLogOfAnotherRobotIsSound) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

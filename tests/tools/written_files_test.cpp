@@ -10,12 +10,12 @@
 
 #include "protocols/bus/log_file.hpp"
 #include "tests/recordings.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 #include "tools/text_file.hpp"
 #include "tools/topic_text.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using ::testing::AllOf;
@@ -187,4 +187,4 @@ TEST(DemoWithoutEgl, GoesOnWithoutTheCameraAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,8 +6,8 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/preview.hpp"
-#include "server/replay.hpp"
+#include "server/runtime/preview.hpp"
+#include "server/runtime/replay.hpp"
 #include "tools/demo/driven_lesson.hpp"
 #include "tools/demo/live_demo.hpp"
 #include "tools/demo/pictures.hpp"
@@ -18,7 +18,7 @@
 #include "tools/slam_log.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* sena =
@@ -68,7 +68,7 @@ class Demo {
   Status add_camera();
   Status serve_live();
   Status replay_with_agents();
-  Status look_on(ReplayOptions& options);
+  Status look_on(runtime::ReplayOptions& options);
   Status draw();
   void say(const std::string& line) const {
     if (options_.say) options_.say(line);
@@ -81,7 +81,7 @@ class Demo {
 
   const DemoOptions& options_;
   const Files files_;
-  GridMap map_;
+  pose::GridMap map_;
   SemanticModel model_;
   Witness witness_;
   std::string replayed_ = files_.localized;
@@ -114,7 +114,7 @@ Status Demo::build_map() {
   if (!mapped) return mapped.error();
   say("mapped     " + mapped->summary);
   map_ = mapped->map;
-  auto model = extrude(map_, {});
+  auto model = semantic::extrude(map_, {});
   if (!model) return model.error();
   model_ = std::move(*model);
   say("extruded   " + std::to_string(model_.entities.size()) + " elements of the building from the map");
@@ -162,7 +162,7 @@ Status Demo::make_scenario() {
 }
 
 Status Demo::add_camera() {
-  const auto camera = VirtualCamera::create(model_);
+  const auto camera = render::VirtualCamera::create(model_);
   if (!camera) {  // no EGL: the scans are worth showing without it
     camera_note_ = "none: the recording has none, and no stand-in can be rendered: " + camera.error().message;
     say("camera     " + camera_note_);
@@ -180,12 +180,12 @@ Status Demo::add_camera() {
 
 /// The live server with a base station, until somebody ends it; then what was recorded is looked through.
 Status Demo::serve_live() {
-  const auto preview = look_ahead(replayed_);
+  const auto preview = runtime::look_ahead(replayed_);
   if (!preview) return preview.error();
-  ReplayOptions files;
+  runtime::ReplayOptions files;
   files.log = replayed_;
   files.scenario = files_.scenario;
-  const auto configuration = choose_configuration(files, *preview);
+  const auto configuration = runtime::choose_configuration(files, *preview);
   if (!configuration) return configuration.error();
   LiveDemoOptions live;
   live.log = replayed_;
@@ -199,7 +199,7 @@ Status Demo::serve_live() {
   live.stop = options_.stop;
   auto report = serve_demo(*configuration, live);
   if (!report) return report.error();
-  ReplayOptions recorded;
+  runtime::ReplayOptions recorded;
   recorded.log = result_.session;
   if (const Status looked = look_on(recorded); !looked) return looked;
   result_.report = std::move(*report);
@@ -209,7 +209,7 @@ Status Demo::serve_live() {
 
 Status Demo::replay_with_agents() {
   if (!options_.http.empty()) return serve_live();
-  ReplayOptions options;
+  runtime::ReplayOptions options;
   options.log = replayed_;
   options.scenario = files_.scenario;
   options.session = result_.session;
@@ -221,16 +221,15 @@ Status Demo::replay_with_agents() {
   return look_on(options);
 }
 
-Status Demo::look_on(ReplayOptions& options) {
+Status Demo::look_on(runtime::ReplayOptions& options) {
   const auto show = progress("replay");
-  options.progress = [&](const ReplayProgress& at) {
+  options.progress = [&](const runtime::ReplayProgress& at) {
     show(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
   };
-  options.watch = [this](const Configuration& configuration, const Message& input, const State& state) {
-    witness_.see(configuration, input, state);
-  };
+  options.watch = [this](const tick::Configuration& configuration, const Message& input,
+                         const tick::State& state) { witness_.see(configuration, input, state); };
   options.watch_camera = [this](const Image& answer) { witness_.see_answer(answer); };
-  auto report = replay(options);
+  auto report = runtime::replay(options);
   if (!report) return report.error();
   result_.report = std::move(*report);
   result_.camera = camera_note_;
@@ -268,4 +267,4 @@ Result<DemoResult> Demo::run() {
 
 Result<DemoResult> run_demo(const DemoOptions& options) { return Demo(options).run(); }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,9 +6,9 @@
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/status.hpp"
-#include "server/report.hpp"
+#include "server/runtime/report.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct DemoOptions {
   std::string recording;                  ///< rawlog; empty: the SENA recording of Debian's mrpt-common
@@ -25,11 +25,11 @@ struct DemoOptions {
 };
 
 struct DemoResult {
-  Report report;
+  runtime::Report report;
   std::string session, map_picture, camera_picture;  ///< paths; camera_picture empty where no agent was seen
   std::string camera;                                ///< what CAMERA was, or why there was none
 };
 
 Result<DemoResult> run_demo(const DemoOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

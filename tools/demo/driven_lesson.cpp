@@ -6,7 +6,7 @@
 
 #include "tools/demo/free_floor.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr int headings = 32;
@@ -14,7 +14,7 @@ constexpr double step = 0.05, shortest = 1.5, longest = 3;  // m
 constexpr double beside = 0.55;                             // m, a robot that does not drive quite straight
 constexpr double half_zone = 0.6;                           // m
 
-double free_run(const GridMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {
+double free_run(const pose::GridMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {
   double run = 0;
   while (run + step <= longest + half_zone && is_free(map, from + (run + step) * along, beside)) run += step;
   return std::min(run, longest);
@@ -63,7 +63,7 @@ Training lesson(const std::string& robot) {
 
 }  // namespace
 
-Status add_driven_lesson(const GridMap& map, const std::string& robot, Scenario& scenario) {
+Status add_driven_lesson(const pose::GridMap& map, const std::string& robot, Scenario& scenario) {
   const auto agent = std::find_if(scenario.agents.begin(), scenario.agents.end(),
                                   [&](const AgentDefinition& each) { return each.name == robot; });
   if (agent == scenario.agents.end()) return Error{"no agent " + robot + " to be driven"};
@@ -83,4 +83,4 @@ Status add_driven_lesson(const GridMap& map, const std::string& robot, Scenario&
   return {};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

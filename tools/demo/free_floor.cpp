@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::tools {
 
-bool is_free(const GridMap& map, const Eigen::Vector2d& at, double radius) {
+bool is_free(const pose::GridMap& map, const Eigen::Vector2d& at, double radius) {
   const auto cell = [&](double value, double low) {
     return static_cast<int>(std::floor((value - low) / map.resolution));
   };
@@ -20,4 +20,4 @@ bool is_free(const GridMap& map, const Eigen::Vector2d& at, double radius) {
   return true;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

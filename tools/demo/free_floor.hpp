@@ -5,9 +5,9 @@
 
 #include "fusion/pose/slam.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Whether every cell that touches the square of this half side (m) around `at` (m, map) is known to be free.
-bool is_free(const GridMap& map, const Eigen::Vector2d& at, double radius);
+bool is_free(const pose::GridMap& map, const Eigen::Vector2d& at, double radius);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

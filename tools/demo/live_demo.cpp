@@ -8,30 +8,30 @@
 #include <thread>
 
 #include "protocols/channels.hpp"
-#include "server/hmi/station/base_station.hpp"
-#include "server/loop.hpp"
-#include "server/wall_clock.hpp"
+#include "server/runtime/loop.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/base_station.hpp"
 #include "tools/demo/recorded_robot.hpp"
 #include "tools/foxglove_option.hpp"
 #include "tools/live_station.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr Duration lead = seconds(1.0);  // before the robot begins to speak: the server listens by then
 
 /// What a robot itself says: not what people and the server say.
-bool is_robots(InputKind kind) {
+bool is_robots(tick::InputKind kind) {
   switch (kind) {
-    case InputKind::scan:
-    case InputKind::odometry:
-    case InputKind::pose_cov:
-    case InputKind::pose:
-    case InputKind::imu:
-    case InputKind::camera:
-    case InputKind::depth:
-    case InputKind::lines:
-    case InputKind::joint_state:
+    case tick::InputKind::scan:
+    case tick::InputKind::odometry:
+    case tick::InputKind::pose_cov:
+    case tick::InputKind::pose:
+    case tick::InputKind::imu:
+    case tick::InputKind::camera:
+    case tick::InputKind::depth:
+    case tick::InputKind::lines:
+    case tick::InputKind::joint_state:
       return true;
     default:
       return false;
@@ -54,7 +54,7 @@ class Speaker {
     while (!stop.stop_requested()) {
       const auto message = robot_.next();
       if (!message) return;  // the server says that the robot is silent
-      const Duration left{message->arrival.ns - wall_now().ns};
+      const Duration left{message->arrival.ns - runtime::wall_now().ns};
       never.wait_for(lock, stop, std::chrono::nanoseconds(left.ns),
                      [&stop] { return stop.stop_requested(); });
       if (!stop.stop_requested()) (void)bus_->publish(message->channel, message->payload);
@@ -93,16 +93,16 @@ struct DemoEnd {
   std::atomic<bool> asked = false, reported = false;
 };
 
-Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configuration,
-                                                  const LiveDemoOptions& options, MemoryBusHub& hub,
-                                                  DemoEnd& end) {
-  BaseStationOptions base;
+Result<std::unique_ptr<station::BaseStation>> open_station(const tick::Configuration& configuration,
+                                                           const LiveDemoOptions& options, MemoryBusHub& hub,
+                                                           DemoEnd& end) {
+  station::BaseStationOptions base;
   base.address = options.http;
   base.folder = std::filesystem::path(options.folder) / "station";
   base.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
   base.why_not_driven = "it is a recording: it drives as it did";
-  StationOptions& station = base.station;
-  station.configuration = std::make_shared<const Configuration>(configuration);
+  station::StationOptions& station = base.station;
+  station.configuration = std::make_shared<const tick::Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();
   station.scenarios = (base.folder / "scenarios").string();
   station.controls.end = [&end] {
@@ -110,27 +110,27 @@ Result<std::unique_ptr<BaseStation>> open_station(const Configuration& configura
     return Status();
   };
   station.controls.state = [&end] {
-    ControlState state;
+    station::ControlState state;
     state.ended = end.reported;
     return state;
   };
-  return BaseStation::open(std::move(base));
+  return station::BaseStation::open(std::move(base));
 }
 
 }  // namespace
 
-Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOptions& options) {
-  const ChannelMap& channels = configuration.channels;
+Result<runtime::Report> serve_demo(const tick::Configuration& configuration, const LiveDemoOptions& options) {
+  const tick::ChannelMap& channels = configuration.channels;
   auto robot = RecordedRobot::open(
       options.log, [&channels](const std::string& channel) { return is_robots(channels.kind(channel)); },
-      channels.bus(channel::scan), ArrivalTime{wall_now().ns} + lead);
+      channels.bus(channel::scan), ArrivalTime{runtime::wall_now().ns} + lead);
   if (!robot) return robot.error();
   MemoryBusHub hub;
   DemoEnd end;
   const auto server_bus = hub.connect();
   const auto station = open_station(configuration, options, hub, end);
   if (!station) return station.error();
-  std::unique_ptr<FoxgloveServer> foxglove;
+  std::unique_ptr<station::FoxgloveServer> foxglove;
   if (!options.foxglove.empty()) {
     auto opened = open_foxglove(options.foxglove, hub.connect(), configuration);
     if (!opened) return opened.error();
@@ -143,16 +143,16 @@ Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOpti
     if (const Status heard = outputs->subscribe("MR_.*", 256); !heard) return heard.error();
     relay.emplace(std::move(outputs), *options.bus);
   }
-  options.say("open this  " + (*station)->link(Role::instructor, "guest"));
-  options.say("trainee    " + (*station)->link(Role::trainee, "trainee"));
-  options.say("observer   " + (*station)->link(Role::observer, "observer"));
+  options.say("open this  " + (*station)->link(station::Role::instructor, "guest"));
+  options.say("trainee    " + (*station)->link(station::Role::trainee, "trainee"));
+  options.say("observer   " + (*station)->link(station::Role::observer, "observer"));
   options.say("           each in a browser of its own, or in a private window; ^C ends it");
   const Speaker speaker(std::move(*robot), hub.connect());
-  ServeOptions serving;
+  runtime::ServeOptions serving;
   serving.session = options.session;
   serving.overwrite = options.overwrite;
   serving.stop = [&] { return end.asked || (options.stop && options.stop()); };
-  auto report = serve(*server_bus, configuration, serving);
+  auto report = runtime::serve(*server_bus, configuration, serving);
   if (!report) return report.error();
   if (!end.asked) return report;
   (*station)->set_report(to_json(*report), review_page(options.session));
@@ -162,4 +162,4 @@ Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOpti
   return report;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,10 +5,10 @@
 #include <functional>
 #include <string>
 
-#include "server/configuration.hpp"
-#include "server/report.hpp"
+#include "server/runtime/report.hpp"
+#include "server/tick/configuration.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct LiveDemoOptions {
   std::string log;      ///< what the robot said: a recording with poses
@@ -23,6 +23,6 @@ struct LiveDemoOptions {
 };
 
 /// Serves until it is told to stop, or an instructor ends it. The robot drives as it did, then stands.
-Result<Report> serve_demo(const Configuration& configuration, const LiveDemoOptions& options);
+Result<runtime::Report> serve_demo(const tick::Configuration& configuration, const LiveDemoOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -2,7 +2,7 @@
 
 #include "fusion/semantic/plan_picture.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::string real_robot(const Witness& witness) {
@@ -15,16 +15,16 @@ std::string real_robot(const Witness& witness) {
 
 }  // namespace
 
-Status draw_map_picture(const std::string& path, const GridMap& map, const SemanticModel& model,
+Status draw_map_picture(const std::string& path, const pose::GridMap& map, const SemanticModel& model,
                         const Witness& witness) {
-  PlanPicture picture;
+  semantic::PlanPicture picture;
   picture.title = "Parhelion: a real robot among virtual ones";
   picture.map = &map;
   picture.focus = 6;
   picture.model = &model;
   picture.paths.push_back({"real robot", {31, 111, 235}, witness.driven(), real_robot(witness)});
   // Neither red nor turquoise: those are the returns.
-  const Colour colours[] = {{130, 60, 200}, {230, 140, 0}, {20, 140, 60}, {150, 90, 40}};
+  const semantic::Colour colours[] = {{130, 60, 200}, {230, 140, 0}, {20, 140, 60}, {150, 90, 40}};
   std::size_t next = 0;
   for (const auto& [name, points] : witness.agent_paths()) {
     picture.paths.push_back({name + " (virtual)", colours[next++ % std::size(colours)], points, name});
@@ -34,10 +34,10 @@ Status draw_map_picture(const std::string& path, const GridMap& map, const Seman
                        std::to_string(seen->virtual_returns.size() + seen->real_returns.size()) +
                        " returns in the scan that is drawn";
     picture.world = &seen->world;
-    picture.scan =
-        PlanScan{seen->T_map_laser.translation().head<2>(), seen->real_returns, seen->virtual_returns};
+    picture.scan = semantic::PlanScan{seen->T_map_laser.translation().head<2>(), seen->real_returns,
+                                      seen->virtual_returns};
   }
-  return draw_plan(picture, path);
+  return semantic::draw_plan(picture, path);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

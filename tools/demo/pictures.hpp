@@ -8,11 +8,11 @@
 #include "protocols/status.hpp"
 #include "tools/demo/witness.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// PNG: grid map, walls, the paths of the robot and of each agent, the bodies and the scan of the witnessed
 /// moment.
-Status draw_map_picture(const std::string& path, const GridMap& map, const SemanticModel& model,
+Status draw_map_picture(const std::string& path, const pose::GridMap& map, const SemanticModel& model,
                         const Witness& witness);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

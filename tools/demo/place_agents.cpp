@@ -7,7 +7,7 @@
 
 #include "tools/demo/free_floor.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double robot_radius = 0.45;   // m, a robot and some room to turn
@@ -32,7 +32,7 @@ std::size_t along(const std::vector<Eigen::Vector3d>& path, double s) {
 }
 
 /// Free floor beside the path at pose `i`, as near to it as may be, either side.
-std::optional<Eigen::Vector2d> beside(const GridMap& map, const std::vector<Eigen::Vector3d>& path,
+std::optional<Eigen::Vector2d> beside(const pose::GridMap& map, const std::vector<Eigen::Vector3d>& path,
                                       std::size_t i) {
   const double yaw = path[i].z();
   const Eigen::Vector2d left(-std::sin(yaw), std::cos(yaw));
@@ -46,7 +46,7 @@ std::optional<Eigen::Vector2d> beside(const GridMap& map, const std::vector<Eige
 }
 
 /// The first place beside the path at or after the share `s`.
-std::optional<std::pair<std::size_t, Eigen::Vector2d>> place_from(const GridMap& map,
+std::optional<std::pair<std::size_t, Eigen::Vector2d>> place_from(const pose::GridMap& map,
                                                                   const std::vector<Eigen::Vector3d>& path,
                                                                   double s) {
   for (double share = s; share < s + 0.25 && share < 1; share += 0.01) {
@@ -66,7 +66,7 @@ AgentDefinition robot(const std::string& name, const Eigen::Vector2d& at, double
 
 }  // namespace
 
-Result<std::vector<AgentDefinition>> place_agents(const GridMap& map,
+Result<std::vector<AgentDefinition>> place_agents(const pose::GridMap& map,
                                                   const std::vector<Eigen::Vector3d>& path) {
   std::vector<AgentDefinition> agents;
   const char* names[] = {"robot_1", "robot_2", "robot_3"};
@@ -89,4 +89,4 @@ Result<std::vector<AgentDefinition>> place_agents(const GridMap& map,
   return agents;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,12 +9,12 @@
 #include "protocols/command.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Three robots along `path` (x, y, yaw in the map): one that stands beside it and is met head on, one that
 /// patrols along it, one that wanders with a laser of its own. Error: no free place of 0.6 m radius
 /// within 2.5 m of the path.
-Result<std::vector<AgentDefinition>> place_agents(const GridMap& map,
+Result<std::vector<AgentDefinition>> place_agents(const pose::GridMap& map,
                                                   const std::vector<Eigen::Vector3d>& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

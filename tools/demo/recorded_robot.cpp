@@ -6,7 +6,7 @@
 
 #include "protocols/codec.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t stamp_at = 8;  // behind the fingerprint: utime, big-endian
@@ -94,4 +94,4 @@ Result<Message> RecordedRobot::next() {
   return message;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

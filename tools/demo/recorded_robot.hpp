@@ -11,7 +11,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class RecordedRobot {
  public:
@@ -42,4 +42,4 @@ class RecordedRobot {
   std::size_t passed_over_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "protocols/codec.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr Duration transfer = milliseconds(5);  // from exposure to arrival
@@ -54,7 +54,7 @@ Result<Recording> read(const std::string& path) {
 }
 
 /// Images between the first and the last pose, as CAMERA messages.
-std::vector<Message> shoot(const Recording& recording, VirtualCamera& camera, double rate,
+std::vector<Message> shoot(const Recording& recording, render::VirtualCamera& camera, double rate,
                            const std::function<void(double, double)>& progress) {
   std::vector<Message> images;
   const auto& poses = recording.poses;
@@ -102,7 +102,7 @@ CameraDescription stand_in_camera(double height) {
 }
 
 Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::string& out, bool overwrite,
-                                          VirtualCamera& camera, double rate,
+                                          render::VirtualCamera& camera, double rate,
                                           const std::function<void(double done, double total)>& progress) {
   auto recording = read(in);
   if (!recording) return recording.error();
@@ -132,4 +132,4 @@ Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::stri
   return images;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 #include "protocols/status.hpp"
 #include "render/compositor.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// A 640x480 camera of 75 degrees at the front of a robot, looking ahead and slightly down.
 CameraDescription stand_in_camera(double height);
@@ -17,7 +17,7 @@ CameraDescription stand_in_camera(double height);
 /// with the camera in its ROBOT description. Arrival: 5 ms after the image's stamp. Returns the number of
 /// images. `camera` shows the model.
 Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::string& out, bool overwrite,
-                                          VirtualCamera& camera, double rate,
+                                          render::VirtualCamera& camera, double rate,
                                           const std::function<void(double done, double total)>& progress);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t cameras_kept = 8;  // images that may be under way to the render thread and back
@@ -12,8 +12,9 @@ constexpr double nearest_drawn = 1;      // m: a virtual return nearer than that
 constexpr int slight_change = 5;
 constexpr int visible_change = 24;  // of 255: well above what encoding an unchanged pixel again does
 
-WitnessedScan place(const Configuration& configuration, const State& state, const PoseAtInstant& pose) {
-  const ScanPath& path = state.scan;
+WitnessedScan place(const tick::Configuration& configuration, const tick::State& state,
+                    const pose::PoseAtInstant& pose) {
+  const tick::ScanPath& path = state.scan;
   WitnessedScan seen;
   seen.T_map_base = pose.T_map_base;
   seen.T_map_laser = pose.T_map_base * configuration.robot.laser->T_base_laser;
@@ -34,10 +35,10 @@ WitnessedScan place(const Configuration& configuration, const State& state, cons
 
 }  // namespace
 
-void Witness::see(const Configuration& configuration, const Message& input, const State& state) {
-  const InputKind kind = configuration.channels.kind(input.channel);
-  if (kind == InputKind::camera) return remember(input);
-  if (kind != InputKind::scan || !state.scan.live) return;
+void Witness::see(const tick::Configuration& configuration, const Message& input, const tick::State& state) {
+  const tick::InputKind kind = configuration.channels.kind(input.channel);
+  if (kind == tick::InputKind::camera) return remember(input);
+  if (kind != tick::InputKind::scan || !state.scan.live) return;
   const auto pose = state.track.at(state.scan.real.stamp);
   if (!pose) return;
   driven_.push_back(pose->T_map_base.translation().head<2>());
@@ -90,4 +91,4 @@ void Witness::see_answer(const Image& answer) {
   best_image_ = answer;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

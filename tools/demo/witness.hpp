@@ -14,9 +14,9 @@
 #include "protocols/scan.hpp"
 #include "protocols/world.hpp"
 #include "render/jpeg.hpp"
-#include "server/state.hpp"
+#include "server/tick/state.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// One augmented scan in the map, and the world in which it was answered.
 struct WitnessedScan {
@@ -31,7 +31,7 @@ struct WitnessedScan {
 class Witness {
  public:
   /// After each input.
-  void see(const Configuration& configuration, const Message& input, const State& state);
+  void see(const tick::Configuration& configuration, const Message& input, const tick::State& state);
   /// Each MR_CAMERA: the one that differs most from the CAMERA that it answers is kept.
   void see_answer(const Image& answer);
 
@@ -50,8 +50,8 @@ class Witness {
   std::optional<Image> best_image_;
   std::size_t best_pixels_ = 0;
   std::deque<Image> cameras_;
-  JpegCodec codec_;
+  render::JpegCodec codec_;
   std::vector<std::uint8_t> before_, after_;  // BGR
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,12 +5,12 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/configuration.hpp"
-#include "server/hmi/foxglove/converter.hpp"
-#include "server/hmi/foxglove/schemas.hpp"
+#include "server/station/foxglove/converter.hpp"
+#include "server/station/foxglove/schemas.hpp"
+#include "server/tick/configuration.hpp"
 #include "tools/text_file.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 class Export {
@@ -18,7 +18,7 @@ class Export {
   Export(const ExportOptions& options, McapWriter& writer)
       : options_(options),
         writer_(writer),
-        converter_([this](const foxglove::Converted& converted) { keep(converted); }) {}
+        converter_([this](const station::foxglove::Converted& converted) { keep(converted); }) {}
 
   Status run(LogReader& log);
   ExportReport& report() { return report_; }
@@ -29,7 +29,7 @@ class Export {
     std::uint32_t sequence = 0;
   };
 
-  void keep(const foxglove::Converted& converted);
+  void keep(const station::foxglove::Converted& converted);
   void keep_raw(const Message& message);
   void take(const Message& message);
   void write(const std::string& name, Topic& topic, std::int64_t arrival, std::int64_t stamp,
@@ -38,7 +38,7 @@ class Export {
 
   const ExportOptions& options_;
   McapWriter& writer_;
-  foxglove::Converter converter_;
+  station::foxglove::Converter converter_;
   std::map<std::string, std::uint16_t> schemas_;
   std::map<std::string, Topic> topics_;
   Status written_;
@@ -47,7 +47,7 @@ class Export {
 
 std::uint16_t Export::schema(const std::string& name) {
   std::uint16_t& id = schemas_[name];
-  if (id == 0) id = writer_.add_schema(name, "jsonschema", foxglove::schema_text(name));
+  if (id == 0) id = writer_.add_schema(name, "jsonschema", station::foxglove::schema_text(name));
   return id;
 }
 
@@ -59,8 +59,8 @@ void Export::write(const std::string& name, Topic& topic, std::int64_t arrival, 
   ++report_.messages[name];
 }
 
-void Export::keep(const foxglove::Converted& converted) {
-  const foxglove::Channel& channel = converted.channel;
+void Export::keep(const station::foxglove::Converted& converted) {
+  const station::foxglove::Channel& channel = converted.channel;
   Topic& topic = topics_[channel.topic];
   if (topic.id == 0) topic.id = writer_.add_channel(channel.topic, schema(channel.schema), "json", {});
   write(channel.topic, topic, converted.arrival.ns, converted.stamp, converted.json);
@@ -103,7 +103,8 @@ Status Export::run(LogReader& log) {
   report_.bytes_in = log.size();
   report_.omissions = converter_.omissions();
   const std::string name = std::filesystem::path(options_.log).filename().string();
-  if (const Status noted = writer_.write_metadata("parhelion", {{"log", name}, {"exporter", version_text()}});
+  if (const Status noted =
+          writer_.write_metadata("parhelion", {{"log", name}, {"exporter", tick::version_text()}});
       !noted)
     return noted;
   return writer_.finish();
@@ -121,7 +122,7 @@ Result<ExportReport> export_mcap(const ExportOptions& options) {
   const Status written = write_beside(options.output, {name}, [&](const std::filesystem::path& folder) {
     McapOptions mcap;
     mcap.compression = options.compression;
-    mcap.library = version_text();
+    mcap.library = tick::version_text();
     auto writer = McapWriter::create((folder / name).string(), mcap);
     if (!writer) return Status(writer.error());
     Export work(options, *writer);
@@ -134,4 +135,4 @@ Result<ExportReport> export_mcap(const ExportOptions& options) {
   return report;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

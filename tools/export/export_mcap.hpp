@@ -10,7 +10,7 @@
 #include "protocols/status.hpp"
 #include "tools/export/mcap_writer.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct ExportOptions {
   std::string log;     ///< a session log, or with `raw` any LCM log
@@ -35,4 +35,4 @@ struct ExportReport {
 /// Whole or not at all. Error: no session in the log (but with `raw`), nothing to write to, stopped.
 Result<ExportReport> export_mcap(const ExportOptions& options);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

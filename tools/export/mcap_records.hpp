@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace parhelion::mcap {
+namespace parhelion::tools::mcap {
 
 enum class Opcode : std::uint8_t {
   header = 0x01,
@@ -53,4 +53,4 @@ inline void put_record(std::string& to, Opcode opcode, std::string_view content)
   to += content;
 }
 
-}  // namespace parhelion::mcap
+}  // namespace parhelion::tools::mcap

@@ -14,7 +14,7 @@
 
 #include "tools/export/mcap_records.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using mcap::Opcode;
@@ -296,4 +296,4 @@ Status McapWriter::finish() {
 
 std::uint64_t McapWriter::bytes() const { return state_->at; }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

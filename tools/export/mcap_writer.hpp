@@ -9,7 +9,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 enum class McapCompression : std::uint8_t { none, lz4, zstd };
 
@@ -55,4 +55,4 @@ class McapWriter {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

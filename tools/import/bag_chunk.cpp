@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t step_bytes = 1U << 20;
@@ -121,4 +121,4 @@ Status inflate_chunk(const std::string& compression, std::span<const std::uint8_
   return done;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 using BagFields = std::map<std::string, std::span<const std::uint8_t>, std::less<>>;
 
@@ -29,4 +29,4 @@ std::string bag_text(const BagFields& fields, const char* name);
 Status inflate_chunk(const std::string& compression, std::span<const std::uint8_t> bytes, std::uint32_t size,
                      std::vector<std::uint8_t>& out);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 #include "tools/import/recording_writer.hpp"
 #include "tools/import/text_lines.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 struct LaserSeen {
@@ -179,4 +179,4 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
   return writer->finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

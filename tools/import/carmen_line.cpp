@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -180,4 +180,4 @@ Result<CarmenLine> parse_carmen_line(std::string_view line) {
   return CarmenLine(CarmenOther{kind.substr(0, 40)});
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

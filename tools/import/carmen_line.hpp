@@ -12,7 +12,7 @@
 #include "protocols/scan.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct CarmenLaser {
   std::string kind;  ///< "FLASER", "RLASER", "ROBOTLASER1", ...
@@ -47,4 +47,4 @@ using CarmenLine = std::variant<CarmenLaser, CarmenOdometry, CarmenTruePose, Car
 /// Error says what was expected and found; the caller knows file and line.
 Result<CarmenLine> parse_carmen_line(std::string_view line);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

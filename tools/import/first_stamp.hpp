@@ -7,7 +7,7 @@
 
 #include "protocols/arrival_order.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// The earliest of the first stamps that agrees with most of them.
 class FirstStamp {
@@ -28,4 +28,4 @@ class FirstStamp {
   std::vector<SensorTime> head_;  // ascending
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace parhelion {
+namespace parhelion::tools {
 
 GzipFile::GzipFile(const std::string& path) : file_(gzopen(path.c_str(), "rb")) {
   if (file_ != nullptr) gzbuffer(file_, 1U << 18);
@@ -75,4 +75,4 @@ bool GzipFile::intact(const std::string& path) {
   return gzdirect(file.file_) == 0 && !file.damaged();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 
 struct gzFile_s;
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class GzipFile {
  public:
@@ -40,4 +40,4 @@ class GzipFile {
   std::size_t at_ = 0;  ///< in window_
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

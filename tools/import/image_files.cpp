@@ -10,7 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t largest_file = 256U << 20;
@@ -140,4 +140,4 @@ Result<std::vector<std::uint8_t>> read_file(const std::string& path) {
   return bytes;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

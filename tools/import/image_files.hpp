@@ -9,7 +9,7 @@
 #include "protocols/image.hpp"
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// A depth image: millimetres row by row, 0 where nothing was measured.
 struct DepthMillimetres {
@@ -38,4 +38,4 @@ Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTi
 
 Result<std::vector<std::uint8_t>> read_file(const std::string& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 #include "tools/import/importers.hpp"
 #include "tools/import/text_lines.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 std::string grouped(std::uint64_t n) {
@@ -172,4 +172,4 @@ Result<ImportReport> import_recording(const ImportOptions& options, const Import
   return Error{options.input.string() + ": not a recording that is known"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

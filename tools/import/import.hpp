@@ -11,7 +11,7 @@
 #include "protocols/status.hpp"
 #include "protocols/time.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct ImportOptions {
   std::filesystem::path input;   ///< rawlog, CARMEN log, ROS 1 bag, or a folder of RGB-D frames
@@ -83,4 +83,4 @@ using ImportProgress = std::function<void(double done, double total)>;
 /// then there is no output.
 Result<ImportReport> import_recording(const ImportOptions& options, const ImportProgress& progress);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 
 #include "tools/import/import.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportProgress& progress);
 Result<ImportReport> import_carmen(const ImportOptions& options, const ImportProgress& progress);
@@ -21,4 +21,4 @@ Result<std::optional<std::string>> choose_topic(const ImportOptions& options, co
                                                 const std::vector<std::string>& candidates,
                                                 const std::string& what);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <exception>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 void be_silent() {
@@ -87,4 +87,4 @@ Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(
   return end;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// While it lives, this process gets at most `headroom` bytes more than it has: a count that lies makes a
 /// request for memory fail instead of taking the machine's.
@@ -34,4 +34,4 @@ struct ChildEnd {
 /// to be had.
 Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(std::uint64_t)>&)>& work);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -182,4 +182,4 @@ RobotDescription describe_robot(const ImportOptions& options, std::optional<Lase
   return robot;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

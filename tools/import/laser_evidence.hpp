@@ -11,7 +11,7 @@
 #include "protocols/scan.hpp"
 #include "tools/import/import.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Gathered over the whole recording before the first event is written.
 class LaserEvidence {
@@ -65,4 +65,4 @@ std::string recognise_preset(std::size_t beams, double angle_step);
 /// notes joined into one text.
 std::string joined(const std::vector<std::string>& notes);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -18,7 +18,7 @@
 #include "tools/import/rawlog_reader.hpp"
 #include "tools/import/recording_writer.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace obs = mrpt::obs;
@@ -277,4 +277,4 @@ Result<ImportReport> import_rawlog(const ImportOptions& options, const ImportPro
   return writer->finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

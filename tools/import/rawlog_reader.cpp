@@ -15,7 +15,7 @@
 #include "tools/import/gzip_file.hpp"
 #include "tools/import/isolation.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace obs = mrpt::obs;
@@ -156,4 +156,4 @@ Result<Trust> judge_rawlog(const std::string& path,
   return Error{path + ": too damaged to be read"};
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -14,7 +14,7 @@ class CActionCollection;
 class CObservation;
 }  // namespace mrpt::obs
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Gets each object of a rawlog, in the file's order; an error ends the reading.
 struct RawlogVisitor {
@@ -48,4 +48,4 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor);
 Result<Trust> judge_rawlog(const std::string& path,
                            const std::function<void(const RawlogReading& reading)>& try_out);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

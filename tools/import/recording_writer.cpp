@@ -9,7 +9,7 @@
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t max_refusals_listed = 20;
@@ -219,4 +219,4 @@ Result<ImportReport> RecordingWriter::finish() {
   return std::move(state_->report);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -13,7 +13,7 @@
 #include "protocols/scan.hpp"
 #include "tools/import/import.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Place in the source: a line, an object, a message. Counted from 1.
 using Place = std::uint64_t;
@@ -69,4 +69,4 @@ class RecordingWriter {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

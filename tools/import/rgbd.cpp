@@ -12,7 +12,7 @@
 #include "tools/import/rgbd_placement.hpp"
 #include "tools/import/rgbd_scan.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 /// One sigma of the poses (KinectFusion against its own map, motion capture), stated rather than known.
@@ -245,4 +245,4 @@ Result<ImportReport> import_rgbd(const ImportOptions& options, const ImportProgr
   return writer->finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 
 #include "tools/import/rgbd_folder.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -200,4 +200,4 @@ Result<RgbdCameras> read_rgbd_cameras(const fs::path& folder, RgbdFolder::Layout
   return cameras;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -118,4 +118,4 @@ std::optional<SurfacePoints::Floor> SurfacePoints::find_floor(const Eigen::Vecto
   return floor;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "protocols/status.hpp"
 #include "tools/import/image_files.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// A depth pixel in the camera's optical frame; z is what depth measures.
 inline Eigen::Vector3d depth_point(const CameraIntrinsics& camera, int column, int row, double z) {
@@ -42,4 +42,4 @@ class SurfacePoints {
   std::vector<Eigen::Vector3d> points_, normals_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 
 #include "tools/import/image_files.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 namespace fs = std::filesystem;
@@ -260,4 +260,4 @@ std::optional<Eigen::Isometry3d> pose_at(const std::vector<RgbdPose>& poses, Sen
   return interpolate(Between(before.T_world_depth), Between(after->T_world_depth), s).isometry();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -12,7 +12,7 @@
 #include "protocols/time.hpp"
 #include "tools/import/import.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct RgbdFile {
   SensorTime stamp;
@@ -65,4 +65,4 @@ std::filesystem::path find_beside(const std::filesystem::path& folder, const cha
 /// All numbers of a text file; '#' starts a comment. Error: file:line and the word that is no number.
 Result<std::vector<double>> read_numbers(const std::filesystem::path& path);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "tools/import/rgbd_floor.hpp"
 #include "tools/import/rgbd_registration.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -166,4 +166,4 @@ Result<RgbdPlacement> place_rgbd(const RgbdFolder& folder, std::vector<std::stri
   return placement;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

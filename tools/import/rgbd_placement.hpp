@@ -9,7 +9,7 @@
 #include "protocols/status.hpp"
 #include "tools/import/rgbd_folder.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// The map frame and the robot that carries the camera.
 struct RgbdPlacement {
@@ -31,4 +31,4 @@ struct RgbdPlacement {
 /// assumed and found. Error: no pose, no up, no floor.
 Result<RgbdPlacement> place_rgbd(const RgbdFolder& folder, std::vector<std::string>& notes);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 
 #include "tools/import/rgbd_floor.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -105,4 +105,4 @@ Eigen::Isometry3d DepthRegistration::refine(const CameraIntrinsics& camera,
   return best;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 #include "protocols/image.hpp"
 #include "tools/import/image_files.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Depth edges of some frames and the colour gradients that they should lie on.
 class DepthRegistration {
@@ -30,4 +30,4 @@ class DepthRegistration {
   std::vector<Frame> frames_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 
 #include "tools/import/rgbd_floor.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 int half_beams(const CameraIntrinsics& camera, double step) {
@@ -90,4 +90,4 @@ Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
   return scan;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 #include "protocols/scan.hpp"
 #include "tools/import/image_files.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct DepthScanOptions {
   double low = 0.2, high = 0.5;                      ///< m over the floor
@@ -22,4 +22,4 @@ Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
               const Transform<Map, Base>& T_map_base, const Transform<Map, DepthOptical>& T_map_optical,
               const DepthScanOptions& options, SensorTime stamp);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 
 #include "tools/import/image_files.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 template <class Array>
@@ -155,4 +155,4 @@ Result<Image> to_depth(const ros::CompressedImage& image) {
   return depth_image(std::move(png), depth->width, depth->height, image.header.stamp);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

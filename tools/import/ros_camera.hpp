@@ -4,7 +4,7 @@
 #include "protocols/image.hpp"
 #include "tools/import/ros_message.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Pinhole and lens for images of `width` x `height` (0: the CameraInfo's own). `rectified` images have no
 /// distortion and the projection matrix's pinhole. Error: no focal length, or a lens model without an equal
@@ -24,4 +24,4 @@ Result<Image> to_colour(ros::CompressedImage image);
 Result<Image> to_depth(const ros::Image& image);
 Result<Image> to_depth(const ros::CompressedImage& image);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -6,7 +6,7 @@
 #include <set>
 #include <sstream>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
@@ -87,4 +87,4 @@ std::string RosFrames::static_edges_text() const {
   return text.str();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 
 #include "tools/import/ros_message.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class RosFrames {
  public:
@@ -37,4 +37,4 @@ class RosFrames {
   std::map<Key, Edge> edges_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-namespace parhelion::ros {
+namespace parhelion::tools::ros {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
@@ -228,4 +228,4 @@ Result<JointState> read_joint_state(MessageBytes bytes) {
   return in.done(std::move(joints));
 }
 
-}  // namespace parhelion::ros
+}  // namespace parhelion::tools::ros

@@ -13,7 +13,7 @@
 #include "protocols/status.hpp"
 #include "protocols/time.hpp"
 
-namespace parhelion::ros {
+namespace parhelion::tools::ros {
 
 using MessageBytes = std::span<const std::uint8_t>;
 
@@ -101,4 +101,4 @@ Result<Twist> read_twist(MessageBytes bytes);
 Result<Imu> read_imu(MessageBytes bytes);
 Result<JointState> read_joint_state(MessageBytes bytes);
 
-}  // namespace parhelion::ros
+}  // namespace parhelion::tools::ros

@@ -8,7 +8,7 @@
 #include "tools/import/ros_camera.hpp"
 #include "tools/import/rosbag_survey.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 template <class A, class B>
@@ -206,4 +206,4 @@ Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportPro
   return writer->finish();
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

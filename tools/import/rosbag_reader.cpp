@@ -8,7 +8,7 @@
 
 #include "tools/import/bag_chunk.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::string_view magic = "#ROSBAG V2.0\n";
@@ -237,4 +237,4 @@ std::uint64_t BagReader::messages() const { return state_->messages; }
 double BagReader::done() const { return static_cast<double>(state_->position); }
 double BagReader::total() const { return static_cast<double>(state_->size); }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -12,7 +12,7 @@
 #include "protocols/status.hpp"
 #include "protocols/time.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct BagMessage {
   std::string topic;
@@ -41,4 +41,4 @@ class BagReader {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 #include "tools/import/importers.hpp"
 #include "tools/import/ros_camera.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr const char* laser_scan = "sensor_msgs/LaserScan";
@@ -312,4 +312,4 @@ Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey&
   return robot;
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

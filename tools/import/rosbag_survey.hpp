@@ -12,7 +12,7 @@
 #include "tools/import/ros_message.hpp"
 #include "tools/import/rosbag_reader.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 struct BagTopic {
   std::string type;
@@ -53,4 +53,4 @@ Scan to_scan(const ros::LaserScan& message);
 
 bool is_tf(const std::string& type);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

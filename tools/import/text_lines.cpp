@@ -10,7 +10,7 @@
 #include <cstring>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr std::size_t chunk_bytes = 1U << 16;
@@ -193,4 +193,4 @@ std::uint64_t TextLines::number() const { return state_->number; }
 double TextLines::done() const { return state_->bytes->position(); }
 double TextLines::total() const { return state_->total; }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -8,7 +8,7 @@
 
 #include "protocols/status.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class TextLines {
  public:
@@ -35,4 +35,4 @@ class TextLines {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -10,7 +10,7 @@
 #include "render/compositor.hpp"
 #include "server/simulation/simulation.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -40,21 +40,21 @@ SemanticModel hall(bool stairs) {
   return model;
 }
 
-Result<Simulation> simulate(const SemanticModel& model) {
-  SimulationOptions options;
-  for (const std::string& name : shipped_robot_models()) {
-    auto robot = load_robot_model(name);
+Result<simulation::Simulation> simulate(const SemanticModel& model) {
+  simulation::SimulationOptions options;
+  for (const std::string& name : simulation::shipped_robot_models()) {
+    auto robot = simulation::load_robot_model(name);
     if (!robot) return robot.error();
-    options.robot_models.push_back(std::make_shared<const RobotModel>(std::move(*robot)));
+    options.robot_models.push_back(std::make_shared<const simulation::RobotModel>(std::move(*robot)));
   }
   RobotDescription nobody;
   nobody.name = "nobody";
   nobody.footprint = {{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0.1}, {-0.1, 0.1}};
   nobody.height = 0.2;
-  return Simulation::create(options, model, nobody, SimulationTime{});
+  return simulation::Simulation::create(options, model, nobody, SimulationTime{});
 }
 
-Status spawn(Simulation& simulation, const std::string& model, double x, double y, double yaw) {
+Status spawn(simulation::Simulation& simulation, const std::string& model, double x, double y, double yaw) {
   AgentDefinition robot;
   robot.name = robot.model = model;
   robot.kind = AgentKind::robot;
@@ -63,8 +63,8 @@ Status spawn(Simulation& simulation, const std::string& model, double x, double 
   return simulation.spawn(robot, std::nullopt);
 }
 
-void run(Simulation& simulation, const std::string& robot, double speed, double duration) {
-  std::vector<LaserRequest> requests;
+void run(simulation::Simulation& simulation, const std::string& robot, double speed, double duration) {
+  std::vector<simulation::LaserRequest> requests;
   const SimulationTime end = simulation.now() + seconds(duration);
   while (simulation.now() < end) {
     if (speed > 0) simulation.teleop(robot, {speed, 0, 0});
@@ -74,9 +74,9 @@ void run(Simulation& simulation, const std::string& robot, double speed, double 
 }
 
 /// A picture of 1600 x 640 pixels, from a place towards another.
-Status shoot(const Simulation& simulation, const SemanticModel& model, const Eigen::Vector3d& from,
-             const Eigen::Vector3d& to, double focal, const std::string& path) {
-  auto virtual_camera = VirtualCamera::create(model);
+Status shoot(const simulation::Simulation& simulation, const SemanticModel& model,
+             const Eigen::Vector3d& from, const Eigen::Vector3d& to, double focal, const std::string& path) {
+  auto virtual_camera = render::VirtualCamera::create(model);
   if (!virtual_camera) return virtual_camera.error();
   CameraDescription camera;
   camera.intrinsics.width = 1600;
@@ -99,7 +99,7 @@ Status shoot(const Simulation& simulation, const SemanticModel& model, const Eig
   return file ? Status() : Status(Error{path + ": cannot be written"});
 }
 
-Status joints(Simulation& simulation, const std::vector<std::string>& names,
+Status joints(simulation::Simulation& simulation, const std::vector<std::string>& names,
               const std::vector<double>& positions) {
   Joints command;
   command.names = names;
@@ -143,14 +143,14 @@ Status draw_stairs(const std::string& folder) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools
 
 int main(int count, char** arguments) {
   if (count != 2) {
     std::fprintf(stderr, "usage: parhelion_robot_pictures FOLDER\n");
     return 2;
   }
-  for (const auto draw : {parhelion::draw_robots, parhelion::draw_stairs}) {
+  for (const auto draw : {parhelion::tools::draw_robots, parhelion::tools::draw_stairs}) {
     const parhelion::Status status = draw(arguments[1]);
     if (status) continue;
     std::fprintf(stderr, "parhelion_robot_pictures: %s\n", status.error().message.c_str());

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 constexpr double leap = 10;          // s
@@ -21,44 +21,44 @@ std::string clock_text(double t) {
 }  // namespace
 
 void PlayKeys::feed(std::string_view bytes) {
-  for (const Key key : bytes.empty() ? reader_.idle() : reader_.feed(bytes)) act(key);
+  for (const station::Key key : bytes.empty() ? reader_.idle() : reader_.feed(bytes)) act(key);
 }
 
 bool PlayKeys::take_help() { return std::exchange(help_, false); }
 
-void PlayKeys::act(Key key) {
-  const PlayState now = player_.state();
+void PlayKeys::act(station::Key key) {
+  const runtime::PlayState now = player_.state();
   const auto rate = [&](double factor) {
-    (void)player_.set_rate(std::clamp(now.rate * factor, Player::slowest, Player::fastest));
+    (void)player_.set_rate(std::clamp(now.rate * factor, runtime::Player::slowest, runtime::Player::fastest));
   };
   switch (key) {
-    case Key::stop:
+    case station::Key::stop:
       return player_.pause(!now.paused);
-    case Key::right:
+    case station::Key::right:
       if (now.paused)
         (void)player_.step();
       else
         (void)player_.seek(now.position + leap);
       return;
-    case Key::left:
+    case station::Key::left:
       return (void)player_.seek(now.position - leap);
-    case Key::forward:
-    case Key::faster:
+    case station::Key::forward:
+    case station::Key::faster:
       return rate(rate_step);
-    case Key::backward:
-    case Key::slower:
+    case station::Key::backward:
+    case station::Key::slower:
       return rate(1 / rate_step);
-    case Key::next_joint:
-    case Key::next_robot:
+    case station::Key::next_joint:
+    case station::Key::next_robot:
       return to_mark(true);
-    case Key::previous_joint:
+    case station::Key::previous_joint:
       return to_mark(false);
-    case Key::joint_up:
+    case station::Key::joint_up:
       return (void)player_.seek(0);
-    case Key::help:
+    case station::Key::help:
       help_ = true;
       return;
-    case Key::quit:
+    case station::Key::quit:
       quit_ = true;
       return;
     default:
@@ -70,11 +70,12 @@ void PlayKeys::to_mark(bool forward) {
   const auto& marks = player_.recording().marks();
   const double position = player_.state().position;
   if (forward) {
-    const auto next = std::find_if(marks.begin(), marks.end(),
-                                   [&](const RecordedMark& mark) { return mark.t > position + 1e-6; });
+    const auto next = std::find_if(marks.begin(), marks.end(), [&](const runtime::RecordedMark& mark) {
+      return mark.t > position + 1e-6;
+    });
     if (next != marks.end()) (void)player_.seek(next->t);
   } else {
-    const auto before = std::find_if(marks.rbegin(), marks.rend(), [&](const RecordedMark& mark) {
+    const auto before = std::find_if(marks.rbegin(), marks.rend(), [&](const runtime::RecordedMark& mark) {
       return mark.t < position - back_enough;
     });
     (void)player_.seek(before == marks.rend() ? 0 : before->t);
@@ -91,7 +92,7 @@ const char* play_help() {
          "  x or Esc         end\n";
 }
 
-std::string play_line(const PlayState& state) {
+std::string play_line(const runtime::PlayState& state) {
   char rate[32];
   std::snprintf(rate, sizeof rate, "  x%.3g", state.rate);
   return "  " + clock_text(state.position) + " of " + clock_text(state.duration) + rate +
@@ -100,4 +101,4 @@ std::string play_line(const PlayState& state) {
                          : "");
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

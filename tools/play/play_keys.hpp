@@ -4,14 +4,14 @@
 #include <string>
 #include <string_view>
 
-#include "server/hmi/keyboard.hpp"
-#include "server/play/player.hpp"
+#include "server/runtime/play/player.hpp"
+#include "server/station/console/keyboard.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class PlayKeys {
  public:
-  explicit PlayKeys(Player& player) : player_(player) {}
+  explicit PlayKeys(runtime::Player& player) : player_(player) {}
   /// What was typed; empty: nothing in a while.
   void feed(std::string_view bytes);
   bool quit() const { return quit_; }
@@ -19,17 +19,17 @@ class PlayKeys {
   bool take_help();
 
  private:
-  void act(Key key);
+  void act(station::Key key);
   void to_mark(bool forward);
 
-  Player& player_;
-  KeyReader reader_;
+  runtime::Player& player_;
+  station::KeyReader reader_;
   bool quit_ = false, help_ = false;
 };
 
 /// One line a key, for people.
 const char* play_help();
 /// "  1:05.2 of 3:20.0 s  x1  paused": one line for a person.
-std::string play_line(const PlayState& state);
+std::string play_line(const runtime::PlayState& state);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -2,17 +2,17 @@
 
 #include <utility>
 
-#include "server/hmi/foxglove/json_text.hpp"
+#include "server/station/foxglove/json_text.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
-SessionControls controls_of(Player& player, PlayThread& thread) {
+station::SessionControls controls_of(runtime::Player& player, PlayThread& thread) {
   const auto woken = [&thread](Status status) {
     thread.wake();
     return status;
   };
-  SessionControls controls;
+  station::SessionControls controls;
   controls.pause = [&player, woken](bool paused) {
     player.pause(paused);
     return woken({});
@@ -21,8 +21,8 @@ SessionControls controls_of(Player& player, PlayThread& thread) {
   controls.seek = [&player, woken](double position) { return woken(player.seek(position)); };
   controls.step = [&player, woken] { return woken(player.step()); };
   controls.state = [&player] {
-    const PlayState now = player.state();
-    ControlState state;
+    const runtime::PlayState now = player.state();
+    station::ControlState state;
     state.recorded = true;
     state.paused = now.paused;
     state.rate = now.rate;
@@ -37,28 +37,28 @@ SessionControls controls_of(Player& player, PlayThread& thread) {
 
 }  // namespace
 
-Result<std::unique_ptr<BaseStation>> open_play_station(const std::string& address, MemoryBusHub& hub,
-                                                       Player& player, PlayThread& thread) {
-  auto configuration = configuration_from(player.recording().session(), "the recording");
+Result<std::unique_ptr<station::BaseStation>> open_play_station(const std::string& address, MemoryBusHub& hub,
+                                                                runtime::Player& player, PlayThread& thread) {
+  auto configuration = tick::configuration_from(player.recording().session(), "the recording");
   if (!configuration) return configuration.error();
-  BaseStationOptions options;
+  station::BaseStationOptions options;
   options.address = address;
-  options.station.configuration = std::make_shared<const Configuration>(std::move(*configuration));
+  options.station.configuration = std::make_shared<const tick::Configuration>(std::move(*configuration));
   options.station.recorded = true;
   options.station.controls = controls_of(player, thread);
   options.station.clock = [&player] { return player.clock(); };
   options.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
-  return BaseStation::open(std::move(options));
+  return station::BaseStation::open(std::move(options));
 }
 
-std::string marks_json(const std::vector<RecordedMark>& marks) {
-  foxglove::JsonText json;
+std::string marks_json(const std::vector<runtime::RecordedMark>& marks) {
+  station::foxglove::JsonText json;
   json.open('[');
-  for (const RecordedMark& mark : marks) {
+  for (const runtime::RecordedMark& mark : marks) {
     json.open('{').key("t").number(mark.t).key("kind").plain(mark.kind).key("text").string(mark.text);
     json.key("bad").boolean(mark.bad).close('}');
   }
   return std::string(json.close(']').text());
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

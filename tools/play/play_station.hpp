@@ -4,18 +4,18 @@
 #include <memory>
 #include <string>
 
-#include "server/hmi/station/base_station.hpp"
-#include "server/play/player.hpp"
+#include "server/runtime/play/player.hpp"
+#include "server/station/base_station.hpp"
 #include "tools/play/play_thread.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// Pages act on `player` and wake `thread`; both outlive the station, and so does `hub`, on which the player
 /// publishes. Error: the recording's configuration does not read, or the address cannot be used.
-Result<std::unique_ptr<BaseStation>> open_play_station(const std::string& address, MemoryBusHub& hub,
-                                                       Player& player, PlayThread& thread);
+Result<std::unique_ptr<station::BaseStation>> open_play_station(const std::string& address, MemoryBusHub& hub,
+                                                                runtime::Player& player, PlayThread& thread);
 
 /// The marks of a recording: [{"t", "kind", "text", "bad"}].
-std::string marks_json(const std::vector<RecordedMark>& marks);
+std::string marks_json(const std::vector<runtime::RecordedMark>& marks);
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -3,9 +3,9 @@
 #include <chrono>
 #include <utility>
 
-#include "server/wall_clock.hpp"
+#include "server/runtime/wall_clock.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 void PlayThread::start() {
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
@@ -29,7 +29,7 @@ std::string PlayThread::fault() const {
 
 void PlayThread::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
-    const auto idle = player_.turn(steady_now());
+    const auto idle = player_.turn(runtime::steady_now());
     std::unique_lock lock(mutex_);
     if (!idle) {
       fault_ = idle.error().message;
@@ -40,4 +40,4 @@ void PlayThread::run(const std::stop_token& stop) {
   }
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

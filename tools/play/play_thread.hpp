@@ -6,14 +6,14 @@
 #include <string>
 #include <thread>
 
-#include "server/play/player.hpp"
+#include "server/runtime/play/player.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 class PlayThread {
  public:
   /// The player outlives it.
-  explicit PlayThread(Player& player) : player_(player) {}
+  explicit PlayThread(runtime::Player& player) : player_(player) {}
   ~PlayThread();
   PlayThread(const PlayThread&) = delete;
   PlayThread& operator=(const PlayThread&) = delete;
@@ -27,7 +27,7 @@ class PlayThread {
  private:
   void run(const std::stop_token& stop);
 
-  Player& player_;
+  runtime::Player& player_;
   mutable std::mutex mutex_;
   std::condition_variable_any woken_;
   bool awake_ = false;
@@ -35,4 +35,4 @@ class PlayThread {
   std::jthread thread_;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -3,7 +3,7 @@
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 Result<PlayedBus> PlayedBus::open(Bus& bus, const Scenario& scenario, const std::string& prefix) {
   constexpr std::size_t longest = 20;
@@ -31,4 +31,4 @@ Status PlayedBus::publish(const Message& message) {
   return bus_->publish(prefix_ + message.channel, message.payload);
 }
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -7,7 +7,7 @@
 #include "protocols/bus/bus.hpp"
 #include "protocols/scenario.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 
 /// With a prefix ("PLAY_") everything goes out, under names that nobody obeys. Without one, commands (to
 /// robots, to agents, of operators) do not go out at all.
@@ -29,4 +29,4 @@ class PlayedBus {
   std::uint64_t held_back_ = 0;
 };
 
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -9,7 +9,7 @@
 #include "fusion/cloud/lzf.hpp"
 #include "fusion/cloud/read_cloud.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 struct Sample {
@@ -255,4 +255,4 @@ TEST(Lzf, back_references_may_overlap_and_must_stay_inside) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

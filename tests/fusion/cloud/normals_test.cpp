@@ -11,7 +11,7 @@
 #include "fusion/cloud/read_cloud.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }
@@ -147,4 +147,4 @@ TEST(Normals, RefuseWhatTheyCannotWorkOn) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

@@ -7,7 +7,7 @@
 
 #include "tests/fusion/cloud/synthetic_scans.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 using test::pose;
@@ -67,4 +67,4 @@ TEST_P(PartnerSearches, FindWhatLookingAtAllFindsWhereverTheSourceMoves) {
 INSTANTIATE_TEST_SUITE_P(WithViewpointsAndWithout, PartnerSearches, testing::Bool());
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

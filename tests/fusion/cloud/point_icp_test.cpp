@@ -6,7 +6,7 @@
 
 #include "tests/fusion/cloud/synthetic_scans.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 using test::pose;
@@ -94,4 +94,4 @@ TEST(ClosestMotion, IsTheRotationThatMadeThePairsAndNeverAReflection) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

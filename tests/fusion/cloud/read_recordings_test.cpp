@@ -5,7 +5,7 @@
 #include "fusion/cloud/read_cloud.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 constexpr float min_range = 0.48F;  // m; nearer ones are no measurements (3DTK's config.ini)
@@ -121,4 +121,4 @@ TEST(ReadRecordings, binary_pcd_and_labelled_ply_have_their_points_and_labels) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

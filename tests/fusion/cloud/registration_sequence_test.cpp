@@ -10,7 +10,7 @@
 #include "tests/fusion/cloud/synthetic_scans.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 using test::pose;
@@ -184,7 +184,7 @@ TEST(RegistrationSequence, PutsTheCorridorTogether) {
 TEST(PoseGraph3, ClosesALoopAndWeighsAWrongOneDown) {
   const std::vector<Eigen::Isometry3d> truth = around_the_ring(30);
   std::vector<Eigen::Isometry3d> drifted = {truth[0]};
-  std::vector<PoseGraph3Edge> edges;
+  std::vector<pose::PoseGraph3Edge> edges;
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const Eigen::Isometry3d step =
         truth[i - 1].inverse() * truth[i] * pose(0.01, 0.005, 0.004, 0.004, 0.002, -0.003);
@@ -194,7 +194,7 @@ TEST(PoseGraph3, ClosesALoopAndWeighsAWrongOneDown) {
   const Eigen::Matrix<double, 6, 6> sure = 1e6 * Eigen::Matrix<double, 6, 6>::Identity();
   edges.push_back({0, 29, truth[0].inverse() * truth[29], sure, true});
   edges.push_back({3, 20, truth[3].inverse() * truth[20] * pose(5, -3, 1, 1), sure, true});
-  const std::vector<Eigen::Isometry3d> found = optimized(drifted, edges);
+  const std::vector<Eigen::Isometry3d> found = pose::optimized(drifted, edges);
   double worst = 0;
   for (std::size_t i = 0; i < truth.size(); ++i)
     worst = std::max(worst, (found[i].translation() - truth[i].translation()).norm());
@@ -205,4 +205,4 @@ TEST(PoseGraph3, ClosesALoopAndWeighsAWrongOneDown) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

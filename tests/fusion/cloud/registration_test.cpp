@@ -11,7 +11,7 @@
 #include "tests/fusion/cloud/synthetic_scans.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 using test::furnished_room;
@@ -264,4 +264,4 @@ TEST_P(Starts, FindTheRoomFromAHundredStarts) {
 INSTANTIATE_TEST_SUITE_P(OneAttemptAndMore, Starts, testing::Bool());
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

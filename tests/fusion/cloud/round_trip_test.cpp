@@ -8,7 +8,7 @@
 #include "fusion/cloud/read_cloud.hpp"
 #include "fusion/cloud/write_cloud.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 std::filesystem::path scratch(const char* name) {
@@ -83,4 +83,4 @@ TEST(WriteCloud, a_cloud_that_is_not_finite_or_uneven_is_refused_and_nothing_is_
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

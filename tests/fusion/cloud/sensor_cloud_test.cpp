@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 CameraIntrinsics kinect() {
@@ -160,4 +160,4 @@ TEST(CloudFromLines, what_a_laser_sees_of_its_own_robot_is_left_out) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

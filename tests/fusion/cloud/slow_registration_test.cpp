@@ -10,7 +10,7 @@
 #include "tests/fusion/cloud/synthetic_scans.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::cloud {
 namespace {
 
 using test::pose;
@@ -63,4 +63,4 @@ TEST(SlowRegistration, AgreesWithTheDefaultOnTheRoom) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::cloud

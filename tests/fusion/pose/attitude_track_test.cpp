@@ -6,7 +6,7 @@
 #include "fusion/pose/joint_track.hpp"
 #include "protocols/pose.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 using Eigen::AngleAxisd, Eigen::Vector3d;
@@ -113,4 +113,4 @@ TEST(JointTrack, SilentOrStaleEncodersAreNamed) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -7,7 +7,7 @@
 
 #include "fusion/pose/slam.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 class MapFile : public ::testing::Test {
@@ -121,4 +121,4 @@ TEST_F(MapFile, AnEmptyMapAndAPathThatIsNotThereAreErrors) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -9,7 +9,7 @@
 #include "fusion/pose/scan_points.hpp"
 #include "tests/fusion/pose/room.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 std::vector<Eigen::Vector2d> points_from(const Pose2& T_map_base, std::mt19937& random,
@@ -228,4 +228,4 @@ TEST(OdometryTrack, ExtrapolatesTheTwistAndNotForLong) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::pose

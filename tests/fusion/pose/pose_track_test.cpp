@@ -6,7 +6,7 @@
 
 #include "tests/allocations.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 SensorTime at_seconds(double s) { return SensorTime{1'000'000'000'000'000} + seconds(s); }
@@ -344,4 +344,4 @@ TEST(PredictedError, HasTheLeverArmOfYaw) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::pose

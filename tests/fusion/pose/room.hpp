@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "fusion/pose/pose2.hpp"
 #include "protocols/pose.hpp"
+#include "protocols/pose2.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scan.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "tests/fusion/pose/room.hpp"
 
-namespace parhelion {
+namespace parhelion::pose {
 namespace {
 
 using test::Sample;
@@ -232,4 +232,4 @@ INSTANTIATE_TEST_SUITE_P(Kinds, InAMap, ::testing::Values("map.simplemap", "map.
                          });
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::pose

@@ -6,7 +6,7 @@
 #include "tests/allocations.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
@@ -52,4 +52,4 @@ TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -8,7 +8,7 @@
 
 #include "tests/fusion/scan/random_scene.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 using test::Draw;
@@ -317,4 +317,4 @@ TEST(Simulation, writes_the_intensities_that_augmentation_writes) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

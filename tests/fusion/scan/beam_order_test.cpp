@@ -8,7 +8,7 @@
 #include "fusion/scan/sweep_rays.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr int kBeams = 361;
@@ -104,4 +104,4 @@ TEST(BeamWindow, names_every_beam_that_meets_a_sphere) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -7,7 +7,7 @@
 #include "fusion/scan/augment.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr int kBeams = 361, kScenes = 40;
@@ -86,4 +86,4 @@ TEST(ScanPath, gives_the_pinned_bytes_in_every_build) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -9,7 +9,7 @@
 #include "fusion/scan/augment.hpp"
 #include "fusion/scan/lidar_model.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -207,4 +207,4 @@ TEST(LeafFit, TheSameScanGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -9,7 +9,7 @@
 #include "fusion/scan/philox.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 using Sentinel = RangeConvention::Sentinel;
@@ -170,4 +170,4 @@ TEST(BeamTimes, of_no_beam_one_beam_and_an_instant_sweep) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -7,7 +7,7 @@
 #include "fusion/scan/lidar_model.hpp"
 #include "protocols/robot.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 struct Expected {
@@ -69,4 +69,4 @@ INSTANTIATE_TEST_SUITE_P(All, Preset,
                          });
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

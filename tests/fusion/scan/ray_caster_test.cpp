@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::infinity();
@@ -241,4 +241,4 @@ TEST(RayCaster, leaves_virtual_entities_out_of_the_building) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

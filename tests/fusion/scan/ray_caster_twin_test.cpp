@@ -9,7 +9,7 @@
 #include "tests/box_mesh.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 using test::Draw;
@@ -281,4 +281,4 @@ TEST(RayCasterTwin, parts_from_the_twin_only_where_a_beam_grazes_an_edge) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

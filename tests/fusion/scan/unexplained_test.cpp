@@ -8,7 +8,7 @@
 
 #include "fusion/scan/augment.hpp"
 
-namespace parhelion {
+namespace parhelion::scan {
 namespace {
 
 constexpr std::size_t kBeams = 361;
@@ -161,4 +161,4 @@ TEST(UnexplainedReturns, ignore_sentinels_and_beams_that_nothing_is_known_of) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::scan

@@ -10,7 +10,7 @@
 
 #include "fusion/semantic/build_model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kLength = 9, kHalf = 1.2, kHeight = 2.5;  // m, of the corridor
@@ -30,7 +30,7 @@ class NoddingScans {
     for (const Eigen::Vector3d& eye : {Eigen::Vector3d(1, 0, 0.6), {2.7, 0.1, 0.6}, {4.4, -0.1, 0.6}})
       scan(eye);
   }
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
 
  private:
   double uniform() { return static_cast<double>(random_() >> 11) * 0x1.0p-53; }
@@ -117,4 +117,4 @@ INSTANTIATE_TEST_SUITE_P(Amplitudes, BowedFloor,
                                          Bow{0.2, 0.01}, Bow{0.3, 0.005}, Bow{-0.1, 0.01}));
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

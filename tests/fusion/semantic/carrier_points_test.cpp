@@ -5,7 +5,7 @@
 
 #include "protocols/model.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr auto kUnknown = static_cast<std::uint8_t>(EntityLabel::unknown);
@@ -54,7 +54,7 @@ class Passage {
     cloud_.scans.push_back(scan);
     cloud_.labels.push_back(static_cast<std::uint8_t>(label));
   }
-  PointCloud<Map> cloud_;
+  cloud::PointCloud<Map> cloud_;
   std::size_t first_ = 0, last_ = 0;
 };
 
@@ -92,4 +92,4 @@ TEST(CarrierPoints, OfTheScannerItselfGoWithoutThatUnlessJoinedToSomething) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -61,12 +61,12 @@ class CloudPainter {
     for (int i = 0; i < 12; ++i) sum += uniform();
     return sum;
   }
-  const PointCloud<Map>& cloud() const { return cloud_; }
+  const cloud::PointCloud<Map>& cloud() const { return cloud_; }
 
  private:
   double density_, sigma_;
   std::mt19937_64 random_;
-  PointCloud<Map> cloud_;
+  cloud::PointCloud<Map> cloud_;
 };
 
 }  // namespace parhelion::test

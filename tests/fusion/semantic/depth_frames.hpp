@@ -42,28 +42,28 @@ inline std::vector<std::string> stairs_frames() {
 }
 
 /// Depth frames (paths without .depth.png) in the world of their poses.
-inline PointCloud<Cloud> fused(const std::vector<std::string>& frames) {
+inline cloud::PointCloud<Cloud> fused(const std::vector<std::string>& frames) {
   CameraIntrinsics camera;
   camera.width = 640;
   camera.height = 480;
   camera.fx = camera.fy = 585;
   camera.cx = 320;
   camera.cy = 240;
-  PointCloud<Cloud> all;
+  cloud::PointCloud<Cloud> all;
   for (const std::string& frame : frames) {
     const cv::Mat depth = cv::imread(recording(frame + ".depth.png").string(), cv::IMREAD_UNCHANGED);
     EXPECT_EQ(depth.type(), CV_16U) << frame;
     std::ifstream pose(recording(frame + ".pose.txt"));
     Eigen::Matrix4d matrix;
     for (int i = 0; i < 16; ++i) pose >> matrix(i / 4, i % 4);
-    DepthCloudOptions options;
+    cloud::DepthCloudOptions options;
     options.step = 2;
     options.range_max = 4;
-    const auto one = cloud_from_depth({depth.ptr<std::uint16_t>(), depth.total()}, camera, options);
+    const auto one = cloud::cloud_from_depth({depth.ptr<std::uint16_t>(), depth.total()}, camera, options);
     EXPECT_TRUE(one.ok());
     const Transform<Cloud, DepthOptical> T_cloud_optical(Eigen::Quaterniond(matrix.topLeftCorner<3, 3>()),
                                                          matrix.topRightCorner<3, 1>());
-    const auto moved = transformed(T_cloud_optical, *one);
+    const auto moved = cloud::transformed(T_cloud_optical, *one);
     all.points.insert(all.points.end(), moved.points.begin(), moved.points.end());
     all.scans.insert(all.scans.end(), moved.size(), static_cast<std::uint16_t>(all.viewpoints.size()));
     all.viewpoints.push_back(T_cloud_optical.translation());

@@ -7,7 +7,7 @@
 #include "protocols/model_overlap.hpp"
 #include "tests/synthetic_site.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 SemanticModel pillars(const std::vector<std::pair<double, double>>& x_and_confidence) {
@@ -51,4 +51,4 @@ TEST(DropDoubles, OfManyInOnePlaceOneStays) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

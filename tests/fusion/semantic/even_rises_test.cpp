@@ -9,13 +9,13 @@
 #include "fusion/semantic/find_stairs.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kTread = 0.26, kWidth = 1.2, kStrip = 0.5;  // m
 
 struct Stairs {
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   Flight flight;
 };
 
@@ -93,4 +93,4 @@ TEST(EvenRises, LeaveTwoStepsAlone) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

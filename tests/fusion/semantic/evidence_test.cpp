@@ -11,7 +11,7 @@
 #include "fusion/semantic/observed_floors.hpp"
 #include "tests/synthetic_site.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 std::tuple<int, int, int> cube_of(const Eigen::Vector3d& p) {
@@ -19,10 +19,10 @@ std::tuple<int, int, int> cube_of(const Eigen::Vector3d& p) {
   return {static_cast<int>(i.x()), static_cast<int>(i.y()), static_cast<int>(i.z())};
 }
 
-PointCloud<Map> random_views(unsigned seed) {
+cloud::PointCloud<Map> random_views(unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-3, 3);
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{place(random), place(random), place(random)}, {0.05, 0.05, 0.05}};
   for (int i = 0; i < 300; ++i) {
     cloud.points.emplace_back(static_cast<float>(place(random)), static_cast<float>(place(random)),
@@ -34,7 +34,7 @@ PointCloud<Map> random_views(unsigned seed) {
 
 TEST(Evidence, IsThatOfASlowSearchAlongEachRay) {
   for (unsigned seed = 0; seed < 10; ++seed) {
-    const PointCloud<Map> cloud = random_views(seed);
+    const cloud::PointCloud<Map> cloud = random_views(seed);
     const EvidenceGrid grid(cloud);
     std::set<std::tuple<int, int, int>> measured, crossed;
     for (const Eigen::Vector3f& p : cloud.points) measured.insert(cube_of(p.cast<double>()));
@@ -62,7 +62,7 @@ TEST(Evidence, IsThatOfASlowSearchAlongEachRay) {
 }
 
 TEST(Evidence, BehindASurfaceNothingIsKnown) {
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{0, 0, 1}};
   for (double y = -2; y <= 2; y += 0.02) {
     for (double z = 0; z <= 2; z += 0.02)
@@ -78,13 +78,13 @@ TEST(Evidence, BehindASurfaceNothingIsKnown) {
 }
 
 TEST(Evidence, WithoutRoomForMoreTheRestStaysUnobserved) {
-  const PointCloud<Map> cloud = random_views(3);
+  const cloud::PointCloud<Map> cloud = random_views(3);
   EvidenceOptions few;
   few.most_blocks = 4;
   const EvidenceGrid bounded(cloud, few), whole(cloud);
   EXPECT_EQ(bounded.blocks(), 4U);
   EXPECT_GT(whole.blocks(), 8U);
-  const PointCloud<Map> known = bounded.centres();
+  const cloud::PointCloud<Map> known = bounded.centres();
   for (const Eigen::Vector3f& p : known.points)
     EXPECT_EQ(bounded.at(p.cast<double>()), whole.at(p.cast<double>()));
 }
@@ -117,8 +117,8 @@ bool covered(const SemanticModel& model, EntityLabel label, double x, double y, 
 }
 
 /// Two halls that were seen, x < -1 and x > 1; what is between them was not.
-PointCloud<Map> two_halls(double spacing, bool sight) {
-  PointCloud<Map> cloud;
+cloud::PointCloud<Map> two_halls(double spacing, bool sight) {
+  cloud::PointCloud<Map> cloud;
   if (sight) cloud.viewpoints = {{-3, 0, 1.3}, {3, 0, 1.3}};
   for (double x = -6; x <= 6; x += spacing) {
     for (double y = -4; y <= 4; y += spacing) {
@@ -145,7 +145,7 @@ TEST(ObservedFloors, CoverWhatWasSeenAndNothingElse) {
 }
 
 TEST(ObservedFloors, AreWholeBetweenTheLinesOfAScanWhereSightPassedOverThem) {
-  PointCloud<Map> cloud;  // rings, 0.5 m apart far out
+  cloud::PointCloud<Map> cloud;  // rings, 0.5 m apart far out
   cloud.viewpoints = {{0, 0, 0.5}};
   for (double r = 0.3; r < 4; r += 0.1 + 0.1 * r) {
     for (double a = 0; a < 6.28; a += 0.02)
@@ -162,7 +162,7 @@ TEST(ObservedFloors, AreWholeBetweenTheLinesOfAScanWhereSightPassedOverThem) {
 
 TEST(ObservedFloors, AFloorThatNobodySawGoesWithItsRelations) {
   SemanticModel model = one_floor();
-  PointCloud<Map> elsewhere;
+  cloud::PointCloud<Map> elsewhere;
   elsewhere.points = {{50, 50, 0}};
   cut_floors(EvidenceGrid(elsewhere), model);
   ASSERT_EQ(model.entities.size(), 1U);
@@ -172,7 +172,7 @@ TEST(ObservedFloors, AFloorThatNobodySawGoesWithItsRelations) {
 
 TEST(ObservedFloors, EndWhereSightGoesOnBelowThem) {
   // A landing at z = 0 from x = -2 to 0, ground 0.85 m under it, both seen from above; its box is too large.
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{3, 0, 1.2}, {-4, 3, 1.2}};
   for (double x = -6; x <= 6; x += 0.04) {
     for (double y = -4; y <= 4; y += 0.04) {
@@ -244,4 +244,4 @@ TEST(ObservedFloors, GoOnUnderAFlightAndHighOverIt) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -10,13 +10,13 @@
 #include "protocols/model_overlap.hpp"
 #include "tests/fusion/semantic/rooms.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using Eigen::Vector2d;
 using test::Wall;
 
-void draw(GridMap& map, const Wall& wall, float probability = 0.9F) {
+void draw(pose::GridMap& map, const Wall& wall, float probability = 0.9F) {
   const Vector2d along = wall.b - wall.a;
   const int steps = static_cast<int>(along.norm() / map.resolution * 4) + 1;
   for (int i = 0; i <= steps; ++i) {
@@ -24,7 +24,7 @@ void draw(GridMap& map, const Wall& wall, float probability = 0.9F) {
   }
 }
 
-void fill_free(GridMap& map) { map.occupied.assign(map.occupied.size(), 0.1F); }
+void fill_free(pose::GridMap& map) { map.occupied.assign(map.occupied.size(), 0.1F); }
 
 /// Largest distance from points of `wall` to the nearest wall box of the model.
 double distance_to_model(const Wall& wall, const SemanticModel& model) {
@@ -45,7 +45,8 @@ double distance_to_model(const Wall& wall, const SemanticModel& model) {
 
 /// Occupied cells that no box covers although a robot could come near them, or although they are many: cell
 /// by cell, the slow way.
-std::size_t wrongly_left_out(const GridMap& map, const SemanticModel& model, const ExtrudeOptions& options) {
+std::size_t wrongly_left_out(const pose::GridMap& map, const SemanticModel& model,
+                             const ExtrudeOptions& options) {
   const auto at = [&](int x, int y) {
     const bool inside = x >= 0 && y >= 0 && x < map.width && y < map.height;
     return inside ? map.occupied[static_cast<std::size_t>(y * map.width + x)] : 0.5F;
@@ -89,7 +90,7 @@ std::size_t wrongly_left_out(const GridMap& map, const SemanticModel& model, con
   return wrong;
 }
 
-void expect_sound(const GridMap& map, const SemanticModel& model, const ExtrudeOptions& options) {
+void expect_sound(const pose::GridMap& map, const SemanticModel& model, const ExtrudeOptions& options) {
   const auto figures = measure_extrusion(map, model, options);
   EXPECT_GE(figures.covered_cells, figures.occupied_cells * 99 / 100);
   EXPECT_EQ(wrongly_left_out(map, model, options), 0U);
@@ -100,7 +101,7 @@ void expect_sound(const GridMap& map, const SemanticModel& model, const ExtrudeO
 }
 
 TEST(Extrude, AStraightWallIsOneThinBox) {
-  GridMap map = test::unknown_map(8, 6);
+  pose::GridMap map = test::unknown_map(8, 6);
   fill_free(map);
   const Wall wall{{0, 1}, {5, 1}};
   draw(map, wall);
@@ -121,7 +122,7 @@ TEST(Extrude, AStraightWallIsOneThinBox) {
 
 TEST(Extrude, WallsAtAnyAngleAreRecoveredWithinACell) {
   for (int degrees = 0; degrees < 180; degrees += 7) {
-    GridMap map = test::unknown_map(12, 12);
+    pose::GridMap map = test::unknown_map(12, 12);
     fill_free(map);
     const double yaw = degrees * std::numbers::pi / 180;
     const Vector2d middle(5, 4), half(4.5 * std::cos(yaw), 4.5 * std::sin(yaw));
@@ -139,7 +140,7 @@ TEST(Extrude, WallsAtAnyAngleAreRecoveredWithinACell) {
 }
 
 TEST(Extrude, ADoorStaysOpen) {
-  GridMap map = test::unknown_map(10, 6);
+  pose::GridMap map = test::unknown_map(10, 6);
   fill_free(map);
   draw(map, {{0, 1}, {3, 1}});
   draw(map, {{3.8, 1}, {7, 1}});
@@ -154,7 +155,7 @@ TEST(Extrude, ADoorStaysOpen) {
 }
 
 TEST(Extrude, AHoleOfOneCellIsBridged) {
-  GridMap map = test::unknown_map(10, 6);
+  pose::GridMap map = test::unknown_map(10, 6);
   draw(map, {{0, 1.02}, {3, 1.02}});
   draw(map, {{3.1, 1.02}, {7, 1.02}});
   const auto model = extrude(map, {});
@@ -163,7 +164,7 @@ TEST(Extrude, AHoleOfOneCellIsBridged) {
 }
 
 TEST(Extrude, ClutterBecomesSmallSolidBoxesAndBlocksStayWhole) {
-  GridMap map = test::unknown_map(10, 10);
+  pose::GridMap map = test::unknown_map(10, 10);
   fill_free(map);
   *test::cell_at(map, {1.02, 1.02}) = 1;
   for (int x = 0; x < 20; ++x) {
@@ -209,7 +210,7 @@ TEST(Extrude, AScannedOfficeIsRecoveredFromNoise) {
     places.emplace_back(4.0 * room + 1.5, 2), places.emplace_back(4.0 * room + 2.7, 1);
   const auto walls = office();
   for (const double sigma : {0.01, 0.03}) {
-    const GridMap map = test::scanned_map(walls, places, 23, 14, sigma, 5);
+    const pose::GridMap map = test::scanned_map(walls, places, 23, 14, sigma, 5);
     const auto model = extrude(map, {});
     ASSERT_TRUE(model) << model.error().message;
     expect_sound(map, *model, {});
@@ -228,7 +229,7 @@ TEST(Extrude, AScannedOfficeIsRecoveredFromNoise) {
 }
 
 RC_GTEST_PROP(Extrude, AnyMapIsCoveredWithoutOverlap, ()) {
-  GridMap map = test::unknown_map(*rc::gen::inRange(1, 60) * 0.05, *rc::gen::inRange(1, 60) * 0.05);
+  pose::GridMap map = test::unknown_map(*rc::gen::inRange(1, 60) * 0.05, *rc::gen::inRange(1, 60) * 0.05);
   const int mode = *rc::gen::inRange(0, 3);
   const unsigned seed = *rc::gen::arbitrary<unsigned>();
   std::mt19937 random(seed);
@@ -257,7 +258,7 @@ RC_GTEST_PROP(Extrude, AnyMapIsCoveredWithoutOverlap, ()) {
 }
 
 TEST(Extrude, SpecksThatNoRobotCanComeNearAreLeftOut) {
-  GridMap map = test::unknown_map(12, 6);
+  pose::GridMap map = test::unknown_map(12, 6);
   // A room of 3 m by 3 m that is known, and a ray of one cell's width through its window.
   for (double x = 0.5; x < 3.5; x += 0.05) {
     for (double y = 0.5; y < 3.5; y += 0.05) *test::cell_at(map, {x + 0.02, y + 0.02}) = 0.1F;
@@ -283,7 +284,7 @@ TEST(Extrude, SpecksThatNoRobotCanComeNearAreLeftOut) {
 }
 
 TEST(Extrude, RefusesMapsAndOptionsThatCannotBe) {
-  GridMap map = test::unknown_map(2, 2);
+  pose::GridMap map = test::unknown_map(2, 2);
   EXPECT_THAT(extrude(map, {}).error().message, ::testing::HasSubstr("no occupied cell"));
   map.occupied[3] = 1;
   ExtrudeOptions options;
@@ -300,4 +301,4 @@ TEST(Extrude, RefusesMapsAndOptionsThatCannotBe) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <random>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 /// `n` variables with three labels each; a tree, or with `extra` pairs more.
@@ -86,4 +86,4 @@ TEST(FactorGraph, TriesWhatIsRightOnlyTogether) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

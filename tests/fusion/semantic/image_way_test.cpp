@@ -8,7 +8,7 @@
 #include "fusion/semantic/hough.hpp"
 #include "fusion/semantic/pixel_set.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr int width = 60, height = 40;
@@ -147,4 +147,4 @@ TEST(ImageWay, RidgesStandOutFromWhatIsSpreadOverRows) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

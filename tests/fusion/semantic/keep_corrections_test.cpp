@@ -6,7 +6,7 @@
 
 #include "tests/model_box.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using ::testing::ElementsAre;
@@ -114,4 +114,4 @@ TEST(KeepCorrections, FollowWhenTheNewRunMovesTheFloorToZero) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -10,7 +10,7 @@
 #include "fusion/semantic/plan_view.hpp"
 #include "tests/model_box.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using ::testing::HasSubstr;
@@ -96,4 +96,4 @@ TEST(ModelPlan, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

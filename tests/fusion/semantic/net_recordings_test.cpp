@@ -11,19 +11,20 @@
 #include "tests/fusion/semantic/depth_frames.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 struct Labelled {
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   SemanticNet net;
   Segmentation surfaces;
 };
 
-Labelled labelled(const PointCloud<Cloud>& cloud, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+Labelled labelled(const cloud::PointCloud<Cloud>& cloud,
+                  const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
   const auto T_map_cloud = level(cloud, up);
   if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
-  Labelled result{transformed(*T_map_cloud, cloud), {}, {}};
+  Labelled result{cloud::transformed(*T_map_cloud, cloud), {}, {}};
   auto surfaces = segment(result.cloud);
   if (!surfaces) throw std::runtime_error(surfaces.error().message);
   auto net = label_entities(result.cloud, *surfaces);
@@ -35,9 +36,9 @@ Labelled labelled(const PointCloud<Cloud>& cloud, const Eigen::Vector3d& up = Ei
 
 /// One scan, with the scanner at its origin where `at_origin`.
 Labelled labelled(const std::filesystem::path& path, bool at_origin) {
-  auto file = read_scan(path);
+  auto file = cloud::read_scan(path);
   if (!file) throw std::runtime_error(file.error().message);
-  PointCloud<Cloud> cloud = transformed(Transform<Cloud, Scanner>(), file->cloud);
+  cloud::PointCloud<Cloud> cloud = cloud::transformed(Transform<Cloud, Scanner>(), file->cloud);
   if (at_origin && cloud.viewpoints.empty()) cloud.viewpoints = {Eigen::Vector3d::Zero()};
   Labelled result = labelled(cloud);
   result.cloud.labels = file->cloud.labels;
@@ -80,15 +81,15 @@ TEST(NetOnRecordings, FindsTheTwoRecessedDoorsOfTheSolidWall) {
   EXPECT_GE(in_solid_wall, 1);
 }
 
-PointCloud<Cloud> registered_corridor() {
-  std::vector<ScanToRegister> scans;
+cloud::PointCloud<Cloud> registered_corridor() {
+  std::vector<cloud::ScanToRegister> scans;
   for (const char* name : {"scan000.3d", "scan001.3d", "scan002.3d"}) {
-    auto file = read_scan(test::recording("3d-3dtk-corridor") / name);
+    auto file = cloud::read_scan(test::recording("3d-3dtk-corridor") / name);
     if (!file || !file->guess) throw std::runtime_error(std::string(name) + ": no scan with a pose");
     file->cloud.viewpoints = {Eigen::Vector3d::Zero()};
     scans.push_back({name, std::move(file->cloud), *file->guess, true});
   }
-  auto sequence = register_sequence(scans);
+  auto sequence = cloud::register_sequence(scans);
   if (!sequence) throw std::runtime_error(sequence.error().message);
   return std::move(sequence->cloud);
 }
@@ -155,7 +156,7 @@ TEST(NetOnRecordings, MeasuresTheRisesOfTheEntrance) {
 
 TEST(NetOnRecordings, ClimbsTheStairsOfTheDepthCamera) {
   PARHELION_NEEDS_RECORDING(test::recording("rgbd-7scenes-stairs/seq-01/frame-000000.depth.png"))
-  const PointCloud<Cloud> cloud = test::fused(test::stairs_frames());
+  const cloud::PointCloud<Cloud> cloud = test::fused(test::stairs_frames());
   // The first camera's y axis points down its picture; it looks 30 degrees down.
   const Labelled found = labelled(cloud, -Eigen::Vector3d::UnitY());
   ASSERT_EQ(found.net.stairs.size(), 1U);
@@ -203,4 +204,4 @@ TEST(NetOnRecordings, CallsNoTerrainStairs) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

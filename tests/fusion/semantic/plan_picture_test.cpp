@@ -11,13 +11,13 @@
 #include "fusion/semantic/extrude.hpp"
 #include "tests/fusion/semantic/rooms.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using Eigen::Vector2d;
 
 struct Site {
-  GridMap map;
+  pose::GridMap map;
   SemanticModel model;
   WorldSnapshot world;
   PlanPicture picture;
@@ -119,7 +119,7 @@ TEST(PlanPicture, FocusLeavesFarThingsOut) {
   picture.map = &site.map;
   picture.focus = 2;
   ASSERT_TRUE(draw_plan(picture, near));
-  GridMap far = site.map;  // one more occupied cell, far from the robot
+  pose::GridMap far = site.map;  // one more occupied cell, far from the robot
   *test::cell_at(far, {14.9, 7.9}) = 1;
   picture.map = &far;
   ASSERT_TRUE(draw_plan(picture, nearer));
@@ -176,4 +176,4 @@ TEST(PlanPicture, ScanIsPlacedByTheLasersPose) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

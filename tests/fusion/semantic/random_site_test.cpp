@@ -4,7 +4,7 @@
 #include "tests/fusion/semantic/site_score.hpp"
 #include "tests/long_run.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 TEST(SemanticNetOnRandomSites, FindsMostOfWhatIsThere) {
@@ -30,4 +30,4 @@ TEST(SemanticNetOnRandomSites, FindsMostOfWhatIsThere) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -16,8 +16,8 @@ struct Wall {
   Eigen::Vector2d a, b;  ///< m
 };
 
-inline GridMap unknown_map(double width, double height, double resolution = 0.05) {
-  GridMap map;
+inline pose::GridMap unknown_map(double width, double height, double resolution = 0.05) {
+  pose::GridMap map;
   map.id = "test map";
   map.resolution = resolution;
   map.x_min = -1;
@@ -28,7 +28,7 @@ inline GridMap unknown_map(double width, double height, double resolution = 0.05
   return map;
 }
 
-inline float* cell_at(GridMap& map, const Eigen::Vector2d& p) {
+inline float* cell_at(pose::GridMap& map, const Eigen::Vector2d& p) {
   const int x = static_cast<int>(std::floor((p.x() - map.x_min) / map.resolution));
   const int y = static_cast<int>(std::floor((p.y() - map.y_min) / map.resolution));
   if (x < 0 || y < 0 || x >= map.width || y >= map.height) return nullptr;
@@ -52,9 +52,9 @@ inline double cast(const Eigen::Vector2d& from, double angle, const std::vector<
 }
 
 /// Scans from each place, range noise `sigma`, as occupancy counts turned into probabilities.
-inline GridMap scanned_map(const std::vector<Wall>& walls, const std::vector<Eigen::Vector2d>& places,
-                           double width, double height, double sigma, unsigned seed) {
-  GridMap map = unknown_map(width, height);
+inline pose::GridMap scanned_map(const std::vector<Wall>& walls, const std::vector<Eigen::Vector2d>& places,
+                                 double width, double height, double sigma, unsigned seed) {
+  pose::GridMap map = unknown_map(width, height);
   std::vector<int> hits(map.occupied.size()), misses(map.occupied.size());
   std::mt19937 random(seed);
   const auto noise = [&] {  // Irwin-Hall: the same on every library

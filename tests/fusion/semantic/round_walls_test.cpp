@@ -9,7 +9,7 @@
 #include "tests/fusion/semantic/clouds.hpp"
 #include "tests/synthetic_site.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kNear = 0.05, kMinLength = 0.4, kPixel = 10.0 / 512;
@@ -145,7 +145,7 @@ SemanticModel round_hall() {
 }
 
 TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
-  const PointCloud<Cloud> cloud = test::scan_of(round_hall(), {{0.5, 0.3, 1.4}, {-2, 1, 1.4}}, 0.0175);
+  const cloud::PointCloud<Cloud> cloud = test::scan_of(round_hall(), {{0.5, 0.3, 1.4}, {-2, 1, 1.4}}, 0.0175);
   const auto built = build_model(cloud, {});
   ASSERT_TRUE(built) << built.error().message;
   double length = 0;
@@ -179,7 +179,7 @@ TEST(RoundWalls, HaveOneTopWhereverSightEndedLower) {
     return Eigen::Vector2d(kRadius * std::cos(angle), kRadius * std::sin(angle));
   };
   for (int i = 0; i < pieces; ++i) painter.wall(at(i), at(i + 1), 0, i < 25 ? 3.2 : 2.4);
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   cloud.points = painter.cloud().points;
   const auto built = build_model(cloud, {});
   ASSERT_TRUE(built) << built.error().message;
@@ -193,4 +193,4 @@ TEST(RoundWalls, HaveOneTopWhereverSightEndedLower) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

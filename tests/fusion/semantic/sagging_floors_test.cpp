@@ -6,13 +6,13 @@
 #include <cmath>
 #include <random>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kEye = 0.5;  // m, of the scanner over its floor
 
 struct Site {
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   SemanticModel model;
 };
 
@@ -77,7 +77,7 @@ TEST(SaggingFloors, NothingIsJoinedWhereNobodyKnowsWhereTheScannerStood) {
   Site site = site_of(0.15, 0.035);
   site.cloud.viewpoints.clear();
   EXPECT_EQ(join_sagging_floors(site.cloud, site.model), 0U);
-  EXPECT_EQ(join_sagging_floors(PointCloud<Map>{}, site.model), 0U);
+  EXPECT_EQ(join_sagging_floors(cloud::PointCloud<Map>{}, site.model), 0U);
 }
 
 TEST(SaggingFloors, WhatAPersonLockedStays) {
@@ -87,4 +87,4 @@ TEST(SaggingFloors, WhatAPersonLockedStays) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

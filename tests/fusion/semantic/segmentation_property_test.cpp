@@ -11,7 +11,7 @@
 #include "fusion/semantic/segmentation.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using test::CloudPainter;
@@ -30,7 +30,7 @@ void check(const auto& property) {
 struct Built {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> walls;  // in the map
   double floor = 0, ceiling = 0;
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
 };
 
 /// A room with one inner wall, somewhere in the plan, with furniture's worth of clutter and strays.
@@ -132,7 +132,7 @@ TEST(SegmentationOfRandomRooms, DoesNotDependOnWhereTilesBegin) {
     const auto before = segment(painter.cloud());
     const Eigen::Vector2d shift(*rc::gen::inRange(-1000, 1000) / 100.0,
                                 *rc::gen::inRange(-1000, 1000) / 100.0);
-    PointCloud<Map> moved = painter.cloud();
+    cloud::PointCloud<Map> moved = painter.cloud();
     for (Eigen::Vector3f& p : moved.points) p.head<2>() += shift.cast<float>();
     const auto after = segment(moved);
     RC_ASSERT(before.ok() && after.ok());
@@ -173,4 +173,4 @@ TEST(SegmentationOfRandomRooms, FindsStairsHoweverTheyAreTurned) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

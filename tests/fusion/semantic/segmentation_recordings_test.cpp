@@ -10,25 +10,26 @@
 #include "tests/fusion/semantic/depth_frames.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
-PointCloud<Cloud> scan(const std::string& relative) {
-  auto file = read_scan(test::recording(relative));
+cloud::PointCloud<Cloud> scan(const std::string& relative) {
+  auto file = cloud::read_scan(test::recording(relative));
   EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().message);
   const Transform<Cloud, Scanner> T_cloud_scan;
-  return transformed(T_cloud_scan, file->cloud);
+  return cloud::transformed(T_cloud_scan, file->cloud);
 }
 
 struct Levelled {
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   Segmentation found;
 };
 
-Levelled segmented(const PointCloud<Cloud>& cloud, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+Levelled segmented(const cloud::PointCloud<Cloud>& cloud,
+                   const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
   const auto T_map_cloud = level(cloud, up);
   EXPECT_TRUE(T_map_cloud.ok()) << (T_map_cloud.ok() ? "" : T_map_cloud.error().message);
-  Levelled result{transformed(*T_map_cloud, cloud), {}};
+  Levelled result{cloud::transformed(*T_map_cloud, cloud), {}};
   auto found = segment(result.cloud);
   EXPECT_TRUE(found.ok());
   result.found = std::move(*found);
@@ -114,7 +115,7 @@ TEST(SegmentationOfRecordings, TheCorridorHasItsFloorItsCeilingAndItsWall) {
 
 TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-s3dis-labelled-crop/s3dis_crop.ply"));
-  const PointCloud<Cloud> cloud = scan("3d-s3dis-labelled-crop/s3dis_crop.ply");
+  const cloud::PointCloud<Cloud> cloud = scan("3d-s3dis-labelled-crop/s3dis_crop.ply");
   ASSERT_EQ(cloud.labels.size(), cloud.size());
   const Segmentation found = segmented(cloud).found;
   const HorizontalSurface* const floor = widest(found, false);
@@ -160,10 +161,10 @@ TEST(SegmentationOfRecordings, TheKitchensTableTopIsNotItsFloor) {
 
 TEST(SegmentationOfRecordings, BothWaysAgreeOnTheRoom) {
   PARHELION_NEEDS_RECORDING(test::recording("3d-room-scan/room_scan1.pcd"));
-  const PointCloud<Cloud> cloud = scan("3d-room-scan/room_scan1.pcd");
+  const cloud::PointCloud<Cloud> cloud = scan("3d-room-scan/room_scan1.pcd");
   const auto T_map_cloud = level(cloud);
   ASSERT_TRUE(T_map_cloud.ok());
-  const PointCloud<Map> levelled = transformed(*T_map_cloud, cloud);
+  const cloud::PointCloud<Map> levelled = cloud::transformed(*T_map_cloud, cloud);
   const auto images = segment(levelled);
   const auto normals = segment_by_normals(levelled);
   ASSERT_TRUE(images.ok() && normals.ok());
@@ -187,4 +188,4 @@ TEST(SegmentationOfRecordings, BothWaysAgreeOnTheRoom) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

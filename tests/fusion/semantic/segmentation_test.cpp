@@ -9,7 +9,7 @@
 
 #include "tests/fusion/semantic/clouds.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using test::CloudPainter;
@@ -101,7 +101,7 @@ TEST(Segmentation, RefusesWhatItCannotWorkOn) {
   SegmentationOptions options;
   options.pixel = -1;
   EXPECT_THAT(segment(painter.cloud(), options).error().message, HasSubstr("pixel"));
-  PointCloud<Map> millimetres = painter.cloud();
+  cloud::PointCloud<Map> millimetres = painter.cloud();
   for (Eigen::Vector3f& p : millimetres.points) p *= 1000;
   EXPECT_THAT(segment(millimetres).error().message, HasSubstr("millimetres"));
 }
@@ -109,7 +109,7 @@ TEST(Segmentation, RefusesWhatItCannotWorkOn) {
 TEST(Segmentation, IsNotLostToAStrayPoint) {
   CloudPainter painter(400, 0.005, 5);
   painter.room({0, 0}, {4, 3}, 0, 2.6);
-  PointCloud<Map> cloud = painter.cloud();
+  cloud::PointCloud<Map> cloud = painter.cloud();
   cloud.points.insert(cloud.points.end(), {{1e6F, -1e6F, 3e5F}, {3e38F, 1, 1}, {1, 1, -3e38F}});
   const auto found = segment(cloud);
   ASSERT_TRUE(found.ok()) << found.error().message;
@@ -119,7 +119,7 @@ TEST(Segmentation, IsNotLostToAStrayPoint) {
 }
 
 TEST(Segmentation, OfDuplicatesOfOnePointHasNoSurface) {
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   cloud.points.assign(10'000, {1, 2, 3});
   const auto found = segment(cloud);
   ASSERT_TRUE(found.ok());
@@ -127,7 +127,7 @@ TEST(Segmentation, OfDuplicatesOfOnePointHasNoSurface) {
   EXPECT_TRUE(found->horizontals.empty());
 }
 
-PointCloud<Cloud> tilted_room(double degrees, bool furniture_on_top) {
+cloud::PointCloud<Cloud> tilted_room(double degrees, bool furniture_on_top) {
   CloudPainter painter(300, 0.005, 6);
   painter.room({-3, -2}, {4, 3}, -1, 1.7);
   for (const double x : {-2.0, 0.0, 2.0}) {
@@ -138,7 +138,7 @@ PointCloud<Cloud> tilted_room(double degrees, bool furniture_on_top) {
   }
   painter.turn(
       Eigen::Isometry3d(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Eigen::Vector3d(0.6, 0.8, 0))));
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   cloud.points = painter.cloud().points;
   return cloud;
 }
@@ -184,12 +184,12 @@ TEST(Level, SaysThatACloudIsUpsideDown) {
 TEST(Level, SaysWhatItSawWhereNothingIsLevel) {
   CloudPainter painter(300, 0.005, 7);
   painter.wall({0, 0}, {4, 0}, 0, 2.5);
-  PointCloud<Cloud> cloud;
+  cloud::PointCloud<Cloud> cloud;
   cloud.points = painter.cloud().points;
   EXPECT_THAT(level(cloud).error().message, HasSubstr("no level surface"));
-  EXPECT_THAT(level(PointCloud<Cloud>()).error().message, HasSubstr("empty"));
+  EXPECT_THAT(level(cloud::PointCloud<Cloud>()).error().message, HasSubstr("empty"));
   EXPECT_THAT(level(cloud, {0, 0, 2}).error().message, HasSubstr("length"));
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

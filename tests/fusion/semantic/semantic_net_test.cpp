@@ -13,7 +13,7 @@
 #include "protocols/model_overlap.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 using test::CloudPainter;
@@ -24,7 +24,7 @@ long count(const SemanticNet& net, EntityLabel label) {
                        [&](const ModelEntity& e) { return e.label == label; });
 }
 
-SemanticNet net_of(const PointCloud<Map>& cloud) {
+SemanticNet net_of(const cloud::PointCloud<Map>& cloud) {
   const auto surfaces = segment(cloud);
   if (!surfaces) throw std::runtime_error(surfaces.error().message);
   const auto net = label_entities(cloud, *surfaces);
@@ -52,7 +52,7 @@ TEST(SemanticNet, KnowsADoorThatStandsOpen) {
   painter.wall({4, 0}, {4, 1.5}, 0, 2.7);
   painter.wall({4, 2.4}, {4, 4}, 0, 2.7);
   painter.wall({4, 1.5}, {4, 2.4}, 2.0, 2.7);
-  PointCloud<Map> cloud = painter.cloud();
+  cloud::PointCloud<Map> cloud = painter.cloud();
   cloud.viewpoints = {{2, 2, 1.2}};
   // What the wall hides from there was not measured.
   std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
@@ -223,4 +223,4 @@ TEST(SemanticNet, IsWrittenAsAGraph) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -13,19 +13,19 @@
 #include "tests/fusion/semantic/clouds.hpp"
 #include "tests/recordings.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr double kSlope = 0.02;
 
 /// A floor that rises along x by 2 cm a metre through -1.3 m, and a level ceiling at 1.6 m: 8 by 4 m about a
 /// scanner at the origin.
-PointCloud<Map> leaning_floor() {
+cloud::PointCloud<Map> leaning_floor() {
   test::CloudPainter painter(400, 0.004, 5);
   painter.rectangle({-4, -2, -1.3 - 4 * kSlope}, {8, 0, 8 * kSlope}, {0, 4, 0});
   const std::size_t of_floor = painter.cloud().size();
   painter.slab({-4, -2}, {4, 2}, 1.6);
-  PointCloud<Map> cloud = painter.cloud();
+  cloud::PointCloud<Map> cloud = painter.cloud();
   cloud.labels.assign(cloud.size(), static_cast<std::uint8_t>(EntityLabel::ceiling));
   std::fill_n(cloud.labels.begin(), of_floor, static_cast<std::uint8_t>(EntityLabel::floor));
   cloud.viewpoints = {{0, 0, 0}, {3, 0, 0.1}, {30, 0, 0}};
@@ -52,16 +52,16 @@ TEST(SiteHeights, SayHowWideALeaningFloorIsSpreadAndWhereScannersStood) {
 }
 
 TEST(SiteHeights, AreNoneWhereNothingIsLabelled) {
-  PointCloud<Map> cloud = leaning_floor();
+  cloud::PointCloud<Map> cloud = leaning_floor();
   const SiteHeights elsewhere = site_heights(cloud, 5.0, std::nullopt);
   EXPECT_FALSE(elsewhere.floor || elsewhere.ceiling);
   cloud.labels.clear();
   EXPECT_FALSE(site_heights(cloud, -1.3, 1.6).floor);
-  EXPECT_EQ(in_words(site_heights(PointCloud<Map>{}, -1.3, 1.6)), "");
+  EXPECT_EQ(in_words(site_heights(cloud::PointCloud<Map>{}, -1.3, 1.6)), "");
 }
 
 TEST(SiteHeights, ThePictureSaysWhenItCannotBeWritten) {
-  const PointCloud<Map> cloud = leaning_floor();
+  const cloud::PointCloud<Map> cloud = leaning_floor();
   const SiteHeights heights = site_heights(cloud, -1.3, 1.6);
   const auto folder =
       std::filesystem::temp_directory_path() / ("parhelion-heights-" + std::to_string(getpid()));
@@ -84,7 +84,7 @@ double fullest_bin(const std::vector<double>& values, double low, double high, d
   return fullest == bins.end() ? NAN : static_cast<double>(fullest->first) * width;
 }
 
-std::vector<double> column(const PointCloud<Scanner>& cloud, int axis) {
+std::vector<double> column(const cloud::PointCloud<Scanner>& cloud, int axis) {
   std::vector<double> values;
   for (const Eigen::Vector3f& p : cloud.points) values.push_back(p[axis]);
   return values;
@@ -101,7 +101,7 @@ double median_between(std::vector<double> values, double low, double high) {
 TEST(HeightsOfRecordings, TheStatedOnesAreLowerEdgesOfBinsOfFiveCentimetres) {
   const auto room = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(room);
-  const auto scan = read_scan(room);
+  const auto scan = cloud::read_scan(room);
   ASSERT_TRUE(scan) << scan.error().message;
   const std::vector<double> z = column(scan->cloud, 2);
   EXPECT_NEAR(fullest_bin(z, -1.45, -1.10, 0.05), -1.30, 1e-6) << "the floor";
@@ -111,13 +111,13 @@ TEST(HeightsOfRecordings, TheStatedOnesAreLowerEdgesOfBinsOfFiveCentimetres) {
   std::printf("  medians: floor %.3f, housing %.3f, ceiling %.3f m\n", median_between(z, -1.45, -1.10),
               median_between(z, -0.20, -0.05), median_between(z, 1.55, 1.75));
   EXPECT_NEAR(median_between(z, -0.20, -0.05), -0.12, 0.01);
-  const auto corridor = read_scan(test::recording("3d-3dtk-corridor/scan000.3d"));
+  const auto corridor = cloud::read_scan(test::recording("3d-3dtk-corridor/scan000.3d"));
   ASSERT_TRUE(corridor) << corridor.error().message;
   EXPECT_NEAR(fullest_bin(column(corridor->cloud, 2), 1.6, 2.4, 0.05), 2.00, 1e-6) << "the ceiling";
 }
 
 /// Slopes along x and y (m/m) of the surface near the height z: least squares within a band that narrows.
-Eigen::Vector2d slope_near(const PointCloud<Scanner>& cloud, double z) {
+Eigen::Vector2d slope_near(const cloud::PointCloud<Scanner>& cloud, double z) {
   Eigen::Vector3d plane(0, 0, z);
   for (const double band : {0.25, 0.15, 0.1, 0.06, 0.04, 0.03, 0.03, 0.03, 0.03, 0.03}) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -143,7 +143,7 @@ TEST(HeightsOfRecordings, FloorAndCeilingOfOneScanLeanDifferently) {
   for (const Case& c :
        {Case{"3d-room-scan/room_scan1.pcd", -1.26, 1.67}, Case{"3d-3dtk-corridor/scan000.3d", -0.40, 2.0}}) {
     PARHELION_NEEDS_RECORDING(test::recording(c.file));
-    const auto scan = read_scan(test::recording(c.file));
+    const auto scan = cloud::read_scan(test::recording(c.file));
     ASSERT_TRUE(scan) << scan.error().message;
     const Eigen::Vector2d floor = slope_near(scan->cloud, c.floor),
                           ceiling = slope_near(scan->cloud, c.ceiling);
@@ -154,4 +154,4 @@ TEST(HeightsOfRecordings, FloorAndCeilingOfOneScanLeanDifferently) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -57,7 +57,7 @@ struct SiteScore {
 struct LevelledSite {
   RandomSite site;
   ScannedSite scanned;
-  PointCloud<Map> cloud;
+  cloud::PointCloud<Map> cloud;
   Transform<Map, Map> T_site_map;
 };
 
@@ -77,7 +77,7 @@ inline LevelledSite levelled_site(std::uint64_t seed) {
   result.scanned = scan(result.site, options, seed + 1);
   const auto T_map_cloud = level(result.scanned.cloud);
   if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
-  result.cloud = transformed(*T_map_cloud, result.scanned.cloud);
+  result.cloud = cloud::transformed(*T_map_cloud, result.scanned.cloud);
   result.T_site_map =
       Transform<Map, Map>((T_map_cloud->isometry() * result.scanned.T_cloud_site.isometry()).inverse());
   return result;
@@ -85,7 +85,7 @@ inline LevelledSite levelled_site(std::uint64_t seed) {
 
 namespace site_score {
 
-inline void score_points(const PointCloud<Cloud>& truth, const std::vector<std::uint8_t>& labels,
+inline void score_points(const cloud::PointCloud<Cloud>& truth, const std::vector<std::uint8_t>& labels,
                          SiteScore& score) {
   const auto count = [&](EntityLabel label, Rate& rate) {
     for (std::size_t i = 0; i < labels.size(); ++i) {

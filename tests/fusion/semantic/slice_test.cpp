@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 /// A room from (0, 0) to (4, 3) with walls and a floor, seen from its middle; a table whose top is at 0.75 m.
-PointCloud<Map> room() {
-  PointCloud<Map> cloud;
+cloud::PointCloud<Map> room() {
+  cloud::PointCloud<Map> cloud;
   cloud.viewpoints = {{2, 1.5, 1.2}};
   const auto add = [&](double x, double y, double z) {
     cloud.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
@@ -30,7 +30,7 @@ PointCloud<Map> room() {
   return cloud;
 }
 
-float at(const GridMap& map, double x, double y) {
+float at(const pose::GridMap& map, double x, double y) {
   const auto column = static_cast<std::size_t>((x - map.x_min) / map.resolution),
              row = static_cast<std::size_t>((y - map.y_min) / map.resolution);
   return map.occupied.at(row * static_cast<std::size_t>(map.width) + column);
@@ -70,4 +70,4 @@ TEST(Slice, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

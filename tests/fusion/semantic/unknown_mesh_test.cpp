@@ -8,14 +8,14 @@
 
 #include "protocols/model_mesh.hpp"
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
 constexpr auto kUnknown = static_cast<std::uint8_t>(EntityLabel::unknown);
 
 /// Points on the surface of a box from the origin to `size`, 2 cm apart, with some noise.
-PointCloud<Map> scanned_box(const Eigen::Vector3d& size, double noise = 0.003) {
-  PointCloud<Map> cloud;
+cloud::PointCloud<Map> scanned_box(const Eigen::Vector3d& size, double noise = 0.003) {
+  cloud::PointCloud<Map> cloud;
   std::mt19937 random(3);
   std::uniform_real_distribution<double> jitter(-noise, noise);
   for (int axis = 0; axis < 3; ++axis) {
@@ -34,7 +34,7 @@ PointCloud<Map> scanned_box(const Eigen::Vector3d& size, double noise = 0.003) {
 }
 
 TEST(UnknownMesh, LiesWithinACubeOfThePointsAndCoversThem) {
-  const PointCloud<Map> cloud = scanned_box({1.2, 0.6, 0.75});
+  const cloud::PointCloud<Map> cloud = scanned_box({1.2, 0.6, 0.75});
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   const auto result = unknown_mesh(cloud, labels);
   ASSERT_TRUE(result) << result.error().message;
@@ -55,7 +55,7 @@ TEST(UnknownMesh, LiesWithinACubeOfThePointsAndCoversThem) {
 }
 
 TEST(UnknownMesh, IsClosedEachEdgeIsMetBothWaysEquallyOften) {
-  const PointCloud<Map> cloud = scanned_box({0.8, 0.5, 0.4});
+  const cloud::PointCloud<Map> cloud = scanned_box({0.8, 0.5, 0.4});
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   const auto result = unknown_mesh(cloud, labels);
   ASSERT_TRUE(result);
@@ -70,7 +70,7 @@ TEST(UnknownMesh, IsClosedEachEdgeIsMetBothWaysEquallyOften) {
 }
 
 TEST(UnknownMesh, TakesOnlyWhatIsUnknownAndLeavesSpecklesOut) {
-  PointCloud<Map> cloud = scanned_box({0.8, 0.5, 0.4});
+  cloud::PointCloud<Map> cloud = scanned_box({0.8, 0.5, 0.4});
   std::vector<std::uint8_t> labels(cloud.size(), static_cast<std::uint8_t>(EntityLabel::wall));
   auto none = unknown_mesh(cloud, labels);
   ASSERT_TRUE(none);
@@ -86,7 +86,7 @@ TEST(UnknownMesh, TakesOnlyWhatIsUnknownAndLeavesSpecklesOut) {
 }
 
 TEST(UnknownMesh, StaysWithinTheTrianglesAllowedBySayingLargerCubes) {
-  const PointCloud<Map> cloud = scanned_box({3, 2, 1});
+  const cloud::PointCloud<Map> cloud = scanned_box({3, 2, 1});
   const std::vector<std::uint8_t> labels(cloud.size(), kUnknown);
   UnknownMeshOptions options;
   options.most_triangles = 2000;
@@ -98,7 +98,7 @@ TEST(UnknownMesh, StaysWithinTheTrianglesAllowedBySayingLargerCubes) {
 }
 
 TEST(UnknownMesh, RefusesWhatDoesNotFit) {
-  const PointCloud<Map> cloud = scanned_box({0.5, 0.5, 0.5});
+  const cloud::PointCloud<Map> cloud = scanned_box({0.5, 0.5, 0.5});
   EXPECT_FALSE(unknown_mesh(cloud, std::vector<std::uint8_t>(3)));
   UnknownMeshOptions options;
   options.cube = 0;
@@ -106,8 +106,8 @@ TEST(UnknownMesh, RefusesWhatDoesNotFit) {
 }
 
 TEST(UnknownMesh, ALargeSiteStaysAsFineAsASmallOne) {
-  const PointCloud<Map> one = scanned_box({1.2, 0.6, 0.75});
-  PointCloud<Map> many;
+  const cloud::PointCloud<Map> one = scanned_box({1.2, 0.6, 0.75});
+  cloud::PointCloud<Map> many;
   for (int i = 0; i < 30; ++i) {
     for (const Eigen::Vector3f& p : one.points)
       many.points.push_back(
@@ -124,4 +124,4 @@ TEST(UnknownMesh, ALargeSiteStaysAsFineAsASmallOne) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

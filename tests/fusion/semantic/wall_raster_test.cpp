@@ -5,12 +5,12 @@
 
 #include <random>
 
-namespace parhelion {
+namespace parhelion::semantic {
 namespace {
 
-PointCloud<Map> points_around(const std::vector<Eigen::Vector3d>& viewpoints, std::size_t each,
-                              unsigned seed) {
-  PointCloud<Map> cloud;
+cloud::PointCloud<Map> points_around(const std::vector<Eigen::Vector3d>& viewpoints, std::size_t each,
+                                     unsigned seed) {
+  cloud::PointCloud<Map> cloud;
   cloud.viewpoints = viewpoints;
   std::mt19937 random(seed);
   std::normal_distribution<float> offset(0, 5);
@@ -25,7 +25,7 @@ PointCloud<Map> points_around(const std::vector<Eigen::Vector3d>& viewpoints, st
 }
 
 /// Cells that rays cross and pass by half a metre, one ray after the other.
-std::vector<std::uint16_t> through_slowly(const PointCloud<Map>& cloud, const WallRaster& wall) {
+std::vector<std::uint16_t> through_slowly(const cloud::PointCloud<Map>& cloud, const WallRaster& wall) {
   std::vector<std::uint16_t> through(wall.through.size(), 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d eye = cloud.viewpoints[cloud.scans[i]].cast<float>().cast<double>();
@@ -44,7 +44,7 @@ TEST(WallRaster, CountsTheRaysThatASearchOfAllOfThemFinds) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-6, 6);
   for (unsigned round = 0; round < 40; ++round) {
-    const PointCloud<Map> cloud =
+    const cloud::PointCloud<Map> cloud =
         points_around({{place(random), place(random), 1}, {place(random), place(random), 1.5}}, 3000, round);
     const Eigen::Vector2d start(place(random), place(random)), end(place(random), place(random));
     const WallRaster wall = rasterize(PlanPoints(cloud), start, end, -1, 3, 0.045);
@@ -57,7 +57,7 @@ TEST(WallRaster, AWallOfALargeSiteKeepsItsOwnRays) {
   std::vector<Eigen::Vector3d> viewpoints;
   for (int i = 0; i < 60; ++i) viewpoints.emplace_back(100.0 * i, 0, 1);
   const auto crossed = [&](std::size_t rooms) {
-    const PointCloud<Map> cloud = points_around(
+    const cloud::PointCloud<Map> cloud = points_around(
         {viewpoints.begin(), viewpoints.begin() + static_cast<std::ptrdiff_t>(rooms)}, 15'000, 5);
     const WallRaster wall = rasterize(PlanPoints(cloud), {2, -3}, {2, 3}, -1, 3, 0.045);
     std::size_t sum = 0;
@@ -69,4 +69,4 @@ TEST(WallRaster, AWallOfALargeSiteKeepsItsOwnRays) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::semantic

@@ -8,7 +8,7 @@
 #include "tests/server/review/written_session.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
@@ -35,7 +35,7 @@ TEST(BrowserTest, ThePageWorksInChromiumByMouseByKeyboardAndOnPaper) {
     test::WrittenSession other = session;
     other.touches = touches;
     other.write(folder / "other.lcm");
-    return SessionScore{name, session.scenario, grade_session(folder / "other.lcm")->grade};
+    return SessionScore{name, session.scenario, runtime::grade_session(folder / "other.lcm")->grade};
   };
   ReviewPage page{{reviewed(session, folder / "a.lcm")}, {}, {}};
   page.earlier = {score("first.lcm", {3, 4, 5, 6, 7}), score("second.lcm", {})};
@@ -54,4 +54,4 @@ TEST(BrowserTest, ThePageWorksInChromiumByMouseByKeyboardAndOnPaper) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -10,7 +10,7 @@
 #include "server/review/page.hpp"
 #include "tests/server/review/written_session.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 using nlohmann::json;
@@ -34,7 +34,7 @@ class ReviewTest : public testing::Test {
 
 TEST_F(ReviewTest, ScoreAndReasonsAreThoseOfGradeSession) {
   const SessionReview made = review({});
-  const auto graded = grade_session(folder_ / "session.lcm");
+  const auto graded = runtime::grade_session(folder_ / "session.lcm");
   ASSERT_TRUE(graded.ok() && made.grade);
   EXPECT_EQ(made.grade->score, graded->grade.score);
   EXPECT_EQ(made.grade->score, 60 - 4 * (3 + 0.5 * 4));
@@ -86,7 +86,7 @@ TEST_F(ReviewTest, APictureOfEachPenaltyIsWhatHadBeenShownLast) {
     });
     EXPECT_TRUE(there) << t;
   }
-  JpegCodec codec;
+  render::JpegCodec codec;
   std::vector<std::uint8_t> bgr;
   const auto format = codec.decode(made.pictures.front().jpeg, bgr);
   ASSERT_TRUE(format.ok());
@@ -199,4 +199,4 @@ TEST_F(ReviewTest, TheSameSessionGivesTheSamePageWhichNamesNoOtherPlace) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -11,7 +11,7 @@
 #include "server/review/series.hpp"
 #include "server/review/track.hpp"
 
-namespace parhelion {
+namespace parhelion::review {
 namespace {
 
 RC_GTEST_PROP(Series, HoldsOfEachWindowWhatASlowTwinFindsThere, ()) {
@@ -139,4 +139,4 @@ TEST(NearestReturn, IsMeasuredFromTheEdgeOfTheOutline) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::review

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "render/jpeg.hpp"
-#include "tests/server/synthetic.hpp"
+#include "tests/server/tick/synthetic.hpp"
 
 namespace parhelion::test {
 
@@ -19,7 +19,7 @@ struct WrittenSession {
   bool injected = true;                             ///< barrel_1 is in every scan
   double broken_scan = -1;  ///< s, of one that breaks off in the middle; negative: none
 
-  Configuration configuration() const {
+  tick::Configuration configuration() const {
     Scenario made;
     made.name = scenario;
     for (int i = 1; i <= agents; ++i)
@@ -51,7 +51,7 @@ struct WrittenSession {
       touch.when.event = EventKind::collision_started;
       lesson.penalties = {touch};
     }
-    return *configure(made, robot(), room());
+    return *tick::configure(made, robot(), room());
   }
 
   void write(const std::filesystem::path& path) const {
@@ -62,8 +62,8 @@ struct WrittenSession {
       const Message made = message(channel, us(t), item);
       ASSERT_TRUE(log.write(made.channel, made.arrival, made.payload).ok());
     };
-    const Configuration session = configuration();
-    put(channel::mr_session, 0, session_header(session, SensorTime::from_utime(us(0))));
+    const tick::Configuration session = configuration();
+    put(channel::mr_session, 0, tick::session_header(session, SensorTime::from_utime(us(0))));
     std::vector<Image> film;
     for (int i = 0; pictures && i < 7; ++i) film.push_back(picture(i));
     Scan scan = scan_at(1);
@@ -160,7 +160,7 @@ struct WrittenSession {
       for (int x = 0; x < image.width; ++x)
         for (const int c : {x * 255 / image.width, y * 255 / image.height, (x / 8 + y / 8 + number) % 7 * 30})
           bgr.push_back(static_cast<std::uint8_t>(c));
-    JpegCodec codec;
+    render::JpegCodec codec;
     image.bytes = *codec.encode(bgr, {image.width, image.height, 85, {}});
     return image;
   }

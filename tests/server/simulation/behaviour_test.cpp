@@ -3,7 +3,7 @@
 #include "tests/long_run.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -231,4 +231,4 @@ TEST(Behaviour, ARobotWithALaserAsksForScansInTimeAndHeedsThem) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

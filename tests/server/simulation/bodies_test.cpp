@@ -6,7 +6,7 @@
 #include "server/simulation/gait.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -161,4 +161,4 @@ TEST(Bodies, TheRealRobotsOutlineIsItsFootprint) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

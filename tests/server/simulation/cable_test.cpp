@@ -3,7 +3,7 @@
 
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -74,4 +74,4 @@ TEST(Cable, SizesThatNoCableHasAreRefused) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 #include "server/simulation/planar.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -106,4 +106,4 @@ TEST(Clearance, MotionOutOfOneContactStillSeesWhatIsBehind) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

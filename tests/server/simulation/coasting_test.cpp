@@ -1,7 +1,7 @@
 // Agents that nothing can touch are moved without the solver: nobody can tell, and no event is lost.
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -98,4 +98,4 @@ TEST(Coasting, ARealRobotThatAppearsBesideAStanderPushesIt) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

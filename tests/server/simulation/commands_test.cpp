@@ -4,7 +4,7 @@
 
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -182,4 +182,4 @@ TEST(Commands, AFrozenAgentStandsAndAnUnfrozenOneGoesOn) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

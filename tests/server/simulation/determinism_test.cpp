@@ -4,7 +4,7 @@
 #include "tests/allocations.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -114,4 +114,4 @@ TEST(Determinism, SteppingAndLookingAllocateNothingOnceWarm) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,7 +5,7 @@
 #include "server/simulation/model_net.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -396,4 +396,4 @@ TEST(ModelNet, SaysWhatAThingBelongsTo) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 #include "tests/server/simulation/robots_world.hpp"
 #include "tests/server/simulation/worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 bool alike(const std::vector<Shape>& a, const std::vector<Shape>& b) {
@@ -113,4 +113,4 @@ TEST(EntityShapes, OnlyARobotWithALaserCarriesOne) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -12,7 +12,7 @@
 #include "server/simulation/planar.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -152,4 +152,4 @@ RC_GTEST_PROP(EventStreams, WhateverIsOrderedWhatStartsStopsOnceOrIsOpen, ()) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -3,7 +3,7 @@
 #include "server/simulation/virtual_contact.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -212,4 +212,4 @@ TEST(Goals, ManyGoAtOnceAndAStepStaysSmall) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

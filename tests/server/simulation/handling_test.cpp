@@ -5,9 +5,9 @@
 #include <map>
 
 #include "robots_world.hpp"
-#include "tests/server/crawler_arm.hpp"
+#include "tests/server/tick/crawler_arm.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -279,4 +279,4 @@ TEST_F(Gripper, ACableIsLiftedByItsEndAndDragged) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -7,7 +7,7 @@
 #include "server/simulation/doors.hpp"
 #include "server/simulation/robot_supply.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -273,4 +273,4 @@ TEST(Battery, AnEmptyOneHoldsTheArmWhereItIs) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

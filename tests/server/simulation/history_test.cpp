@@ -2,7 +2,7 @@
 
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -165,4 +165,4 @@ TEST(History, BodiesAscendById) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -7,7 +7,7 @@
 
 #include "server/simulation/physics.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kStep = 1.0 / 240, kGravity = 9.81;
@@ -132,4 +132,4 @@ TEST(JointTree, MovesAsManySweepsOverAllRowsWouldHaveIt) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

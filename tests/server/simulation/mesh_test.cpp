@@ -4,7 +4,7 @@
 #include "tests/box_mesh.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -125,4 +125,4 @@ TEST(NotSolid, FreeSpaceAndDeletedEntitiesStopNobody) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -5,7 +5,7 @@
 
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -144,4 +144,4 @@ TEST(NearMiss, IsTheOneThatMovesAndNotTheOneThatStands) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 TEST(Neighbours, AllThatReachIntoTheRangeAreFoundOnceAndInOrder) {
@@ -40,4 +40,4 @@ TEST(Neighbours, AllThatReachIntoTheRangeAreFoundOnceAndInOrder) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

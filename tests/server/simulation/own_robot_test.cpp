@@ -7,7 +7,7 @@
 
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -74,4 +74,4 @@ TEST(OwnRobot, ThePageSaysEachKey) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

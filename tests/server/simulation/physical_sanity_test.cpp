@@ -7,7 +7,7 @@
 #include "server/simulation/physics.hpp"
 #include "tests/server/simulation/worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kStep = 1.0 / 240;
@@ -163,4 +163,4 @@ TEST(PhysicalSanity, AStackOfBoxesStandsForAMinuteAndGainsNoEnergy) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

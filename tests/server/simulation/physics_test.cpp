@@ -4,7 +4,7 @@
 
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -257,4 +257,4 @@ TEST(Physics, BadOptionsAndModelsAreRefusedByName) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

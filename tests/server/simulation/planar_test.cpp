@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 Footprint random_footprint(std::mt19937& random) {
@@ -99,4 +99,4 @@ TEST(Planar, WhatLiesInLineWithASegmentIsAsFarAsItsEnd) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

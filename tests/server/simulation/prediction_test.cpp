@@ -5,7 +5,7 @@
 // After gtest.
 #include <rapidcheck/gtest.h>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -185,4 +185,4 @@ TEST(TippingPrediction, SaysNothingOfADriveOnTheLevel) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -1,6 +1,6 @@
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -71,4 +71,4 @@ TEST(RealContacts, ADrawnVirtualWallIsARealVirtualContact) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

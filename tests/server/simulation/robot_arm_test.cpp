@@ -3,9 +3,9 @@
 #include <map>
 
 #include "robots_world.hpp"
-#include "tests/server/crawler_arm.hpp"
+#include "tests/server/tick/crawler_arm.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -173,4 +173,4 @@ TEST(RobotArm, TheGripperLiftsABoxByFrictionAndLetsItGo) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

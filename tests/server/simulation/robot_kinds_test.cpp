@@ -2,7 +2,7 @@
 // slopes and stairs.
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -140,4 +140,4 @@ TEST(RobotKinds, TheTrackedOneClimbsSlopesUpToItsFrictionAngle) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

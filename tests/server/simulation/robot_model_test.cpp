@@ -5,7 +5,7 @@
 
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -111,4 +111,4 @@ TEST(RobotModel, ARobotThatIsSpawnedInAWallIsToldTheNearestFreePlace) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -2,7 +2,7 @@
 // the world stops them.
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -133,4 +133,4 @@ TEST(Robots, UnknownModelsAndJointsAreNamed) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 #include "server/simulation/route_search.hpp"
 #include "tests/model_box.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using test::model_box;
@@ -160,4 +160,4 @@ TEST(Route, ASearchTakesOnlyAPieceOfWorkAtATime) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,9 +4,9 @@
 #include <map>
 
 #include "scripted_robots.hpp"
-#include "tests/server/crawler_arm.hpp"
+#include "tests/server/tick/crawler_arm.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -307,4 +307,4 @@ TEST(ScriptedArm, BreaksAndIsOverloaded) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

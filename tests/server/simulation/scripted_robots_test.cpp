@@ -1,7 +1,7 @@
 // Scripted runs of simulated robots on stairs: when a thing happens is read off their motion.
 #include "scripted_robots.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -71,4 +71,4 @@ TEST(ScriptedRobots, OnStairs) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

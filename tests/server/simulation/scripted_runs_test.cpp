@@ -6,7 +6,7 @@
 
 #include "server/simulation/near_miss.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -355,4 +355,4 @@ TEST(ScriptedRuns, TwentyOnStairsAndAtDoors) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -2,7 +2,7 @@
 // on its tread, then in line with the tracks.
 #include "robots_world.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -121,4 +121,4 @@ TEST(Stairs, AFlightSteeperThanItsFrictionIsNotClimbed) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

@@ -4,7 +4,7 @@
 #include "server/simulation/watches.hpp"
 #include "worlds.hpp"
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 using namespace test;
@@ -288,4 +288,4 @@ TEST(Supervision, AnAgentsMovementIsSaidAndEndsWithIt) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

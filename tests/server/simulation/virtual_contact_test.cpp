@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace parhelion {
+namespace parhelion::simulation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -160,4 +160,4 @@ TEST(Promise3, AClearanceThatIsNotANumberStops) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::simulation

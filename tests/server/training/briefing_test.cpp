@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST(Briefing, ANearMissIsToldByItsDistanceAndByItsTime) {
 TEST(Briefing, WithoutATrainingThereIsNone) { EXPECT_EQ(briefing(Scenario{}, "rover"), ""); }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -2,7 +2,7 @@
 // not.
 #include "tests/server/training/grader_fixture.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using test::at, test::join, test::never, test::of, test::on, test::penalty, test::task, test::within;
@@ -222,4 +222,4 @@ TEST_F(ConditionKinds, WhatChangesIsSaidAsItChangesAndIsNotGradedItself) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

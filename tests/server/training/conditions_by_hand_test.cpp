@@ -2,7 +2,7 @@
 // counts, alone and joined to others.
 #include "tests/server/training/told_session.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using enum EventKind;
@@ -220,4 +220,4 @@ TEST(ConditionsByHand, WithinOfALaterPartBeginsWithThatPart) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

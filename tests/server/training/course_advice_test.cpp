@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 TEST(CourseAdvice, ATaskThatWasNeverBegunIsNoFailure) {
@@ -32,4 +32,4 @@ TEST(CourseAdvice, ATaskThatWasNeverBegunIsNoFailure) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -10,7 +10,7 @@
 #include "server/training/iso8601.hpp"
 #include "tests/server/training/exported_group.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using nlohmann::json;
@@ -276,4 +276,4 @@ TEST(Exchange, InstantsAndDurationsReadBack) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

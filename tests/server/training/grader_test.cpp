@@ -1,7 +1,7 @@
 // Scores worked out by hand.
 #include "tests/server/training/grader_fixture.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using test::at, test::join, test::never, test::of, test::on, test::penalty, test::task, test::within;
@@ -245,4 +245,4 @@ TEST_F(GraderTest, WhoIsInTheZoneAlreadyHasReachedIt) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -7,7 +7,7 @@
 
 #include "tests/server/training/simulated_learner.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using testing::HasSubstr;
@@ -168,4 +168,4 @@ TEST(NextTask, SimulatedLearnersMasterInFewerTasksThanInTheFixedOrder) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

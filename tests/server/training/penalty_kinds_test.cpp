@@ -2,7 +2,7 @@
 #include "server/training/words.hpp"
 #include "tests/server/training/grader_fixture.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using test::at, test::of, test::on, test::penalty, test::task;
@@ -94,4 +94,4 @@ TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

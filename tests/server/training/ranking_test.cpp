@@ -8,7 +8,7 @@
 
 #include "tests/server/training/recorded_session.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 class Ranking : public testing::Test {
@@ -87,4 +87,4 @@ TEST_F(Ranking, OfACourseIsByProgrammesPassedAndThenByPoints) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -17,7 +17,7 @@
 #include "tests/long_run.hpp"
 #include "tests/server/training/records_fixture.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 namespace fs = std::filesystem;
@@ -276,4 +276,4 @@ TEST_F(RecordsTest, AFileThatMayNotGrowLosesNothing) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

@@ -7,7 +7,7 @@
 #include "server/training/records_schema.hpp"
 #include "tests/server/training/records_fixture.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 namespace fs = std::filesystem;
@@ -235,4 +235,4 @@ TEST_F(RecordsTest, ADamagedFileIsSaid) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

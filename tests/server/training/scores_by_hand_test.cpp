@@ -2,7 +2,7 @@
 // pass marks, and logs that stop.
 #include "tests/server/training/told_session.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using enum EventKind;
@@ -295,4 +295,4 @@ TEST(ScoresByHand, BeforeAnythingHappensThereIsNothingAndNothingIsOver) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

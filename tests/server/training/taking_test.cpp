@@ -8,7 +8,7 @@
 
 #include "tests/server/training/exported_group.hpp"
 
-namespace parhelion {
+namespace parhelion::training {
 namespace {
 
 using test::group;
@@ -73,4 +73,4 @@ TEST_F(Taking, ASessionOfAnotherTraineeTakesNothing) {
   EXPECT_FALSE(records_->find("t-999999999999").ok());
 }
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::training

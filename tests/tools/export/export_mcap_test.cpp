@@ -9,7 +9,7 @@
 #include "tests/server/review/written_session.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using nlohmann::json;
@@ -79,8 +79,9 @@ TEST_F(ExportMcapTest, FoxglovesReaderFindsEveryMessageByItsIndexAndByItsSchema)
 
 TEST_F(ExportMcapTest, TheLayoutForFoxgloveShowsWhatThereIs) {
   const ExportReport report = exported();
-  const json layout = json::parse(
-      test::text_of(std::string(PARHELION_SOURCE_DIR) + "/server/hmi/foxglove/layout.json"), nullptr, false);
+  const json layout =
+      json::parse(test::text_of(std::string(PARHELION_SOURCE_DIR) + "/server/station/foxglove/layout.json"),
+                  nullptr, false);
   ASSERT_TRUE(layout.is_object());
   const json& panels = layout["configById"];
   const std::string picture = panels["Image!camera"]["imageMode"]["imageTopic"];
@@ -193,4 +194,4 @@ TEST_F(ExportMcapTest, AScanThatBreaksOffIsLeftOutAndNamed) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

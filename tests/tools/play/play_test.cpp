@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <set>
 
-#include "tests/server/play/random_session.hpp"
+#include "tests/server/runtime/play/random_session.hpp"
 #include "tools/play/play_keys.hpp"
 #include "tools/play/played_bus.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 class PlayKeysTest : public ::testing::Test {
@@ -16,10 +16,10 @@ class PlayKeysTest : public ::testing::Test {
   void SetUp() override {
     const std::string log = folder_ / "session.lcm";
     test::write_random_session(log, 1, 5000);
-    auto recording = Recording::open(log);
+    auto recording = runtime::Recording::open(log);
     ASSERT_TRUE(recording.ok());
-    player_ =
-        std::make_unique<Player>(std::move(*recording), PlayOptions{}, [this](const Message&) { ++sent_; });
+    player_ = std::make_unique<runtime::Player>(std::move(*recording), runtime::PlayOptions{},
+                                                [this](const Message&) { ++sent_; });
     keys_ = std::make_unique<PlayKeys>(*player_);
     turn();
   }
@@ -33,7 +33,7 @@ class PlayKeysTest : public ::testing::Test {
   const test::PlayFolder folder_;
   const WallTime now_{1};
   std::size_t sent_ = 0;
-  std::unique_ptr<Player> player_;
+  std::unique_ptr<runtime::Player> player_;
   std::unique_ptr<PlayKeys> keys_;
 };
 
@@ -59,7 +59,7 @@ TEST_F(PlayKeysTest, ArrowsGoFasterAndSlowerOnAndBack) {
   press("\x1b[D");
   EXPECT_EQ(position(), 0);
   for (int i = 0; i < 200; ++i) press("\x1b[B");
-  EXPECT_EQ(player_->state().rate, Player::slowest);
+  EXPECT_EQ(player_->state().rate, runtime::Player::slowest);
 }
 
 TEST_F(PlayKeysTest, BracketsGoFromMarkToMark) {
@@ -67,8 +67,9 @@ TEST_F(PlayKeysTest, BracketsGoFromMarkToMark) {
   ASSERT_GT(marks.size(), 2U);
   double expected = 0;
   for (int i = 0; i < 3; ++i) {
-    const auto next = std::find_if(marks.begin(), marks.end(),
-                                   [&](const RecordedMark& mark) { return mark.t > expected + 1e-6; });
+    const auto next = std::find_if(marks.begin(), marks.end(), [&](const runtime::RecordedMark& mark) {
+      return mark.t > expected + 1e-6;
+    });
     ASSERT_NE(next, marks.end());
     expected = next->t;
     press("]");
@@ -141,4 +142,4 @@ TEST_F(PlayedBusTest, WithAPrefixEverythingGoesOutUnderNamesThatNobodyObeys) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/server/play/random_session.hpp"
+#include "tests/server/runtime/play/random_session.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 const ArrivalTime kNow{1'800'000'000'000'000'000};
@@ -112,4 +112,4 @@ TEST_F(RecordedRobotTest, ALogWithoutTheRobotIsRefused) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

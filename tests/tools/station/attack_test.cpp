@@ -6,14 +6,14 @@
 #include <thread>
 
 #include "protocols/channels.hpp"
-#include "server/hmi/http/accounts.hpp"
-#include "server/hmi/http/password.hpp"
-#include "server/wall_clock.hpp"
-#include "tests/server/synthetic.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/http/accounts.hpp"
+#include "server/station/http/password.hpp"
+#include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 #include "tests/tools/station/attacks.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 using attack::Json;
@@ -45,8 +45,8 @@ class AttackTest : public ::testing::Test {
                                  "--no-restart", "--state-folder", folder_ / "state", "--http", "127.0.0.1:0",
                                  "--report", folder_ / "report.json"},
         folder_ / "serve.txt");
-    const WallTime deadline = steady_now() + seconds(20.0);
-    while (port_ == 0 && server_->running() && steady_now() < deadline) {
+    const WallTime deadline = runtime::steady_now() + seconds(20.0);
+    while (port_ == 0 && server_->running() && runtime::steady_now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       const std::string said = test::text_of(folder_ / "serve.txt"), before = "http://127.0.0.1:";
       const std::size_t at = said.find(before),
@@ -63,11 +63,12 @@ class AttackTest : public ::testing::Test {
     const std::filesystem::path site = folder_ / "state";
     std::filesystem::create_directories(site);
     std::filesystem::permissions(site, std::filesystem::perms::owner_all);
-    auto accounts = Accounts::open(site / "accounts.json");
-    const auto hash = hash_password(password);
+    auto accounts = station::Accounts::open(site / "accounts.json");
+    const auto hash = station::hash_password(password);
     ASSERT_TRUE(accounts && hash);
-    for (const Role role : {Role::admin, Role::instructor, Role::trainee, Role::observer})
-      ASSERT_TRUE((*accounts)->put(std::string(role_word(role)), role, *hash));
+    for (const station::Role role :
+         {station::Role::admin, station::Role::instructor, station::Role::trainee, station::Role::observer})
+      ASSERT_TRUE((*accounts)->put(std::string(station::role_word(role)), role, *hash));
   }
   /// Of the account that is called as its role.
   std::string cookie(const std::string& name) const {
@@ -83,9 +84,9 @@ class AttackTest : public ::testing::Test {
     Message scan = test::message(channel::scan, 0, scan_);
     scan_.stamp = scan_.stamp + milliseconds(25);
     EXPECT_TRUE(bus_->publish(scan.channel, scan.payload).ok());
-    const WallTime deadline = steady_now() + patience;
-    for (Message message; steady_now() < deadline;) {
-      const auto came = bus_->receive(message, deadline - steady_now());
+    const WallTime deadline = runtime::steady_now() + patience;
+    for (Message message; runtime::steady_now() < deadline;) {
+      const auto came = bus_->receive(message, deadline - runtime::steady_now());
       if (!came || !*came) continue;
       if (message.channel != channel::mr_scan)
         ++commands_;
@@ -178,4 +179,4 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

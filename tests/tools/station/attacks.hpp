@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/server/hmi/http/raw_client.hpp"
+#include "tests/server/station/http/raw_client.hpp"
 
 namespace parhelion::attack {
 

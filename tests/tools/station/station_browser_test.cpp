@@ -8,7 +8,7 @@
 #include "tests/recordings.hpp"
 #include "tests/tools/process.hpp"
 
-namespace parhelion {
+namespace parhelion::tools {
 namespace {
 
 const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
@@ -52,4 +52,4 @@ TEST(StationBrowserTest, ADemoIsDrivenInjectedAndGradedByWhoeverOpensItsLinks) {
 }
 
 }  // namespace
-}  // namespace parhelion
+}  // namespace parhelion::tools

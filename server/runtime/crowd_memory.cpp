@@ -1,0 +1,63 @@
+#include "server/runtime/crowd_memory.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <string>
+
+#include "protocols/world.hpp"
+#include "server/simulation/simulation.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr double kPerBody = 4096;  // bytes beside its states: shapes, the solver's, watches
+constexpr double kShare = 0.8;     // of what is free
+constexpr std::uint64_t kPersonBodies = 9;
+
+std::string gigabytes(std::uint64_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f GB", static_cast<double>(bytes) * 1e-9);
+  return text;
+}
+
+}  // namespace
+
+std::uint64_t memory_of_bodies(std::uint64_t bodies, double physics_rate) {
+  const double records = std::ceil(simulation::SimulationOptions{}.history.seconds() * physics_rate) + 1;
+  return static_cast<std::uint64_t>(static_cast<double>(bodies) *
+                                    (records * static_cast<double>(sizeof(BodyState)) + kPerBody));
+}
+
+std::optional<std::uint64_t> memory_available() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string word; file >> word;) {
+    std::uint64_t kilobytes = 0;
+    if (word == "MemAvailable:" && file >> kilobytes) return kilobytes * 1024;
+  }
+  return std::nullopt;
+}
+
+Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> available) {
+  if (!available || !(scenario.physics_rate > 0 && scenario.physics_rate <= 10'000)) return {};
+  std::uint64_t bodies = 0;
+  for (const AgentDefinition& agent : scenario.agents) bodies += simulation::agent_bodies(agent, 1).size();
+  std::uint64_t agents = scenario.agents.size();
+  if (scenario.most_agents > Scenario{}.most_agents && scenario.most_agents > agents) {
+    bodies += (scenario.most_agents - agents) * kPersonBodies;
+    agents = scenario.most_agents;
+  }
+  const std::uint64_t needed = memory_of_bodies(bodies, scenario.physics_rate);
+  const double share = kShare * static_cast<double>(*available);
+  if (static_cast<double>(needed) <= share) return {};
+  const auto fit =
+      static_cast<std::uint64_t>(static_cast<double>(agents) * share / static_cast<double>(needed));
+  return Error{"scenario: " + std::to_string(agents) + " agents (agents and most_agents) need about " +
+               gigabytes(needed) + " for two seconds of the states of " + std::to_string(bodies) +
+               " bodies, and this machine has " + gigabytes(*available) + " free; ask for at most " +
+               std::to_string(fit) + ", or use a machine with more memory"};
+}
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,81 @@
+#include "server/runtime/crowd_time.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "server/runtime/crowd_memory.hpp"
+#include "server/runtime/session_state.hpp"
+#include "server/tick/state.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr std::size_t small_crowd = 300;  // every machine that runs the rest steps as many
+constexpr std::size_t probed = 1000;      // agents: each one costs more the more there are, as caches fill
+constexpr int warm_up = 24, timed = 48;   // steps: a fifth of a second, in which each agent decides
+constexpr double share = 0.7;             // of the time; the rest is for sensors, scans and messages
+
+std::size_t asked_for(const Scenario& scenario) {
+  const auto most = static_cast<std::size_t>(scenario.most_agents);
+  return most > Scenario{}.most_agents ? std::max(most, scenario.agents.size()) : scenario.agents.size();
+}
+
+std::string milliseconds_text(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g ms", seconds * 1e3);
+  return text;
+}
+
+}  // namespace
+
+std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, std::size_t most) {
+  tick::Configuration part = configuration;
+  auto& agents = part.scenario.agents;
+  if (agents.size() > most) agents.resize(most);
+  part.scenario.most_agents = std::max<std::uint64_t>(Scenario{}.most_agents, agents.size() + 1);
+  // Scripts and grading name agents that may be left out here.
+  part.scenario.scripts.clear();
+  part.scenario.training.reset();
+  const auto state = make_session_state(part, ArrivalTime{});
+  if (!state || agents.empty()) return std::nullopt;
+  std::vector<simulation::LaserRequest> requests;
+  std::array<double, timed> seconds{};
+  for (int i = 0; i < warm_up + timed; ++i) {
+    requests.clear();
+    const auto begun = std::chrono::steady_clock::now();
+    (*state)->simulation.step(std::nullopt, requests);
+    if (i >= warm_up)
+      seconds[static_cast<std::size_t>(i - warm_up)] =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    (*state)->simulation.take_events();
+  }
+  std::nth_element(seconds.begin(), seconds.begin() + timed / 2, seconds.end());
+  return CrowdStep{agents.size(), seconds[timed / 2]};
+}
+
+std::optional<std::string> slow_crowd(const Scenario& scenario, const CrowdStep& measured) {
+  const std::size_t agents = asked_for(scenario);
+  const double each = measured.seconds / static_cast<double>(measured.agents);
+  const double expected = each * static_cast<double>(agents), period = 1 / scenario.physics_rate;
+  if (expected <= share * period) return std::nullopt;
+  const auto fit = static_cast<std::size_t>(share * period / each);
+  char rate[32];
+  std::snprintf(rate, sizeof rate, "%.0f Hz", std::floor(0.99 * share / expected));
+  return "warning: a physics step with " + std::to_string(agents) + " agents is expected to take at least " +
+         milliseconds_text(expected) + " on this machine (" + milliseconds_text(measured.seconds) + " with " +
+         std::to_string(measured.agents) + "), and " + milliseconds_text(period) +
+         " are there: steps will be skipped and agents move in jumps. Ask for at most " +
+         std::to_string(fit) + " agents, or for a physics_rate of " + rate + ", or use a faster machine";
+}
+
+std::optional<std::string> warn_of_slow_crowd(const tick::Configuration& configuration) {
+  if (asked_for(configuration.scenario) <= small_crowd) return std::nullopt;
+  const auto measured = time_crowd(configuration, probed);
+  return measured ? slow_crowd(configuration.scenario, *measured) : std::nullopt;
+}
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,159 @@
+#include "server/runtime/grade_batch.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "server/training/csv.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status add_folder(const std::string& folder, std::vector<std::string>& logs) {
+  const std::size_t before = logs.size();
+  std::error_code failed;
+  for (fs::recursive_directory_iterator entry(folder, failed), end; !failed && entry != end;
+       entry.increment(failed))
+    if (entry->path().extension() == ".lcm" && entry->is_regular_file(failed))
+      logs.push_back(entry->path().string());
+  if (failed) return Error{folder + ": cannot be read: " + failed.message()};
+  if (logs.size() == before) return Error{folder + ": there is no session log (*.lcm) in it"};
+  return {};
+}
+
+BatchRow row_of(const std::string& log) {
+  BatchRow row;
+  row.log = log;
+  const auto session = session_record(log);
+  if (!session) {
+    row.error = session.error().message;
+    return row;
+  }
+  const training::Grade& grade = session->grade;
+  row.identity = session->identity;
+  row.scenario = session->scenario;
+  row.robot = session->robot;
+  row.level = session->level;
+  row.grade = grade.grade;
+  row.score = grade.score;
+  row.earned = grade.earned;
+  row.charged = grade.charged;
+  row.most = grade.most;
+  row.share = grade.share;
+  row.passed = grade.passed;
+  row.complete = grade.complete;
+  row.tasks = grade.tasks.size();
+  for (const training::TaskGrade& task : grade.tasks)
+    row.tasks_done += task.outcome == training::TaskOutcome::done ? 1 : 0;
+  row.charges = grade.charges.size();
+  row.duration = (grade.end - grade.begin).seconds();
+  row.damaged_bytes = session->damaged_bytes;
+  return row;
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> session_logs(const std::vector<std::string>& places) {
+  std::vector<std::string> logs;
+  for (const std::string& place : places) {
+    std::error_code ignored;
+    if (fs::is_directory(place, ignored)) {
+      if (const Status added = add_folder(place, logs); !added) return added.error();
+    } else if (fs::exists(place, ignored)) {
+      logs.push_back(place);
+    } else {
+      return Error{place + ": there is no such file or folder"};
+    }
+  }
+  std::sort(logs.begin(), logs.end());
+  logs.erase(std::unique(logs.begin(), logs.end()), logs.end());
+  return logs;
+}
+
+std::vector<std::string> shard_of(const std::vector<std::string>& logs, std::size_t shard,
+                                  std::size_t shards) {
+  std::vector<std::string> ours;
+  for (std::size_t i = shard; i < logs.size(); i += shards) ours.push_back(logs[i]);
+  return ours;
+}
+
+std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned threads,
+                                  const std::function<void(std::size_t, std::size_t)>& progress) {
+  std::vector<BatchRow> rows(logs.size());
+  std::atomic<std::size_t> next = 0;
+  std::size_t done = 0;
+  std::mutex reporting;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < logs.size(); i = next++) {
+      rows[i] = row_of(logs[i]);
+      const std::lock_guard lock(reporting);
+      ++done;
+      if (progress) progress(done, logs.size());
+    }
+  };
+  std::vector<std::jthread> others;
+  const std::size_t wanted = std::min<std::size_t>(std::max(threads, 1U), logs.size());
+  for (std::size_t i = 1; i < wanted; ++i) others.emplace_back(work);
+  work();
+  others.clear();  // joins
+  return rows;
+}
+
+std::string to_csv(const std::vector<BatchRow>& rows) {
+  std::string text =
+      "log,error,identity,scenario,level,robot,score,earned,charged,most,share,grade,passed,complete,tasks,"
+      "tasks_done,charges,duration_s,damaged_bytes\r\n";
+  for (const BatchRow& row : rows) {
+    text += training::csv_field(row.log) + "," + training::csv_field(row.error);
+    if (!row.error.empty()) {
+      text += std::string(17, ',') + "\r\n";
+      continue;
+    }
+    for (const std::string& field : {row.identity, row.scenario, std::to_string(row.level), row.robot})
+      text += "," + training::csv_field(field);
+    for (const double number : {row.score, row.earned, row.charged, row.most, row.share})
+      text += "," + training::csv_number(number);
+    text += "," + training::csv_field(row.grade) + (row.passed ? ",1" : ",0") + (row.complete ? ",1" : ",0");
+    for (const std::size_t number : {row.tasks, row.tasks_done, row.charges})
+      text += "," + std::to_string(number);
+    text += "," + training::csv_number(row.duration) + "," + std::to_string(row.damaged_bytes) + "\r\n";
+  }
+  return text;
+}
+
+std::string to_json(const std::vector<BatchRow>& rows) {
+  using Json = nlohmann::ordered_json;
+  Json json = Json::array();
+  for (const BatchRow& row : rows) {
+    if (!row.error.empty()) {
+      json.push_back({{"log", row.log}, {"error", row.error}});
+      continue;
+    }
+    json.push_back({{"log", row.log},
+                    {"identity", row.identity},
+                    {"scenario", row.scenario},
+                    {"level", row.level},
+                    {"robot", row.robot},
+                    {"score", row.score},
+                    {"earned", row.earned},
+                    {"charged", row.charged},
+                    {"most", row.most},
+                    {"share", row.share},
+                    {"grade", row.grade},
+                    {"passed", row.passed},
+                    {"complete", row.complete},
+                    {"tasks", row.tasks},
+                    {"tasks_done", row.tasks_done},
+                    {"charges", row.charges},
+                    {"duration_s", row.duration},
+                    {"damaged_bytes", row.damaged_bytes}});
+  }
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,137 @@
+#include "server/runtime/grade_session.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "server/tick/check_training.hpp"
+#include "server/training/grade_json.hpp"
+#include "server/training/words.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+std::string at_text(SimulationTime at, SimulationTime begin) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%8.2f s", (at - begin).seconds());
+  return text;
+}
+
+}  // namespace
+
+/// Reads the log's messages into a grader, which it makes when the session's header has come.
+class SessionGrading::Reading {
+ public:
+  explicit Reading(std::string path) : path_(std::move(path)) {}
+
+  Status take(const Message& message) {
+    if (message.channel == channel::mr_session) return begin(message);
+    if (!grader_) return {};
+    const tick::ChannelMap& channels = configuration_->channels;
+    if (message.channel == channels.bus(channel::mr_events)) {
+      Event event;
+      if (const Status read = decode(message.channel, message.payload, event); !read) return read;
+      grader_->take(event);
+    } else if (message.channel == channels.bus(channel::mr_world)) {
+      if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
+      grader_->take(world_);
+    } else if (message.channel == channel::loop) {
+      LoopDecision decision;
+      if (const Status read = decode(message.channel, message.payload, decision); !read) return read;
+      if (decision.kind == LoopDecision::Kind::ended) grader_->close(simulation_time(message.arrival));
+    }
+    return {};
+  }
+
+  const tick::Configuration* configuration() const { return configuration_ ? &*configuration_ : nullptr; }
+  const training::Grader* grader() const { return grader_ ? &*grader_ : nullptr; }
+  Result<GradedSession> result(std::uint64_t skipped_bytes) const {
+    if (!grader_)
+      return Error{path_ + ": no MR_SESSION in it; expected a session log, as serve and replay -o write it"};
+    return GradedSession{path_, configuration_->scenario.name, tick::graded_robot(*configuration_),
+                         grader_->grade(), skipped_bytes};
+  }
+
+ private:
+  Status begin(const Message& message) {
+    if (grader_) return Error{path_ + ": a second MR_SESSION; expected the log of one session"};
+    SessionHeader header;
+    if (const Status read = decode(message.channel, message.payload, header); !read) return read;
+    auto configuration = tick::configuration_from(header, path_);
+    if (!configuration) return configuration.error();
+    configuration_ = std::move(*configuration);
+    const auto& training = configuration_->scenario.training;
+    if (!training)
+      return Error{path_ + ": scenario '" + configuration_->scenario.name +
+                   "' says nothing of training: there is nothing to grade"};
+    if (const Status known = tick::check_training(*configuration_); !known)
+      return Error{path_ + ": " + known.error().message};
+    grader_.emplace(*training, configuration_->model, configuration_->robot, configuration_->robot.name,
+                    SimulationTime{header.stamp.ns});
+    return {};
+  }
+
+  std::string path_;
+  std::optional<tick::Configuration> configuration_;
+  std::optional<training::Grader> grader_;
+  WorldMessage world_;
+};
+
+SessionGrading::SessionGrading(std::string path) : reading_(std::make_unique<Reading>(std::move(path))) {}
+SessionGrading::~SessionGrading() = default;
+Status SessionGrading::take(const Message& message) { return reading_->take(message); }
+const tick::Configuration* SessionGrading::configuration() const { return reading_->configuration(); }
+const training::Grader* SessionGrading::grader() const { return reading_->grader(); }
+Result<GradedSession> SessionGrading::result(std::uint64_t skipped_bytes) const {
+  return reading_->result(skipped_bytes);
+}
+
+Result<GradedSession> grade_session(const std::string& path,
+                                    const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+  auto reader = LogReader::open(path);
+  if (!reader) return reader.error();
+  SessionGrading reading(path);
+  while (true) {
+    auto next = reader->next();
+    if (!next) continue;  // damage: counted below, and what follows is read on
+    if (!*next) break;
+    if (const Status taken = reading.take(**next); !taken) return taken.error();
+    if (progress) progress(reader->offset(), reader->size());
+  }
+  return reading.result(reader->skipped_bytes());
+}
+
+std::string to_text(const GradedSession& session) {
+  const training::Grade& grade = session.grade;
+  char line[64];
+  std::string text = session.robot + ": " + training::verdict_text(grade) +
+                     (grade.complete ? "\n" : " (INCOMPLETE: the log stops in the middle)\n");
+  const auto by = [](const std::optional<Event>& cause) {
+    return cause ? "  " + training::event_text(cause) : "";
+  };
+  for (const training::TaskGrade& task : grade.tasks) {
+    std::snprintf(line, sizeof line, "  %+8.2f  %-12s", task.points, to_string(task.outcome));
+    text += (task.ended ? at_text(*task.ended, grade.begin) : "         -") + line + task.name +
+            (task.required ? " (required)" : "") + by(task.cause) + "\n";
+  }
+  for (const training::Charge& charge : grade.charges) {
+    std::snprintf(line, sizeof line, "  %+8.2f  %-12s", -charge.points, "penalty");
+    text += at_text(charge.at, grade.begin) + line + charge.rule + by(charge.cause) + "\n";
+  }
+  if (session.skipped_bytes > 0)
+    text += "  " + std::to_string(session.skipped_bytes) +
+            " bytes of the log are damaged: what they held is not graded\n";
+  return text;
+}
+
+std::string to_json(const GradedSession& session) {
+  nlohmann::ordered_json json{{"log", session.log},
+                              {"scenario", session.scenario},
+                              {"robot", session.robot},
+                              {"damaged_bytes", session.skipped_bytes}};
+  training::put_grade(session.grade, json);
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,187 @@
+#include "server/runtime/inbox.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "protocols/codec.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr Duration poll = milliseconds(50);  // how soon the thread notices that it is to end
+
+constexpr Duration foreign_again = seconds(60.0);  // whoever goes on publishing is not news before
+
+constexpr int most_at_end = 4096;  // a sender that never pauses does not keep the server from ending
+
+bool may_be_dropped(tick::InputKind kind) {
+  return kind == tick::InputKind::camera || kind == tick::InputKind::depth ||
+         kind == tick::InputKind::lines || kind == tick::InputKind::odometry ||
+         kind == tick::InputKind::pose_cov || kind == tick::InputKind::none;
+}
+
+bool is_scan(tick::InputKind kind) { return kind == tick::InputKind::scan; }
+
+}  // namespace
+
+Inbox::Inbox(Bus& bus, const tick::ChannelMap& channels, Guard& guard, InboxLimits limits,
+             const SentMessages* sent, std::shared_ptr<const SessionClock> clock)
+    : bus_(bus),
+      channels_(channels),
+      guard_(guard),
+      limits_(limits),
+      sent_(sent),
+      clock_(clock ? std::move(clock) : std::make_shared<const SessionClock>()),
+      thread_([this] { run(); }) {}
+
+Inbox::~Inbox() { close(); }
+
+void Inbox::close() {
+  stop_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void Inbox::run() {
+  while (!stop_) {
+    Message message;
+    auto received = bus_.receive(message, poll);
+    if (!received) {
+      const std::lock_guard lock(mutex_);
+      fault_ = received.error().message;
+      changed_.notify_all();
+      return;
+    }
+    if (*received) push(std::move(message));
+  }
+  // What the bus holds when it ends has come, too.
+  Message message;
+  for (int i = 0; i < most_at_end; ++i) {
+    const auto received = bus_.receive(message, Duration{0});
+    if (!received || !*received) return;
+    push(std::move(message));
+  }
+}
+
+void Inbox::push(Message message) {
+  Arrived arrived;
+  arrived.received = steady_now();
+  const tick::InputKind kind = channels_.kind(message.channel);
+  if (kind == tick::InputKind::none) return note_foreign(message);
+  // What is no scan at all is not sent on in place of one.
+  if (kind == tick::InputKind::scan && claims_to_be_scan(message.payload))
+    arrived.ticket = guard_.watch(message.payload);
+  arrived.message = std::move(message);
+  {
+    const std::lock_guard lock(mutex_);
+    if (!make_room(kind, arrived.message.payload.size())) return;
+    if (may_be_dropped(kind)) {
+      ++others_;
+    } else {
+      bytes_ += arrived.message.payload.size();
+    }
+    queue_.push_back(std::move(arrived));
+  }
+  changed_.notify_one();  // the loop, which finds the lock free
+}
+
+void Inbox::note_foreign(const Message& message) {
+  if (sent_ == nullptr) return;
+  const auto channel = sent_->foreign(message.channel, message.payload);
+  if (!channel) return;
+  const std::lock_guard lock(mutex_);
+  foreign_.insert(*channel);
+}
+
+/// False: it is the new input that goes.
+bool Inbox::make_room(tick::InputKind kind, std::size_t size) {
+  if (may_be_dropped(kind)) {
+    if (others_ >= limits_.others) drop(oldest(may_be_dropped));
+    return true;
+  }
+  while (bytes_ > 0 && bytes_ + size > limits_.bytes) {
+    const auto scan = oldest(is_scan);
+    if (scan == queue_.end() && kind == tick::InputKind::scan)
+      break;  // commands alone: a scan is kept all the same
+    if (scan == queue_.end()) {
+      ++dropped_;
+      return false;
+    }
+    if (scan->ticket != 0) {
+      guard_.give_up(scan->ticket);
+      ++given_up_;
+    }
+    drop(scan);
+  }
+  return true;
+}
+
+std::deque<Arrived>::iterator Inbox::oldest(bool (*wanted)(tick::InputKind)) {
+  return std::find_if(queue_.begin(), queue_.end(), [&](const Arrived& waiting) {
+    return wanted(channels_.kind(waiting.message.channel));
+  });
+}
+
+void Inbox::drop(std::deque<Arrived>::iterator waiting) {
+  forget(*waiting);
+  ++dropped_;
+  queue_.erase(waiting);
+}
+
+void Inbox::forget(const Arrived& leaving) {
+  if (may_be_dropped(channels_.kind(leaving.message.channel))) {
+    --others_;
+  } else {
+    bytes_ -= leaving.message.payload.size();
+  }
+}
+
+std::optional<Arrived> Inbox::take(WallTime deadline) {
+  std::unique_lock lock(mutex_);
+  while (queue_.empty()) {
+    const Duration left = deadline - steady_now();
+    if (left.ns <= 0 || !fault_.empty()) return std::nullopt;
+    changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
+  }
+  Arrived arrived = std::move(queue_.front());
+  forget(arrived);
+  queue_.pop_front();
+  lock.unlock();
+  arrived.message.arrival = stamp();
+  return arrived;
+}
+
+ArrivalTime Inbox::stamp() {
+  // Microseconds, as a log keeps them.
+  last_ = std::max(ArrivalTime::from_utime(now().utime()), last_ + microseconds(1));
+  return last_;
+}
+
+std::uint64_t Inbox::dropped() const {
+  const std::lock_guard lock(mutex_);
+  return dropped_ + bus_.dropped();
+}
+
+std::uint64_t Inbox::take_given_up() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(given_up_, 0);
+}
+
+std::vector<std::int64_t> Inbox::take_foreign(WallTime now) {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::int64_t> channels;
+  for (const std::int64_t channel : std::exchange(foreign_, {})) {
+    const auto taken = foreign_taken_.find(channel);
+    if (taken != foreign_taken_.end() && now - taken->second < foreign_again) continue;
+    foreign_taken_[channel] = now;
+    channels.push_back(channel);
+  }
+  return channels;
+}
+
+std::string Inbox::fault() const {
+  const std::lock_guard lock(mutex_);
+  return fault_;
+}
+
+}  // namespace parhelion::runtime

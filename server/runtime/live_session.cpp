@@ -1,0 +1,248 @@
+// What comes in, and the steps between.
+#include "server/runtime/live_session.hpp"
+
+#include "protocols/channels.hpp"
+#include "server/runtime/session_state.hpp"
+#include "server/tick/emergency_stop.hpp"
+#include "server/tick/sensor_path.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr int laser_threads = 2;  // the tick's own and one beside it: what more there are draws and encodes
+constexpr int render_nice = 10;   // rendering never takes a core from the tick
+constexpr int mapping_nice = 15;  // nor does mapping, or from rendering
+constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
+constexpr Duration idle = milliseconds(100);
+
+Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
+  LoopDecision decision;
+  decision.stamp = {stamp.ns};
+  decision.kind = kind;
+  decision.count = static_cast<std::int64_t>(count);
+  Message message{channel::loop, stamp, {}};
+  encode(decision, message.payload);
+  return message;
+}
+
+}  // namespace
+
+LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options,
+                         std::optional<LogWriter> log)
+    : configuration_(configuration),
+      options_(options),
+      real_time_(options.real_time),
+      sent_(configuration),
+      outbox_(&bus, std::move(log), &sent_),
+      mr_scan_(configuration.channels.bus(channel::mr_scan)),
+      guard_(options.guard,
+             [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
+      inbox_(bus, configuration.channels, guard_, options.inbox, &sent_, options.clock),
+      renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), render_nice) {
+  if (configuration.scenario.mapping && options.update_site)
+    views_.emplace(options.update_site, configuration, mapping_nice);
+}
+
+Status LiveSession::start() {
+  started_ = last_ = inbox_.stamp();
+  auto made = make_session_state(configuration_, started_, laser_threads);
+  if (!made) return made.error();
+  state_ = std::move(*made);
+  tick::Outputs::Entry header{channel::mr_session, {}};
+  encode(tick::session_header(configuration_, {started_.ns}), header.payload);
+  outbox_.send(nullptr, {&header, 1}, started_);
+  if (!outbox_.complete()) return Error{outbox_.log_error()};
+  if (options_.robot_stopped) keep_robot_stopped();
+  return {};
+}
+
+/// An input like any other: replay obeys it, too.
+void LiveSession::keep_robot_stopped() {
+  const Message stop = tick::stop_of_robot(configuration_, inbox_.stamp());
+  last_ = stop.arrival;
+  outputs_.clear();
+  tick::tick(configuration_, stop, *state_, outputs_, *this);
+  tell_robot_stop();
+  outbox_.send(&stop, outputs_.entries(), stop.arrival);
+  const std::string& robot = configuration_.robot.name;
+  if (options_.say)
+    options_.say("the emergency stop of '" + robot +
+                 "' held when the server before this one ended, and holds: take it back at the base station, "
+                 "or by: parhelion "
+                 "inject unfreeze --name " +
+                 robot);
+}
+
+void LiveSession::tell_robot_stop() {
+  if (state_->emergency_stop == robot_stopped_) return;
+  robot_stopped_ = state_->emergency_stop;
+  if (options_.robot_stop_held) options_.robot_stop_held(robot_stopped_);
+}
+
+Result<Report> LiveSession::operator()() {
+  if (options_.real_time == RealTime::on && !real_time_.holds()) return Error{real_time_.note()};
+  if (const Status begun = start(); !begun) return begun.error();
+  if (options_.say) options_.say("serving; stop with ^C");
+  const std::string fault = run_until_stopped();
+  end();
+  if (!fault.empty()) return Error{fault};
+  Report whole = report();
+  whole.grade = grade_now(configuration_, *state_);
+  if (whole.grade) whole.grade->log = options_.session;
+  whole.hash = outbox_.hashes();
+  return whole;
+}
+
+/// Why receiving has ended; empty: told to stop.
+std::string LiveSession::run_until_stopped() {
+  while (!options_.stop || !options_.stop()) {
+    if (auto arrived = inbox_.take(steady_now() + until_step())) {
+      handle(std::move(*arrived));
+    } else if (std::string fault = inbox_.fault(); !fault.empty()) {
+      return fault;
+    } else {
+      step_on_time();
+    }
+    note_given_up();
+    take_answers();
+    take_models();
+    housekeeping();
+  }
+  return {};
+}
+
+/// What has come is answered and logged, scans above all.
+void LiveSession::end() {
+  inbox_.close();
+  while (auto arrived = inbox_.take(steady_now())) {
+    handle(std::move(*arrived));
+    take_answers();
+  }
+  note_given_up();
+  const ArrivalTime ended = inbox_.stamp();
+  decide(LoopDecision::Kind::ended, 0, skip_late_steps(ended) ? inbox_.stamp() : ended);
+  outputs_.clear();
+  tick::flush_images(configuration_, *state_, outputs_);
+  outbox_.send(nullptr, outputs_.entries(), last_);
+  send_frames();
+  renderer_.wait();
+  if (agents_renderer_) agents_renderer_->wait();
+  take_answers();
+  syncer_.request_stop();
+  syncer_.join();
+  (void)outbox_.sync();
+}
+
+void LiveSession::handle(Arrived arrived) {
+  const Message& message = arrived.message;
+  // What is skipped is decided before the input, so it has an earlier stamp.
+  if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
+  last_ = message.arrival;
+  if (configuration_.channels.kind(message.channel) == tick::InputKind::scan) return handle_scan(arrived);
+  const bool command = configuration_.channels.kind(message.channel) == tick::InputKind::agent_command;
+  if (command && refuse_unwritable(message)) return;
+  outputs_.clear();
+  tick::tick(configuration_, message, *state_, outputs_, *this);
+  if (command) tell_robot_stop();
+  outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
+  send_frames();
+  if (views_) views_->offer(configuration_.channels.kind(message.channel), *state_);
+}
+
+/// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
+/// done. A robot is stopped all the same.
+bool LiveSession::refuse_unwritable(const Message& message) {
+  if (outbox_.write_input(message) || tick::stops_robot(configuration_, message)) return false;
+  AgentCommand command;
+  Event event;
+  event.stamp = simulation_time(message.arrival);
+  event.kind = EventKind::command_refused;
+  if (decode(message.channel, message.payload, command).ok()) {
+    event.request = command.request;
+    event.subject = command.agent.name;
+  }
+  event.text = "the session log cannot be written: " + outbox_.log_error();
+  tick::Outputs::Entry answer{configuration_.channels.bus(channel::mr_events), {}};
+  encode(event, answer.payload);
+  outbox_.send(nullptr, {&answer, 1}, message.arrival);
+  return true;
+}
+
+/// Before anything is written, and before the server learns anything for itself from that scan.
+void LiveSession::answered(std::span<const std::uint8_t> scan) {
+  if (scan_ == nullptr) return;
+  answer_ = guard_.answer(scan_->ticket, scan) ? Answer::sent : Answer::too_late;
+  in_to_out_us_.add((steady_now() - scan_->received).microseconds());
+}
+
+/// If the guard was first, what it sent is what the log gets.
+void LiveSession::handle_scan(const Arrived& arrived) {
+  outputs_.clear();
+  stages_.begin();
+  scan_ = &arrived;
+  answer_ = Answer::none;
+  tick::tick(configuration_, arrived.message, *state_, outputs_, *this);
+  scan_ = nullptr;
+  if (answer_ == Answer::none)
+    guard_.give_up(arrived.ticket);  // no scan, or a fault of the tick: the robot does not go blind
+  std::optional<Message> fired;
+  if (answer_ == Answer::too_late) {
+    tick::substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
+    fired = note(LoopDecision::Kind::guard_fired, state_->scan.sequence);
+  }
+  outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_,
+               fired ? &*fired : nullptr);
+  send_frames();
+  if (views_) views_->offer(tick::InputKind::scan, *state_);
+}
+
+/// Real time until the next step is due, if that is soon.
+Duration LiveSession::until_step() const {
+  const Duration left{state_->simulation.next_step().ns - inbox_.now().ns};
+  const double rate = options_.clock ? options_.clock->rate() : 1;
+  return rate > 0 ? std::min(seconds(left.seconds() / rate), idle) : idle;
+}
+
+void LiveSession::step_on_time() {
+  ArrivalTime now = inbox_.stamp();
+  if (skip_late_steps(now)) now = inbox_.stamp();
+  last_ = now;
+  outputs_.clear();
+  stages_.begin();
+  tick::advance(configuration_, now, *state_, outputs_, *this);
+  if (!outputs_.entries().empty()) outbox_.send(nullptr, outputs_.entries(), now);
+  send_frames();
+}
+
+/// A machine that cannot keep up skips physics rather than falling behind without end. Replay must skip the
+/// same. False: it keeps up.
+bool LiveSession::skip_late_steps(ArrivalTime now) {
+  const Duration late{now.ns - state_->simulation.next_step().ns};
+  if (late < behind) return false;
+  decide(LoopDecision::Kind::steps_skipped, state_->simulation.steps_due(simulation_time(now)) - 1, now);
+  return true;
+}
+
+/// The log says what it lacks.
+void LiveSession::note_given_up() {
+  const std::uint64_t count = inbox_.take_given_up();
+  if (count > 0) decide(LoopDecision::Kind::scans_left_out, count, inbox_.stamp());
+}
+
+/// Obeyed here as in replay.
+void LiveSession::decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp) {
+  last_ = stamp;
+  const Message decision = loop_message(kind, stamp, count);
+  outputs_.clear();
+  tick::tick(configuration_, decision, *state_, outputs_, *this);
+  outbox_.send(&decision, outputs_.entries(), stamp);
+  send_frames();  // an image that waited for its depth may have waited long enough
+}
+
+/// For the log: how a scan or an image was answered. Nothing more comes of it.
+Message LiveSession::note(LoopDecision::Kind kind, std::uint64_t sequence) {
+  last_ = inbox_.stamp();
+  return loop_message(kind, last_, sequence);
+}
+
+}  // namespace parhelion::runtime

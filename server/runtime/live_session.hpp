@@ -1,0 +1,78 @@
+// A live server from start to end. The commands see server/runtime/loop.hpp.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "protocols/bus/log_file.hpp"
+#include "server/runtime/guard.hpp"
+#include "server/runtime/inbox.hpp"
+#include "server/runtime/loop.hpp"
+#include "server/runtime/render_thread.hpp"
+#include "server/runtime/view_source.hpp"
+#include "server/tick/tick.hpp"
+
+namespace parhelion::runtime {
+
+/// One live session, of one thread: what comes in goes through the tick, what comes of it to the log and the
+/// bus; what draws, maps and syncs does so on threads of its own.
+class LiveSession : private tick::StageObserver {
+ public:
+  LiveSession(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options,
+              std::optional<LogWriter> log);
+
+  /// Until it is told to stop.
+  Result<Report> operator()();
+
+ private:
+  Status start();
+  std::string run_until_stopped();
+  void end();
+  void handle(Arrived arrived);
+  void handle_scan(const Arrived& arrived);
+  void ended(tick::Stage stage) override { stages_.ended(stage); }
+  void answered(std::span<const std::uint8_t> scan) override;
+  bool refuse_unwritable(const Message& message);
+  void keep_robot_stopped();
+  void tell_robot_stop();
+  Duration until_step() const;
+  void step_on_time();
+  bool skip_late_steps(ArrivalTime now);
+  void note_given_up();
+  void note_foreign_messages();
+  void send_frames();
+  void take_answers();
+  void take_models();
+  void decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp);
+  Message note(LoopDecision::Kind kind, std::uint64_t sequence);
+  void housekeeping();
+  void sync_each_second(const std::stop_token& stop);
+  void publish_status(ArrivalTime now);
+  Report report();
+
+  const tick::Configuration& configuration_;
+  const ServeOptions& options_;
+  const RealTimeScope real_time_;  // before the threads that scans wait for: they take it over
+  SentMessages sent_;
+  Outbox outbox_;
+  const std::string mr_scan_;
+  Guard guard_;
+  Inbox inbox_;
+  RenderThread renderer_;
+  std::optional<RenderThread> agents_renderer_;  // from the first picture of an agent's camera on
+  std::optional<ViewSource> views_;
+  std::unique_ptr<tick::State> state_;
+  tick::Outputs outputs_;
+  StageClock stages_;
+  const Arrived* scan_ = nullptr;  // the one that is being answered
+  enum class Answer : std::uint8_t { none, sent, too_late } answer_ = Answer::none;
+  ArrivalTime started_, last_;
+  WallTime last_housekeeping_ = steady_now();
+  tick::Percentiles frame_us_, agent_frame_us_, in_to_out_us_;
+  std::uint64_t frames_dropped_ = 0, agent_frames_dropped_ = 0;
+  bool robot_stopped_ = false;  // as robot_stop_held was told
+  std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
+};
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,117 @@
+// What other threads are asked for and answer, and what is said of how the session goes.
+#include <condition_variable>
+#include <mutex>
+
+#include "server/runtime/live_session.hpp"
+#include "server/tick/foreign_publisher.hpp"
+#include "server/tick/sensor_path.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr int agents_nice = 15;                 // what agents see, less than what the trainee's robot does
+constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
+constexpr Duration status_period = seconds(1.0);
+
+}  // namespace
+
+void LiveSession::send_frames() {
+  for (tick::Outputs::Frame& frame : outputs_.frames()) {
+    const bool agents = !frame.agent.empty();
+    if (agents && !agents_renderer_) agents_renderer_.emplace(configuration_.model, true, agents_nice);
+    const auto dropped = (agents ? *agents_renderer_ : renderer_).submit_newest(std::move(frame));
+    if (!dropped) continue;
+    ++(agents ? agent_frames_dropped_ : frames_dropped_);
+    const Message decision = note(LoopDecision::Kind::frame_dropped, *dropped);
+    outbox_.send(&decision, {}, last_);
+  }
+  outputs_.frames().clear();
+}
+
+void LiveSession::take_answers() {
+  const auto take = [this](RenderThread& renderer, tick::Percentiles& latency_us) {
+    while (auto done = renderer.take(false)) {
+      tick::Outputs answer;
+      tick::add_frame_outputs(configuration_, *done, answer, *state_);
+      latency_us.add(done->latency.microseconds());
+      outbox_.send(nullptr, answer.entries(), last_);
+    }
+  };
+  take(renderer_, frame_us_);
+  if (agents_renderer_) take(*agents_renderer_, agent_frame_us_);
+}
+
+/// A model that is ready is an input like any other: stamped, logged, and what replay obeys.
+void LiveSession::take_models() {
+  while (auto ready = views_ ? views_->take() : std::nullopt) {
+    last_ = inbox_.stamp();
+    if (skip_late_steps(last_)) last_ = inbox_.stamp();
+    Message message{configuration_.channels.bus(channel::mr_model), last_, {}};
+    encode(ready->message, message.payload);
+    state_->prepared_model = std::move(ready->prepared);
+    outputs_.clear();
+    const WallTime begun = steady_now();
+    tick::tick(configuration_, message, *state_, outputs_, *this);
+    outbox_.send(&message, outputs_.entries(), last_);
+    views_->held_up(steady_now() - begun);
+    send_frames();
+  }
+}
+
+void LiveSession::housekeeping() {
+  if (steady_now() - last_housekeeping_ < status_period) return;
+  last_housekeeping_ = steady_now();
+  note_foreign_messages();
+  publish_status(last_);
+}
+
+/// Whoever speaks for the robot or for us is news, not each of the words.
+void LiveSession::note_foreign_messages() {
+  for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
+    if (channel == tick::another_server() && options_.say) options_.say(tick::another_server_text);
+    decide(LoopDecision::Kind::foreign_message, static_cast<std::uint64_t>(channel), inbox_.stamp());
+  }
+}
+
+/// On a thread of its own: a slow disk holds up no scan.
+void LiveSession::sync_each_second(const std::stop_token& stop) {
+  give_way(0);
+  std::mutex mutex;
+  std::condition_variable_any woken;
+  std::unique_lock lock(mutex);
+  const auto stopped = [&stop] { return stop.stop_requested(); };
+  while (!woken.wait_for(lock, stop, std::chrono::nanoseconds(sync_period.ns), stopped)) (void)outbox_.sync();
+}
+
+void LiveSession::publish_status(ArrivalTime now) {
+  std::vector<std::uint8_t> payload;
+  encode(to_status(report(), now), payload);
+  outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
+}
+
+Report LiveSession::report() {
+  Report report;
+  report.source = "live";
+  report.tally = state_->tally;
+  report.frames_dropped = frames_dropped_;
+  report.agent_frames_dropped = agent_frames_dropped_;
+  report.inputs_dropped = inbox_.dropped();
+  report.scan_us = stages_.scan_us;
+  report.scan_in_to_out_us = in_to_out_us_;
+  report.frame_us = frame_us_;
+  report.agent_frame_us = agent_frame_us_;
+  report.physics_step_us = stages_.physics_step_us;
+  report.physics_wait_us = stages_.physics_wait_us;
+  report.log_seconds = report.wall_seconds = (last_ - started_).seconds();
+  tell_completeness(outbox_, report);
+  report.guard_fired = guard_.fired();
+  note_what_images_lack(configuration_.robot, renderer_.fault(), report);
+  if (agents_renderer_) note_what_images_lack(configuration_.robot, agents_renderer_->fault(), report);
+  report.notes["priority"] = real_time_.note();
+  if (configuration_.scenario.mapping)
+    report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";
+  if (const std::string slam = tick::slam_note(*state_); !slam.empty()) report.notes["slam"] = slam;
+  return report;
+}
+
+}  // namespace parhelion::runtime

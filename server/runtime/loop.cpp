@@ -1,0 +1,55 @@
+#include "server/runtime/loop.hpp"
+
+#include "protocols/bus/log_file.hpp"
+#include "server/runtime/live_session.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr Duration idle = milliseconds(100);
+
+}  // namespace
+
+Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
+                                                       const ServeOptions& options) {
+  const std::string name = tick::ChannelMap(scenario).bus(channel::robot);
+  if (const Status subscribed = bus.subscribe(name, 1); !subscribed) return subscribed.error();
+  if (options.say) options.say("waiting for the robot description on " + name + " (or give --robot FILE)");
+  while (!options.stop || !options.stop()) {
+    Message message;
+    const auto received = bus.receive(message, idle);
+    if (!received) return received.error();
+    if (!*received) continue;
+    RobotMessage robot;
+    if (const Status read = decode(message.channel, message.payload, robot); !read) return read.error();
+    auto description = parse_robot_description(robot.yaml, name);
+    if (!description) return description.error();
+    return std::optional(std::move(*description));
+  }
+  return std::optional<RobotDescription>{};
+}
+
+Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options) {
+  for (const std::string& input : configuration.channels.inputs()) {
+    const tick::InputKind kind = configuration.channels.kind(input);
+    if (kind == tick::InputKind::loop || kind == tick::InputKind::robot || kind == tick::InputKind::model)
+      continue;  // the server's own word; read before the start
+    const bool newest_only = kind == tick::InputKind::teleop || kind == tick::InputKind::camera;
+    if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)
+      return subscribed.error();
+  }
+  // Nobody else may speak on these: heard only to notice it.
+  const SentMessages own_words(configuration);
+  for (const std::string& own : own_words.channels()) {
+    if (const Status subscribed = bus.subscribe(own, 64); !subscribed) return subscribed.error();
+  }
+  std::optional<LogWriter> log;
+  if (!options.session.empty()) {
+    auto created = LogWriter::create(options.session, options.overwrite);
+    if (!created) return created.error();
+    log = std::move(*created);
+  }
+  return LiveSession(bus, configuration, options, std::move(log))();
+}
+
+}  // namespace parhelion::runtime

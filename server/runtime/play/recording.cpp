@@ -1,0 +1,217 @@
+#include "server/runtime/play/recording.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <map>
+#include <utility>
+
+#include "protocols/bus/log_file.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "server/tick/configuration.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr std::uint64_t event_header = 28;  // bytes, see LogReader
+
+struct Entry {
+  std::uint64_t offset;  ///< of the payload
+  std::int64_t arrival;  ///< ns
+  std::int64_t t;        ///< ns after the session began, never falling
+  std::uint32_t size;
+  std::uint16_t channel;
+};
+
+/// Where the messages of one channel are.
+struct Channel {
+  std::string name;
+  bool adds_up = false;  ///< each message counts, not the newest alone
+  std::vector<std::size_t> entries;
+};
+
+bool is_bad(EventKind kind) {
+  switch (kind) {
+    case EventKind::collision_started:
+    case EventKind::penalty_charged:
+    case EventKind::task_failed:
+    case EventKind::fell:
+    case EventKind::tipped_over:
+    case EventKind::dropped:
+    case EventKind::hazard_set_off:
+    case EventKind::joint_broken:
+    case EventKind::pose_lost:
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool is_marked(EventKind kind) {
+  switch (kind) {
+    case EventKind::task_started:
+    case EventKind::task_done:
+    case EventKind::object_reported:
+    case EventKind::script_started:
+    case EventKind::lesson_started:
+    case EventKind::grading_ended:
+      return true;
+    default:
+      return is_bad(kind);
+  }
+}
+
+}  // namespace
+
+struct Recording::State {
+  std::string path;
+  int file = -1;
+  SessionHeader session;
+  std::string events_channel, commands_channel;
+  std::vector<Entry> entries;
+  std::vector<Channel> channels;
+  std::map<std::string, std::uint16_t, std::less<>> channel_numbers;
+  std::vector<RecordedMark> marks;
+  std::uint64_t skipped = 0;
+
+  ~State() {
+    if (file >= 0) close(file);
+  }
+  Status begin(const Message& message);
+  Status add(const Message& message, std::uint64_t end);
+  bool take_event(const Message& message, double t);
+  std::uint16_t number_of(const std::string& channel);
+};
+
+/// The session's own names of the channels that add up.
+Status Recording::State::begin(const Message& message) {
+  if (message.channel != channel::mr_session) {
+    return Error{path + ": its first message is on " + message.channel +
+                 ", expected MR_SESSION: a session log, as serve and replay -o write it"};
+  }
+  if (const Status read = decode(message.channel, message.payload, session); !read) return read;
+  const auto scenario = parse_scenario(session.scenario_yaml, path + " (MR_SESSION scenario)");
+  if (!scenario) return scenario.error();
+  const tick::ChannelMap names(*scenario);
+  events_channel = names.bus(channel::mr_events);
+  commands_channel = names.bus(channel::mr_agent_cmd);
+  return {};
+}
+
+std::uint16_t Recording::State::number_of(const std::string& name) {
+  const auto known = channel_numbers.find(name);
+  if (known != channel_numbers.end()) return known->second;
+  const auto number = static_cast<std::uint16_t>(channels.size());
+  channels.push_back({name, name == events_channel || name == commands_channel, {}});
+  channel_numbers.emplace(name, number);
+  return number;
+}
+
+/// Whether it is to be heard again after a seek.
+bool Recording::State::take_event(const Message& message, double t) {
+  Event event;
+  if (!decode(message.channel, message.payload, event)) return true;
+  if (event.kind == EventKind::collision_continued) return false;
+  if (is_marked(event.kind)) {
+    std::string text = event.subject;
+    if (!event.object.empty()) text += (text.empty() ? "" : ", ") + event.object;
+    if (!event.text.empty()) text += (text.empty() ? "" : ": ") + event.text;
+    marks.push_back({t, to_string(event.kind), std::move(text), is_bad(event.kind)});
+  }
+  return true;
+}
+
+Status Recording::State::add(const Message& message, std::uint64_t end) {
+  if (entries.empty()) {
+    if (const Status begun = begin(message); !begun) return begun;
+  }
+  const std::int64_t since = entries.empty() ? 0 : message.arrival.ns - entries.front().arrival;
+  const std::int64_t t = entries.empty() ? 0 : std::max(since, entries.back().t);
+  const std::uint16_t number = number_of(message.channel);
+  const auto size = static_cast<std::uint32_t>(message.payload.size());
+  entries.push_back({end - size, message.arrival.ns, t, size, number});
+  if (message.channel == events_channel && !take_event(message, static_cast<double>(t) * 1e-9)) return {};
+  channels[number].entries.push_back(entries.size() - 1);
+  return {};
+}
+
+Recording::Recording(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Recording::Recording(Recording&&) noexcept = default;
+Recording& Recording::operator=(Recording&&) noexcept = default;
+Recording::~Recording() = default;
+
+Result<Recording> Recording::open(const std::string& path,
+                                  const std::function<bool(std::uint64_t, std::uint64_t)>& progress) {
+  auto reader = LogReader::open(path);
+  if (!reader) return reader.error();
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (state->file < 0) return Error{path + ": cannot be opened: " + std::strerror(errno)};
+  while (true) {
+    const auto next = reader->next();
+    if (!next) continue;  // damage: counted below
+    if (!*next) break;
+    if (const Status added = state->add(**next, reader->offset()); !added) return added.error();
+    if (progress && !progress(reader->offset(), reader->size())) return Error{"stopped"};
+  }
+  if (state->entries.empty()) return Error{path + ": no message in it; expected a session log"};
+  state->skipped = reader->skipped_bytes();
+  return Recording(std::move(state));
+}
+
+const SessionHeader& Recording::session() const { return state_->session; }
+std::size_t Recording::size() const { return state_->entries.size(); }
+ArrivalTime Recording::arrival(std::size_t i) const { return {state_->entries[i].arrival}; }
+double Recording::t(std::size_t i) const { return static_cast<double>(state_->entries[i].t) * 1e-9; }
+double Recording::duration() const { return t(size() - 1); }
+const std::vector<RecordedMark>& Recording::marks() const { return state_->marks; }
+std::uint64_t Recording::skipped_bytes() const { return state_->skipped; }
+const std::string& Recording::channel(std::size_t i) const {
+  return state_->channels[state_->entries[i].channel].name;
+}
+
+std::size_t Recording::count_until(double t) const {
+  const auto& entries = state_->entries;
+  const auto end = std::upper_bound(entries.begin(), entries.end(), t, [](double until, const Entry& entry) {
+    return until < static_cast<double>(entry.t) * 1e-9;
+  });
+  return static_cast<std::size_t>(end - entries.begin());
+}
+
+Status Recording::read(std::size_t i, Message& message) const {
+  const Entry& entry = state_->entries[i];
+  message.channel = state_->channels[entry.channel].name;
+  message.arrival = {entry.arrival};
+  message.payload.resize(entry.size);
+  std::size_t done = 0;
+  while (done < entry.size) {
+    const ssize_t got = pread(state_->file, message.payload.data() + done, entry.size - done,
+                              static_cast<off_t>(entry.offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) {
+      return Error{state_->path + ": byte " + std::to_string(entry.offset + done) +
+                   ": cannot be read: " + (got == 0 ? "the file has become shorter" : std::strerror(errno))};
+    }
+    done += static_cast<std::size_t>(got);
+  }
+  return {};
+}
+
+std::vector<std::size_t> Recording::news(std::size_t from, std::size_t to) const {
+  std::vector<std::size_t> all;
+  for (const Channel& channel : state_->channels) {
+    const auto first = std::lower_bound(channel.entries.begin(), channel.entries.end(), from);
+    const auto end = std::lower_bound(first, channel.entries.end(), to);
+    if (first == end) continue;
+    all.insert(all.end(), channel.adds_up ? first : end - 1, end);
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+}  // namespace parhelion::runtime

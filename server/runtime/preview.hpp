@@ -1,0 +1,30 @@
+// The first pass over a log: what has to be known of it before its first input is handled.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "protocols/status.hpp"
+#include "server/runtime/replay.hpp"
+#include "server/tick/configuration.hpp"
+
+namespace parhelion::runtime {
+
+struct Preview {
+  std::optional<SessionHeader> session;
+  std::optional<std::string> robot_yaml;
+  std::set<std::uint64_t> guarded_scans, dropped_frames;  // sequence numbers
+  std::string damage;                                     // the first, or empty
+  std::uint64_t events = 0;
+};
+
+/// Error: the log cannot be opened or holds no event; damage within it is only noted.
+Result<Preview> look_ahead(const std::string& path);
+
+/// The session's own configuration, with what the options replace. Error: the log is no session and the
+/// options do not say which agents there are, or no robot description.
+Result<tick::Configuration> choose_configuration(const ReplayOptions& options, const Preview& preview);
+
+}  // namespace parhelion::runtime

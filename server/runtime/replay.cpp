@@ -1,0 +1,246 @@
+#include "server/runtime/replay.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <thread>
+#include <utility>
+
+#include "protocols/arrival_order.hpp"
+#include "protocols/bus/log_file.hpp"
+#include "server/runtime/preview.hpp"
+#include "server/runtime/render_thread.hpp"
+#include "server/runtime/session_state.hpp"
+#include "server/tick/sensor_path.hpp"
+#include "server/tick/tick.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+/// One pass over the log.
+class Run {
+ public:
+  Run(const ReplayOptions& options, const Preview& preview, const tick::Configuration& configuration,
+      Outbox& outbox)
+      : options_(options), preview_(preview), configuration_(configuration), outbox_(outbox) {
+    robots_.renderer.emplace(configuration.model, tick::simulates_trainee(configuration.scenario), 0);
+  }
+
+  Result<Report> operator()();
+
+ private:
+  /// A renderer and whether it draws a frame whose answer is not written yet.
+  struct Easel {
+    std::optional<RenderThread> renderer;
+    bool busy = false;
+  };
+
+  bool is_input(const Message& message) const;
+  Status handle(Message message);
+  ArrivalTime place_in_time(const Message& message);
+  void skip_to(ArrivalTime arrival);
+  void pace(ArrivalTime arrival);
+  void answer_frames();
+  void write_frame(Easel& easel);
+  void take_stock();
+  void publish_status();
+  void finish(const LogReader& reader);
+
+  const ReplayOptions& options_;
+  const Preview& preview_;
+  const tick::Configuration& configuration_;
+  Outbox& outbox_;
+  Easel robots_, agents_;  // the latter's renderer from the first picture of an agent's camera on
+  std::unique_ptr<tick::State> state_;
+  tick::Outputs outputs_, frame_outputs_;
+  StageClock stages_;
+  Report report_;
+  ArrivalTime first_, last_, last_status_;
+  ArrivalOrder order_;
+  WallTime begun_ = steady_now();
+};
+
+bool Run::is_input(const Message& message) const {
+  return configuration_.channels.kind(message.channel) != tick::InputKind::none;
+}
+
+void Run::pace(ArrivalTime arrival) {
+  if (options_.rate <= 0) return;
+  const Duration due = seconds((arrival - first_).seconds() / options_.rate);
+  const Duration ahead = due - (steady_now() - begun_);
+  if (ahead.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead.ns));
+}
+
+/// After a real leap (a recording that was paused for an hour) the steps in between are skipped, and the
+/// session log says so.
+ArrivalTime Run::place_in_time(const Message& message) {
+  const bool says_so = configuration_.channels.kind(message.channel) == tick::InputKind::loop;
+  const auto placed = order_.place(message.arrival, says_so);
+  if (placed.verdict != ArrivalOrder::Verdict::own_stamp) ++report_.arrivals_corrected;
+  if (placed.verdict == ArrivalOrder::Verdict::real_leap) skip_to(placed.arrival - microseconds(1));
+  return placed.arrival;
+}
+
+void Run::skip_to(ArrivalTime arrival) {
+  LoopDecision decision;
+  decision.stamp = {arrival.ns};
+  decision.kind = LoopDecision::Kind::steps_skipped;
+  const std::uint64_t due = state_->simulation.steps_due(simulation_time(arrival));
+  decision.count = static_cast<std::int64_t>(due) - (due > 0 ? 1 : 0);
+  Message message{channel::loop, arrival, {}};
+  encode(decision, message.payload);
+  outputs_.clear();
+  tick::tick(configuration_, message, *state_, outputs_, stages_);
+  outbox_.send(&message, outputs_.entries(), arrival);
+  answer_frames();
+}
+
+Status Run::handle(Message message) {
+  if (!state_) {
+    // A session's physics began when its server did, a bare log's with its first input.
+    first_ = preview_.session ? ArrivalTime{preview_.session->stamp.ns} : message.arrival;
+    auto made = make_session_state(configuration_, first_, options_.threads);
+    if (!made) return made.error();
+    state_ = std::move(*made);
+    tick::Outputs::Entry header{channel::mr_session, {}};
+    encode(tick::session_header(configuration_, {first_.ns}), header.payload);
+    outbox_.send(nullptr, {&header, 1}, first_);
+    last_ = first_ - microseconds(1);
+    order_.begin_after(last_);
+  }
+  message.arrival = place_in_time(message);
+  last_ = message.arrival;
+  pace(last_);
+  outputs_.clear();
+  stages_.begin();
+  const std::uint64_t scans_before = state_->scan.sequence;
+  tick::tick(configuration_, message, *state_, outputs_, stages_);
+  if (state_->scan.sequence != scans_before && preview_.guarded_scans.contains(state_->scan.sequence)) {
+    tick::substitute_raw_scan(configuration_, message, *state_, outputs_);
+  }
+  outbox_.send(&message, outputs_.entries(), message.arrival);
+  answer_frames();
+  publish_status();
+  if (options_.watch) options_.watch(configuration_, message, *state_);
+  return {};
+}
+
+/// Rendering back-pressures a replay: an image is drawn while the inputs up to the next image are handled,
+/// and its answer is written before that one's. With one thread it is waited for at once, and written at the
+/// same place.
+void Run::answer_frames() {
+  for (tick::Outputs::Frame& frame : outputs_.frames()) {
+    const bool agents = !frame.agent.empty();
+    Easel& easel = agents ? agents_ : robots_;
+    write_frame(easel);
+    if (preview_.dropped_frames.contains(frame.sequence)) {
+      ++(agents ? report_.agent_frames_dropped : report_.frames_dropped);
+      continue;
+    }
+    if (!easel.renderer) easel.renderer.emplace(configuration_.model, true, 0);
+    easel.renderer->submit(std::move(frame));
+    easel.busy = true;
+    if (options_.threads == 1) easel.renderer->wait();
+  }
+}
+
+void Run::write_frame(Easel& easel) {
+  if (!std::exchange(easel.busy, false)) return;
+  const auto done = easel.renderer->take(true);
+  if (!done) return;
+  frame_outputs_.clear();
+  tick::add_frame_outputs(configuration_, *done, frame_outputs_, *state_);
+  (done->agent.empty() ? report_.frame_us : report_.agent_frame_us).add(done->latency.microseconds());
+  outbox_.send(nullptr, frame_outputs_.entries(), last_);
+  if (options_.watch_camera && done->agent.empty() && !done->answer.image.bytes.empty())
+    options_.watch_camera(done->answer.image);
+}
+
+void Run::take_stock() {
+  report_.source = options_.log;
+  report_.notes.insert(options_.notes.begin(), options_.notes.end());
+  if (state_) {
+    report_.tally = state_->tally;
+    if (const std::string slam = tick::slam_note(*state_); !slam.empty()) report_.notes["slam"] = slam;
+  }
+  report_.scan_us = stages_.scan_us;
+  report_.physics_step_us = stages_.physics_step_us;
+  report_.physics_wait_us = stages_.physics_wait_us;
+  report_.log_seconds = (last_ - first_).seconds();
+  report_.wall_seconds = (steady_now() - begun_).seconds();
+  tell_completeness(outbox_, report_);
+  for (const Easel* easel : {&robots_, &agents_})
+    if (easel->renderer) note_what_images_lack(configuration_.robot, easel->renderer->fault(), report_);
+}
+
+/// Once a second of the log, for whoever listens; never in the session log, since the figures are measured.
+void Run::publish_status() {
+  if (options_.bus == nullptr || last_ - last_status_ < seconds(1.0)) return;
+  last_status_ = last_;
+  take_stock();
+  std::vector<std::uint8_t> payload;
+  encode(to_status(report_, last_), payload);
+  outbox_.publish_now(configuration_.channels.bus(channel::mr_status), payload);
+}
+
+void Run::finish(const LogReader& reader) {
+  if (state_) {
+    outputs_.clear();
+    tick::flush_images(configuration_, *state_, outputs_);
+    outbox_.send(nullptr, outputs_.entries(), last_);
+    answer_frames();
+  }
+  for (Easel* easel : {&robots_, &agents_}) write_frame(*easel);
+  (void)outbox_.sync();
+  take_stock();
+  report_.log_damage_bytes = reader.skipped_bytes();
+  report_.hash = outbox_.hashes();
+  if (state_) report_.grade = grade_now(configuration_, *state_);
+  if (report_.grade) report_.grade->log = options_.session;
+}
+
+Result<Report> Run::operator()() {
+  auto reader = LogReader::open(options_.log);
+  if (!reader) return reader.error();
+  while (!options_.stop || !options_.stop()) {
+    auto next = reader->next();
+    if (!next) {
+      report_.notes["log"] = next.error().message;
+      continue;
+    }
+    if (!*next) break;
+    if (!is_input(**next)) {
+      // Outputs in a session log are not consumed, but they show that time passed.
+      order_.see((*next)->arrival);
+      continue;
+    }
+    if (const Status handled = handle(std::move(**next)); !handled) return handled.error();
+    if (options_.progress) options_.progress({reader->offset(), reader->size(), (last_ - first_).seconds()});
+  }
+  finish(*reader);
+  if (!state_)
+    return Error{options_.log +
+                 ": no input channel in it; expected at least SCAN (rename channels in the scenario)"};
+  return report_;
+}
+
+}  // namespace
+
+Result<Report> replay(const ReplayOptions& options) {
+  std::error_code ignored;
+  if (!options.session.empty() && std::filesystem::equivalent(options.log, options.session, ignored))
+    return Error{options.session + ": is the log that is replayed; choose another name for the session"};
+  const auto preview = look_ahead(options.log);
+  if (!preview) return preview.error();
+  const auto configuration = choose_configuration(options, *preview);
+  if (!configuration) return configuration.error();
+  std::optional<LogWriter> log;
+  if (!options.session.empty()) {
+    auto created = LogWriter::create(options.session, options.overwrite);
+    if (!created) return created.error();
+    log = std::move(*created);
+  }
+  Outbox outbox(options.bus, std::move(log));
+  return Run(options, *preview, *configuration, outbox)();
+}
+
+}  // namespace parhelion::runtime

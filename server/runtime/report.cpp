@@ -1,0 +1,200 @@
+#include "server/runtime/report.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "server/tick/grading_path.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+nlohmann::ordered_json percentiles(const tick::Percentiles& p) {
+  return {
+      {"count", p.count()}, {"p50", p.at(0.50)}, {"p90", p.at(0.90)}, {"p99", p.at(0.99)}, {"max", p.max()}};
+}
+
+std::uint64_t degraded_total(const tick::Tally& tally) {
+  std::uint64_t total = 0;
+  for (const std::uint64_t count : tally.scans_degraded) total += count;
+  return total;
+}
+
+}  // namespace
+
+void StageClock::begin() { begun_ = last_ = waited_ = steady_now(); }
+
+void StageClock::ended(tick::Stage stage) {
+  const WallTime now = steady_now();
+  switch (stage) {
+    case tick::Stage::physics_step:
+      physics_step_us.add((now - last_).microseconds());
+      break;
+    case tick::Stage::physics_wait:
+      waited_ = now;
+      break;
+    case tick::Stage::encode:
+      scan_us.add((now - waited_).microseconds());
+      physics_wait_us.add((waited_ - begun_).microseconds());
+      break;
+    default:
+      break;
+  }
+  last_ = now;
+}
+
+void tell_completeness(const Outbox& outbox, Report& report) {
+  report.complete = outbox.complete() && report.tally.scans_left_out == 0;
+  report.incomplete_because = outbox.log_error();
+  if (report.tally.scans_left_out == 0) return;
+  if (!report.incomplete_because.empty()) report.incomplete_because += "; ";
+  report.incomplete_because += std::to_string(report.tally.scans_left_out) +
+                               " scans went out as they came and are not in the session log: too many waited";
+}
+
+void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report) {
+  if (!render_fault.empty()) report.notes["render"] = render_fault;
+  if (report.tally.frames_in > 0 && !robot.camera) {
+    report.notes["calibration"] =
+        "robot description '" + robot.name + "' has no 'camera' section: images go out as they came in";
+  }
+}
+
+std::optional<GradedSession> grade_now(const tick::Configuration& configuration, const tick::State& state) {
+  if (!state.grading) return std::nullopt;
+  return GradedSession{
+      {}, configuration.scenario.name, tick::graded_robot(configuration), state.grading->grader.grade(), 0};
+}
+
+ServerStatus to_status(const Report& report, ArrivalTime now) {
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  const tick::Tally& tally = report.tally;
+  ServerStatus status;
+  status.stamp = {now.ns};
+  status.values = {{"scans_in", number(tally.scans_in)},
+                   {"scans_out", number(tally.scans_out)},
+                   {"scans_degraded", number(degraded_total(tally))},
+                   {"scan_us_p50", report.scan_us.at(0.5)},
+                   {"scan_us_p99", report.scan_us.at(0.99)},
+                   {"physics_wait_us_p99", report.physics_wait_us.at(0.99)},
+                   {"frames_in", number(tally.frames_in)},
+                   {"frames_out", number(tally.frames_out)},
+                   {"frames_dropped", number(report.frames_dropped)},
+                   {"frame_us_p50", report.frame_us.at(0.5)},
+                   {"frame_us_p99", report.frame_us.at(0.99)},
+                   {"inputs_dropped", number(report.inputs_dropped)},
+                   {"inputs_refused", number(tally.refused_inputs)},
+                   {"scans_foreign", number(tally.foreign_scans)},
+                   {"guard_fired", number(report.guard_fired)},
+                   {"session_complete", report.complete ? 1.0 : 0.0}};
+  if (tally.radio_power) status.values.emplace_back("radio_dbm", *tally.radio_power);
+  if (tally.battery_left) status.values.emplace_back("battery_left", *tally.battery_left);
+  for (const auto& [key, text] : report.notes) status.notes.emplace_back(key, text);
+  if (!tally.last_refusal.empty()) status.notes.emplace_back("last_refusal", tally.last_refusal);
+  if (!report.complete) status.notes.emplace_back("session_log", report.incomplete_because);
+  return status;
+}
+
+std::string to_json(const Report& report) {
+  using Json = nlohmann::ordered_json;
+  const tick::Tally& tally = report.tally;
+  Json degraded = Json::object();
+  for (std::size_t i = 1; i < tick::degraded_kinds; ++i) {
+    if (tally.scans_degraded[i] > 0)
+      degraded[to_string(static_cast<tick::Degraded>(i))] = tally.scans_degraded[i];
+  }
+  Json events = Json::object();
+  for (std::size_t i = 0; i < tally.events.size(); ++i) {
+    if (tally.events[i] > 0) events[to_string(static_cast<EventKind>(i))] = tally.events[i];
+  }
+  Json json;
+  json["source"] = report.source;
+  json["complete"] = report.complete;
+  if (!report.complete) json["incomplete_because"] = report.incomplete_because;
+  json["scans"] = {{"in", tally.scans_in},
+                   {"out", tally.scans_out},
+                   {"degraded", degraded},
+                   {"not_in_log", tally.scans_left_out},
+                   {"foreign", tally.foreign_scans}};
+  json["beams"] = {{"total", tally.beams_total}, {"replaced", tally.beams_replaced}};
+  json["frames"] = {{"in", tally.frames_in},
+                    {"out", tally.frames_out},
+                    {"composited", tally.frames_composited},
+                    {"dropped", report.frames_dropped}};
+  if (tally.agent_frames_in > 0)
+    json["agent_frames"] = {{"in", tally.agent_frames_in},
+                            {"out", tally.agent_frames_out},
+                            {"dropped", report.agent_frames_dropped}};
+  json["latency_us"] = {{"scan", percentiles(report.scan_us)},
+                        {"scan_in_to_out", percentiles(report.scan_in_to_out_us)},
+                        {"frame", percentiles(report.frame_us)},
+                        {"physics_step", percentiles(report.physics_step_us)},
+                        {"physics_wait", percentiles(report.physics_wait_us)},
+                        {"slam", percentiles(tally.slam_us)}};
+  if (tally.agent_frames_in > 0) json["latency_us"]["agent_frame"] = percentiles(report.agent_frame_us);
+  json["pose"] = {{"age_ms",
+                   {{"p50", tally.pose_age_us.at(0.5) / 1e3},
+                    {"p99", tally.pose_age_us.at(0.99) / 1e3},
+                    {"max", tally.pose_age_us.max() / 1e3}}}};
+  json["events"] = events;
+  json["inputs"] = {{"refused", tally.refused_inputs},
+                    {"last_refusal", tally.last_refusal},
+                    {"dropped", report.inputs_dropped},
+                    {"arrivals_corrected", report.arrivals_corrected},
+                    {"log_damage_bytes", report.log_damage_bytes}};
+  json["seconds"] = {
+      {"log", report.log_seconds},
+      {"wall", report.wall_seconds},
+      {"times_real_time", report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0}};
+  if (report.grade) {
+    json["score"] = report.grade->grade.score;
+    json["grade"] = Json::parse(to_json(*report.grade));
+  }
+  json["hash"] = report.hash;
+  json["notes"] = report.notes;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string summary(const Report& report) {
+  const tick::Tally& tally = report.tally;
+  char line[512];
+  std::snprintf(
+      line, sizeof line,
+      "scans   %llu in, %llu out, %llu degraded; %llu of %llu beams replaced\n"
+      "frames  %llu in, %llu out, %llu with virtual bodies, %llu dropped\n"
+      "scan    %.0f us median, %.0f us p99 (waiting for physics: %.0f us p99)\n"
+      "time    %.1f s of log in %.1f s: %.1f times real time\n",
+      static_cast<unsigned long long>(tally.scans_in), static_cast<unsigned long long>(tally.scans_out),
+      static_cast<unsigned long long>(degraded_total(tally)),
+      static_cast<unsigned long long>(tally.beams_replaced),
+      static_cast<unsigned long long>(tally.beams_total), static_cast<unsigned long long>(tally.frames_in),
+      static_cast<unsigned long long>(tally.frames_out),
+      static_cast<unsigned long long>(tally.frames_composited),
+      static_cast<unsigned long long>(report.frames_dropped), report.scan_us.at(0.5), report.scan_us.at(0.99),
+      report.physics_wait_us.at(0.99), report.log_seconds, report.wall_seconds,
+      report.wall_seconds > 0 ? report.log_seconds / report.wall_seconds : 0.0);
+  std::string text = line;
+  if (tally.agent_frames_in > 0)
+    text += "agents  " + std::to_string(tally.agent_frames_out) + " of " +
+            std::to_string(tally.agent_frames_in) + " pictures of agents' cameras, " +
+            std::to_string(report.agent_frames_dropped) + " dropped\n";
+  if (tally.refused_inputs > 0) {
+    text +=
+        "refused " + std::to_string(tally.refused_inputs) + " inputs, the last: " + tally.last_refusal + "\n";
+  }
+  if (const auto slam = report.notes.find("slam"); slam != report.notes.end())
+    text += "slam    " + slam->second + "\n";
+  for (const char* key : {"calibration", "render"}) {
+    const auto lack = report.notes.find(key);
+    if (lack != report.notes.end()) text += "images  " + lack->second + "\n";
+  }
+  if (report.log_damage_bytes > 0) {
+    const auto where = report.notes.find("log");
+    text += "damaged " + std::to_string(report.log_damage_bytes) + " bytes of the log were lost" +
+            (where == report.notes.end() ? "" : ", the last: " + where->second) + "\n";
+  }
+  if (report.grade) text += "grade   " + to_text(*report.grade);
+  if (!report.complete) text += "INCOMPLETE: " + report.incomplete_because + "\n";
+  return text;
+}
+
+}  // namespace parhelion::runtime

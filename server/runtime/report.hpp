@@ -1,0 +1,67 @@
+// What a run came to: the figures of --report, and MR_STATUS.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "protocols/robot.hpp"
+#include "server/runtime/grade_session.hpp"
+#include "server/runtime/outbox.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/tick/outputs.hpp"
+#include "server/tick/percentiles.hpp"
+#include "server/tick/state.hpp"
+
+namespace parhelion::runtime {
+
+/// Measures the stages of the tick.
+class StageClock : public tick::StageObserver {
+ public:
+  /// At the arrival of an input, before the tick.
+  void begin();
+  void ended(tick::Stage stage) override;
+
+  tick::Percentiles physics_step_us, physics_wait_us, scan_us;
+
+ private:
+  WallTime begun_, last_;
+  WallTime waited_;
+};
+
+/// Everything that --report says. Times in microseconds, from the wall clock; all else is the same for the
+/// same log.
+struct Report {
+  std::string source;
+  tick::Tally tally;
+  std::uint64_t frames_dropped = 0, agent_frames_dropped = 0;
+  std::uint64_t inputs_dropped = 0;  ///< by full queues
+  std::uint64_t log_damage_bytes = 0;
+  std::uint64_t guard_fired = 0;
+  std::uint64_t arrivals_corrected = 0;  ///< log events whose timestamp did not increase
+  tick::Percentiles
+      scan_in_to_out_us;  ///< live: from receipt on the bus to MR_SCAN on it, the wait in the inbox included
+  tick::Percentiles scan_us, frame_us, agent_frame_us, physics_step_us, physics_wait_us;
+  double log_seconds = 0, wall_seconds = 0;
+  bool complete = true;
+  std::string incomplete_because;
+  std::optional<GradedSession> grade;  ///< none: the scenario has no training
+  std::map<std::string, std::string> hash;
+  std::map<std::string, std::string> notes;  ///< such as that the camera was a stand-in
+};
+
+/// Sets `complete` and why not: a write failed, or scans went out that the log lacks.
+void tell_completeness(const Outbox& outbox, Report& report);
+/// Why images go out as they came, where the robot description or the renderer makes it so; into the notes.
+void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);
+
+/// What is graded live, as it is now; none: nothing is.
+std::optional<GradedSession> grade_now(const tick::Configuration& configuration, const tick::State& state);
+
+/// MR_STATUS at `now`: the same figures.
+ServerStatus to_status(const Report& report, ArrivalTime now);
+std::string to_json(const Report& report);
+/// A few lines for a person.
+std::string summary(const Report& report);
+
+}  // namespace parhelion::runtime

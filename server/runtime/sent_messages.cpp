@@ -1,0 +1,59 @@
+#include "server/runtime/sent_messages.hpp"
+
+#include <algorithm>
+
+#include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
+#include "server/tick/foreign_publisher.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+/// FNV-1a.
+std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> payload) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  const auto mix = [&hash](std::uint8_t byte) { hash = (hash ^ byte) * 1099511628211ULL; };
+  for (const char c : channel) mix(static_cast<std::uint8_t>(c));
+  for (const std::uint8_t byte : payload) mix(byte);
+  return hash;
+}
+
+}  // namespace
+
+SentMessages::SentMessages(const tick::Configuration& configuration) {
+  channels_.push_back(configuration.channels.bus(channel::mr_status));
+  indices_.push_back(tick::another_server());
+  if (!tick::simulates_trainee(configuration.scenario)) return;
+  const std::vector<std::string>& names = sensor_channels();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string bus = configuration.channels.bus(names[i]);
+    if (configuration.channels.kind(bus) != tick::InputKind::none) continue;  // POSE_COV, where SLAM says it
+    channels_.push_back(bus);
+    indices_.push_back(static_cast<std::int64_t>(i));
+  }
+}
+
+std::optional<std::size_t> SentMessages::find(std::string_view channel) const {
+  const auto at = std::find(channels_.begin(), channels_.end(), channel);
+  if (at == channels_.end()) return std::nullopt;
+  return static_cast<std::size_t>(at - channels_.begin());
+}
+
+void SentMessages::add(std::string_view channel, std::span<const std::uint8_t> payload) {
+  if (!find(channel)) return;
+  const std::uint64_t hash = hash_of(channel, payload);
+  const std::lock_guard lock(mutex_);
+  ring_[next_++ % ring_.size()] = hash;
+}
+
+std::optional<std::int64_t> SentMessages::foreign(std::string_view channel,
+                                                  std::span<const std::uint8_t> payload) const {
+  const auto found = find(channel);
+  if (!found) return std::nullopt;
+  const std::uint64_t hash = hash_of(channel, payload);
+  const std::lock_guard lock(mutex_);
+  if (std::find(ring_.begin(), ring_.end(), hash) != ring_.end()) return std::nullopt;
+  return indices_[*found];
+}
+
+}  // namespace parhelion::runtime

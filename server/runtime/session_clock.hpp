@@ -1,0 +1,41 @@
+// The axis of arrival: wall time at the start, plus what a clock that never jumps has counted since. A
+// session whose robot is simulated may stop it, or let it run faster or slower.
+#pragma once
+
+#include <mutex>
+
+#include "protocols/time.hpp"
+#include "server/runtime/wall_clock.hpp"
+
+namespace parhelion::runtime {
+
+/// Thread-safe.
+class SessionClock {
+ public:
+  ArrivalTime now() const {
+    const std::lock_guard lock(mutex_);
+    return at(steady_now());
+  }
+  /// Times real time; 0: it stands still.
+  double rate() const {
+    const std::lock_guard lock(mutex_);
+    return rate_;
+  }
+  void set_rate(double rate) {
+    const std::lock_guard lock(mutex_);
+    const WallTime steady = steady_now();
+    anchor_ = at(steady);
+    anchored_ = steady;
+    rate_ = rate;
+  }
+
+ private:
+  ArrivalTime at(WallTime steady) const { return anchor_ + seconds(rate_ * (steady - anchored_).seconds()); }
+
+  mutable std::mutex mutex_;
+  ArrivalTime anchor_{wall_now().ns};
+  WallTime anchored_ = steady_now();
+  double rate_ = 1;
+};
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,134 @@
+#include "server/runtime/session_files.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "protocols/yaml/document.hpp"
+#include "server/runtime/session_state.hpp"
+#include "server/tick/check_reach.hpp"
+#include "server/tick/state.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+/// "lab.yaml:2: ": where `key` stands in a file that has been read before, or its first line.
+std::string place_of(const std::string& path, const std::string& key) {
+  const auto text = yaml::read_text(path);
+  const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
+  const yaml::Node* node = document ? document->find(key) : nullptr;
+  return path + ":" + std::to_string(node == nullptr ? 1 : node->line) + ": ";
+}
+
+/// The same of the agent or the script that `message`, from make_state, is about.
+std::string place_of_item(const std::string& path, const Scenario& scenario, const std::string& message) {
+  if (message.starts_with("scenario trainee")) return place_of(path, "trainee");
+  const auto text = yaml::read_text(path);
+  const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
+  const auto line = [&](const char* list, const char* what, const auto& named) {
+    const yaml::Node* items = document ? document->find(list) : nullptr;
+    for (std::size_t i = 0; items != nullptr && i < items->items.size() && i < named.size(); ++i) {
+      if (message.starts_with(std::string(what) + " '" + named[i].name + "'")) return items->items[i].line;
+    }
+    return 0;
+  };
+  const int agent = line("agents", "scenario agent", scenario.agents);
+  const int script = line("scripts", "script", scenario.scripts);
+  return path + ":" + std::to_string(std::max({1, agent, script})) + ": ";
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+/// `model`: a name, or the path of a file, which the model's name replaces.
+Status add_robot_model(const std::string& place, std::string& model, tick::RobotModels& models) {
+  const auto called = [&](const std::string& name) {
+    return std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
+  };
+  if (model.empty() || called(model) != models.end()) return {};
+  auto read = simulation::load_robot_model(model);
+  if (!read) return Error{place + read.error().message};
+  const auto same = called(read->name);
+  if (same != models.end() && ((*same)->urdf != read->urdf || (*same)->yaml != read->yaml))
+    return Error{place + "robot model " + model + " is called '" + read->name +
+                 "' as another one is; rename it in its URDF"};
+  model = read->name;
+  if (same == models.end())
+    models.push_back(std::make_shared<const simulation::RobotModel>(std::move(*read)));
+  return {};
+}
+
+Status load_robot_models(const std::string& path, SessionFiles& files) {
+  for (std::string name : simulation::shipped_robot_models()) {
+    if (Status added = add_robot_model("", name, files.robot_models); !added) return added;
+  }
+  Scenario& scenario = files.scenario;
+  if (scenario.trainee) {
+    Status added = add_robot_model(place_of(path, "trainee"), scenario.trainee->model, files.robot_models);
+    if (!added) return added;
+  }
+  for (AgentDefinition& agent : scenario.agents) {
+    Status added = add_robot_model(place_of(path, "agents"), agent.model, files.robot_models);
+    if (!added) return added;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<RobotDescription> load_usable_robot(const std::string& path) {
+  auto robot = load_robot_description(path);
+  if (!robot) return robot;
+  if (const Status usable = tick::check_robot(*robot); !usable)
+    return Error{place_of(path, robot->laser ? "footprint" : "laser") + usable.error().message};
+  return robot;
+}
+
+Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot,
+                                        std::optional<std::uint64_t> seed) {
+  SessionFiles files;
+  auto scenario = load_scenario(path, seed);
+  if (!scenario) return scenario.error();
+  files.scenario = std::move(*scenario);
+  if (const Status level = tick::check_level(files.scenario); !level)
+    return Error{place_of(path, "level") + level.error().message};
+  if (!files.scenario.model.empty()) {
+    if (!std::filesystem::exists(files.scenario.model))
+      return Error{place_of(path, "model") + "model " + files.scenario.model +
+                   " is not there. One of a recorded site is made first: `parhelion demo --headless --fast "
+                   "--folder " +
+                   folder_of(files.scenario.model) +
+                   "` for the one that comes with this program, `parhelion map model` or `map extrude` from "
+                   "scans of your own"};
+    auto model = load_model(files.scenario.model);
+    if (!model) return model.error();
+    files.model = std::move(*model);
+  }
+  if (const Status loaded = load_robot_models(path, files); !loaded) return loaded.error();
+  if (tick::simulates_trainee(files.scenario)) {
+    if (!robot.empty())
+      return Error{place_of(path, "trainee") +
+                   "the trainee's robot is simulated: its model describes it; leave " + robot + " out"};
+    auto description = tick::trainee_description(files.scenario, files.robot_models);
+    if (!description) return Error{place_of(path, "trainee") + description.error().message};
+    files.robot = std::move(*description);
+    return files;
+  }
+  const std::string& robot_file = robot.empty() ? files.scenario.robot : robot;
+  if (robot_file.empty()) return files;
+  auto usable = load_usable_robot(robot_file);
+  if (!usable) return usable.error();
+  files.robot = std::move(*usable);
+  return files;
+}
+
+Status check_start(const tick::Configuration& configuration, const std::string& path) {
+  const auto state = make_session_state(configuration, ArrivalTime{});
+  const Status reached = state ? tick::check_reach(configuration) : Status{};
+  if (state && reached) return {};
+  const std::string& message = state ? reached.error().message : state.error().message;
+  return Error{place_of_item(path, configuration.scenario, message) + message};
+}
+
+}  // namespace parhelion::runtime

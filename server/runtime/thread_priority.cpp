@@ -1,0 +1,75 @@
+#include "server/runtime/thread_priority.hpp"
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <thread>
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr int real_time_priority = 10;  // above what is usual, below the kernel's own threads
+
+bool set_policy(int policy, int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return sched_setscheduler(0, policy, &parameters) == 0;  // 0: the calling thread
+}
+
+}  // namespace
+
+void give_way(int nice) {
+  // Neither is ever refused to a thread that gives something up; what is inherited may be real-time.
+  (void)set_policy(SCHED_BATCH, 0);
+  (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), nice);
+}
+
+Status while_giving_way(int nice, const std::function<Status()>& task) {
+  Status done;
+  std::thread([&] {
+    give_way(nice);
+    done = task();
+  }).join();
+  return done;
+}
+
+Result<RealTime> parse_real_time(const std::string& word) {
+  if (word == "off") return RealTime::off;
+  if (word == "on") return RealTime::on;
+  if (word == "auto") return RealTime::automatic;
+  return Error{"real-time '" + word + "': expected off, on or auto"};
+}
+
+RealTimeScope::RealTimeScope(RealTime wanted) {
+  if (wanted == RealTime::off) {
+    note_ = "as other programs: real-time is switched off";
+    return;
+  }
+  if (wanted == RealTime::automatic && std::thread::hardware_concurrency() < 2) {
+    note_ = "as other programs: a single core is not taken from all others";
+    return;
+  }
+  sched_param before{};
+  policy_before_ = sched_getscheduler(0);
+  (void)sched_getparam(0, &before);
+  priority_before_ = before.sched_priority;
+  holds_ = set_policy(SCHED_FIFO, real_time_priority);
+  const int refusal = errno;
+  note_ = holds_ ? std::string("real-time")
+                 : std::string("as other programs: real-time: ") + std::strerror(refusal) +
+                       "; to allow it: " + remedy();
+}
+
+const char* RealTimeScope::remedy() {
+  return "LimitRTPRIO=10 in a systemd unit, 'ulimit -r 10' in a shell, or 'setcap cap_sys_nice+ep' on the "
+         "program";
+}
+
+RealTimeScope::~RealTimeScope() {
+  if (holds_) (void)set_policy(policy_before_, priority_before_);
+}
+
+}  // namespace parhelion::runtime

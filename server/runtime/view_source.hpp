@@ -1,0 +1,42 @@
+// What of a live session goes to the site mapper: depth images from somewhere new, swept scan lines.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "server/runtime/line_sweep.hpp"
+#include "server/runtime/site_mapper.hpp"
+#include "server/tick/percentiles.hpp"
+#include "server/tick/state.hpp"
+
+namespace parhelion::runtime {
+
+/// One thread, the loop's. `configuration` must outlive this.
+class ViewSource {
+ public:
+  /// `nice`: as SiteMapper.
+  ViewSource(UpdateSite update, const tick::Configuration& configuration, int nice);
+
+  /// After the tick has taken a message in: what of it is a view of somewhere new goes to the mapper.
+  void offer(tick::InputKind kind, const tick::State& state);
+  /// The oldest model not yet taken.
+  std::optional<SiteMapper::Ready> take();
+  /// How long the loop was held up by a new model.
+  void held_up(Duration by) { swap_us_.add(by.microseconds()); }
+  /// For the report.
+  std::string note() const;
+
+ private:
+  void offer_depth(const tick::State& state);
+  void offer_line(LineSweep& sweep, const Scan& line, const tick::State& state);
+
+  const tick::Configuration& configuration_;
+  SiteMapper mapper_;
+  std::optional<Transform<Map, DepthOptical>> last_view_;
+  std::optional<LineSweep> lines_;       ///< of LINES
+  std::optional<LineSweep> scan_lines_;  ///< of SCAN, where its laser is mounted on its side
+  tick::Percentiles view_to_model_us_;   ///< beside the tick
+  tick::Percentiles swap_us_;            ///< in it
+};
+
+}  // namespace parhelion::runtime

@@ -1,0 +1,123 @@
+#include "server/station/console/operator_console.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocols/channels.hpp"
+
+namespace parhelion::station {
+namespace {
+
+constexpr Duration heartbeat = milliseconds(400);  // the server takes a second of silence for a loss
+constexpr int stops = 3;                           // a single message may be lost on its way
+
+}  // namespace
+
+std::vector<DrivenRobot> robots_in(const WorldMessage& world) {
+  std::vector<DrivenRobot> robots;
+  const auto add = [&](DrivenRobot robot) {
+    const auto same = [&](const DrivenRobot& known) { return known.name == robot.name; };
+    if (std::none_of(robots.begin(), robots.end(), same)) robots.push_back(std::move(robot));
+  };
+  for (const WorldMessage::Entry& body : world.bodies) {
+    if (body.owner == BodyOwner::real_robot) add({body.entity, channel::teleop, channel::joint_cmd});
+  }
+  for (const WorldMessage::Entry& body : world.bodies) {
+    if (body.owner == BodyOwner::agent && body.kind == AgentKind::robot)
+      add({body.entity, "MR_AGENT_" + body.entity + "_TELEOP", ""});
+  }
+  return robots;
+}
+
+OperatorConsole::OperatorConsole(Bus& bus, std::string name, std::string console)
+    : bus_(bus), name_(std::move(name)), console_(std::move(console)) {}
+
+const DrivenRobot* OperatorConsole::driven() const {
+  const auto found = std::find_if(robots_.begin(), robots_.end(),
+                                  [&](const DrivenRobot& robot) { return robot.name == driven_; });
+  return found == robots_.end() ? nullptr : &*found;
+}
+
+void OperatorConsole::set_robots(std::vector<DrivenRobot> robots) {
+  robots_ = std::move(robots);
+  if (driven() == nullptr) driven_.clear();
+}
+
+Status OperatorConsole::say(OperatorWord::State state, const std::string& text, SensorTime now) {
+  said_ = now;
+  encode(OperatorWord{now, name_, driven_, state, text}, payload_);
+  return bus_.publish(channel::operators, payload_);
+}
+
+Status OperatorConsole::stop(SensorTime now) {
+  const DrivenRobot* robot = driven();
+  if (robot == nullptr) return {};
+  encode(TwistCommand{now, {}}, payload_);
+  for (int i = 0; i < stops; ++i) {
+    if (Status sent = bus_.publish(robot->teleop, payload_); !sent) return sent;
+  }
+  return {};
+}
+
+Status OperatorConsole::drive(const std::string& robot, SensorTime now) {
+  const auto found = std::find_if(robots_.begin(), robots_.end(),
+                                  [&](const DrivenRobot& each) { return each.name == robot; });
+  if (found == robots_.end()) {
+    std::string known;
+    for (const DrivenRobot& each : robots_) known += (known.empty() ? "" : ", ") + each.name;
+    return Error{"no robot '" + robot + "'; there " +
+                 (known.empty() ? "is none yet: is `parhelion serve` running?" : "are " + known)};
+  }
+  if (robot != driven_) {
+    if (Status stopped = stop(now); !stopped) return stopped;
+  }
+  driven_ = robot;
+  return say(OperatorWord::State::drives, console_, now);
+}
+
+Status OperatorConsole::drive_next(SensorTime now) {
+  if (robots_.empty()) return drive("", now);
+  const DrivenRobot* robot = driven();
+  const std::size_t next =
+      robot == nullptr ? 0 : (static_cast<std::size_t>(robot - robots_.data()) + 1) % robots_.size();
+  return drive(std::string(robots_[next].name), now);
+}
+
+Status OperatorConsole::command(const Twist2& twist, SensorTime now) {
+  const DrivenRobot* robot = driven();
+  if (robot == nullptr) return {};
+  if (Status said = beat(now); !said) return said;
+  encode(TwistCommand{now, twist}, payload_);
+  return bus_.publish(robot->teleop, payload_);
+}
+
+Status OperatorConsole::joints(const std::vector<std::string>& names, const std::vector<double>& velocities,
+                               SensorTime now) {
+  const DrivenRobot* robot = driven();
+  if (robot == nullptr || names.empty()) return {};
+  if (robot->joints.empty())
+    return Error{"robot '" + robot->name + "': its joints cannot be moved from a console"};
+  encode(Joints{now, names, {}, velocities, {}}, payload_);
+  return bus_.publish(robot->joints, payload_);
+}
+
+Status OperatorConsole::beat(SensorTime now) {
+  if (driven() == nullptr || now - said_ < heartbeat) return {};
+  return say(OperatorWord::State::drives, console_, now);
+}
+
+Status OperatorConsole::lose(const std::string& why, SensorTime now) {
+  const Status stopped = stop(now);
+  const Status said = say(OperatorWord::State::lost, why, now);
+  driven_.clear();
+  return stopped ? said : stopped;
+}
+
+Status OperatorConsole::end(SensorTime now) {
+  const Status stopped = stop(now);
+  const Status said = say(OperatorWord::State::ended, console_, now);
+  driven_.clear();
+  return stopped ? said : stopped;
+}
+
+}  // namespace parhelion::station

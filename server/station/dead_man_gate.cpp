@@ -1,0 +1,50 @@
+#include "server/station/dead_man_gate.hpp"
+
+#include <algorithm>
+
+namespace parhelion::station {
+
+Duration PageClock::age(Duration at, WallTime now) {
+  const Duration apart = Duration{now.ns} - at;
+  return apart - fastest_.add(apart, now);
+}
+
+void PageClock::heard(WallTime said, Duration heard_at) {
+  const Duration offset = Duration{said.ns} - heard_at;
+  // A later echo says more: a page's clock may have slept.
+  least_offset_ = offset;
+}
+
+std::optional<Duration> PageClock::most_age(Duration at, WallTime now) const {
+  if (!least_offset_) return std::nullopt;
+  return Duration{now.ns} - at - *least_offset_;
+}
+
+bool DeadManGate::pass(const PageStamp& stamp, PageClock& clock, WallTime now, const char*& why) {
+  why = nullptr;
+  const Duration age = clock.age(stamp.at, now);
+  if (stamp.sequence <= sequence_) return false;
+  sequence_ = stamp.sequence;
+  const auto most = clock.most_age(stamp.at, now);
+  if (age > late || (most && *most > certain)) {
+    hold_back();
+    why = "the command came too late: stopped; let go and press again";
+    return false;
+  }
+  if (rearm_) {
+    why = "let go and press again: nothing moves by itself after a stop";
+    return false;
+  }
+  held_ = true;
+  last_ = now;
+  return true;
+}
+
+void DeadManGate::release() { held_ = rearm_ = false; }
+
+void DeadManGate::hold_back() {
+  held_ = false;
+  rearm_ = true;
+}
+
+}  // namespace parhelion::station

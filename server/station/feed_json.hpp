@@ -1,0 +1,59 @@
+// What goes to pages as JSON: one function a message. Lengths are rounded to tenths of millimetres.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "protocols/codec.hpp"
+#include "protocols/zone.hpp"
+#include "server/station/entity_table.hpp"
+#include "server/station/http/identity.hpp"
+#include "server/station/score_board.hpp"
+#include "server/station/sensor_watch.hpp"
+#include "server/station/session_controls.hpp"
+
+namespace parhelion::station {
+
+/// What a body looks like; nullptr: nobody knows.
+using ShapesOf = std::function<const std::vector<Shape>*(const std::string& entity, const std::string& part)>;
+/// Name of an agent's robot model; empty: none.
+using ModelOf = std::function<std::string(const std::string& entity)>;
+
+std::string entities_json(const EntityTable& table, const ShapesOf& shapes_of, const ModelOf& model_of);
+/// Times are in s after `start`.
+std::string events_json(std::span<const Event> events, SimulationTime start);
+std::string score_json(const ScoreBoard& board, SimulationTime start, SimulationTime now);
+std::string status_json(const ServerStatus& status, const std::vector<SensorState>& sensors);
+std::string injection_json(const ScanInfo& info);
+std::string pose_json(const PoseEstimate& estimate);
+std::string operators_json(std::span<const OperatorWord> words);
+std::string control_json(const ControlState& state);
+std::string hazard_json(const HazardReading& reading, double t);
+std::string joints_json(const std::string& robot, const Joints& joints);
+std::string zones_json(std::span<const Zone> zones);
+std::string model_json(std::uint64_t version);
+std::string reply_json(std::uint64_t request, const Status& done, const std::string& text);
+
+struct EntityPlan {
+  std::string entity;
+  const char* kind = "path";  ///< "path": what it was told to go; "predicted": where its motion leads
+  std::vector<Eigen::Vector2d> points;  ///< m, map
+};
+std::string plans_json(std::span<const EntityPlan> plans);
+
+/// What people say beside the session.
+struct ChatLine {
+  double t = 0;  ///< s of the session
+  std::string from, to, text;
+  Role role = Role::observer;
+};
+struct MarkLine {
+  double t = 0;
+  std::string by, text;
+};
+std::string chat_json(const ChatLine& line);
+std::string mark_json(const MarkLine& line);
+
+}  // namespace parhelion::station

@@ -1,0 +1,232 @@
+#include "server/station/foxglove/scene.hpp"
+
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <vector>
+
+namespace parhelion::station::foxglove {
+namespace {
+
+constexpr int deletions_said = 100;  // ten seconds of /scene
+
+using Colour = std::array<double, 4>;  // red, green, blue, alpha; sRGB
+
+/// What a scene entity has besides its head, by kind.
+struct Primitives {
+  JsonText cubes, spheres, cylinders, texts, triangles;
+  Primitives() {
+    for (JsonText* list : {&cubes, &spheres, &cylinders, &texts, &triangles}) list->open('[');
+  }
+};
+
+Colour seen(const Eigen::Vector3f& albedo) {
+  const auto gamma = [](float linear) {
+    return std::round(std::pow(static_cast<double>(linear), 1 / 2.2) * 1000) / 1000;
+  };
+  return {gamma(albedo.x()), gamma(albedo.y()), gamma(albedo.z()), 1};
+}
+
+void write_colour(const Colour& colour, JsonText& out) {
+  out.open('{').key("r").number(colour[0]).key("g").number(colour[1]);
+  out.key("b").number(colour[2]).key("a").number(colour[3]).close('}');
+}
+
+void add_solid(const Eigen::Isometry3d& T_map_solid, const Eigen::Vector3d& size, const Colour& colour,
+               JsonText& list) {
+  list.open('{').key("pose").pose(T_map_solid).key("size").vector(size).key("color");
+  write_colour(colour, list);
+}
+
+void add_sphere(const Eigen::Isometry3d& T_map_sphere, double radius, const Colour& colour, JsonText& list) {
+  add_solid(T_map_sphere, Eigen::Vector3d::Constant(2 * radius), colour, list);
+  list.close('}');
+}
+
+void add_cylinder(const Eigen::Isometry3d& T_map_cylinder, double radius, double height, const Colour& colour,
+                  JsonText& list) {
+  add_solid(T_map_cylinder, {2 * radius, 2 * radius, height}, colour, list);
+  list.key("bottom_scale").integer(1).key("top_scale").integer(1).close('}');
+}
+
+void add_shape(const Shape& shape, const Eigen::Isometry3d& T_map_body, Primitives& to) {
+  const Eigen::Isometry3d T = T_map_body * shape.T_body_shape.isometry();
+  const Colour colour = seen(shape.material.albedo);
+  switch (shape.kind) {
+    case ShapeKind::box:
+      add_solid(T, shape.size, colour, to.cubes);
+      to.cubes.close('}');
+      break;
+    case ShapeKind::sphere:
+      add_sphere(T, shape.size.x(), colour, to.spheres);
+      break;
+    case ShapeKind::cylinder:
+      add_cylinder(T, shape.size.x(), shape.size.z(), colour, to.cylinders);
+      break;
+    case ShapeKind::capsule:
+      add_cylinder(T, shape.size.x(), shape.size.z(), colour, to.cylinders);
+      for (const double end : {-0.5, 0.5}) {
+        const Eigen::Isometry3d T_end = T * Eigen::Translation3d(0, 0, end * shape.size.z());
+        add_sphere(T_end, shape.size.x(), colour, to.spheres);
+      }
+      break;
+  }
+}
+
+void write_entity(std::int64_t stamp, std::string_view id,
+                  std::initializer_list<std::pair<const char*, std::string_view>> notes, Primitives& what,
+                  JsonText& out) {
+  out.open('{').key("timestamp").time(stamp).key("frame_id").plain("map").key("id").string(id);
+  out.key("lifetime").time(0).key("frame_locked").boolean(false).key("metadata").open('[');
+  for (const auto& [key, value] : notes)
+    out.open('{').key("key").plain(key).key("value").string(value).close('}');
+  out.close(']');
+  const std::pair<const char*, JsonText*> lists[] = {{"cubes", &what.cubes},
+                                                     {"spheres", &what.spheres},
+                                                     {"cylinders", &what.cylinders},
+                                                     {"texts", &what.texts},
+                                                     {"triangles", &what.triangles}};
+  for (const auto& [name, list] : lists) out.key(name).raw(list->close(']').text());
+  for (const char* none : {"arrows", "lines", "models"}) out.key(none).open('[').close(']');
+  out.close('}');
+}
+
+const char* word(BodyOwner owner) {
+  return owner == BodyOwner::agent ? "agent" : owner == BodyOwner::real_robot ? "robot" : "building";
+}
+
+/// Calls `use` with the first body of each entity and the end of its bodies: they lie together.
+template <class Use>
+void for_each_entity(const WorldMessage& world, Use use) {
+  for (auto first = world.bodies.begin(); first != world.bodies.end();) {
+    auto end = first;
+    while (end != world.bodies.end() && end->entity == first->entity) ++end;
+    use(first, end);
+    first = end;
+  }
+}
+
+void open_update(JsonText& out) {
+  out.clear();
+  out.open('{').key("deletions").open('[').close(']').key("entities").open('[');
+}
+
+Colour building_colour(EntityLabel label) {
+  switch (label) {
+    case EntityLabel::wall:
+      return {0.75, 0.74, 0.70, 0.5};  // the returns of scans lie in it
+    case EntityLabel::floor:
+      return {0.35, 0.36, 0.38, 1};
+    case EntityLabel::ceiling:
+      return {0.85, 0.85, 0.85, 0.5};
+    case EntityLabel::door:
+      return {0.55, 0.36, 0.20, 1};
+    case EntityLabel::stairs:
+      return {0.35, 0.50, 0.70, 1};
+    case EntityLabel::window:
+      return {0.60, 0.80, 0.95, 0.4};
+    case EntityLabel::pillar:
+      return {0.62, 0.60, 0.66, 0.5};
+    case EntityLabel::wall_above_door:
+      return {0.75, 0.74, 0.70, 0.6};
+    case EntityLabel::unknown:
+    case EntityLabel::free_space:
+      break;
+  }
+  return {0.50, 0.45, 0.55, 0.5};
+}
+
+bool overhead(EntityLabel label) {
+  return label == EntityLabel::ceiling || label == EntityLabel::wall_above_door;
+}
+
+void write_mesh(const ModelMesh& mesh, std::int64_t stamp, JsonText& out) {
+  Primitives what;
+  JsonText& list = what.triangles;
+  list.open('{').key("pose").pose(Eigen::Isometry3d::Identity()).key("points").open('[');
+  for (const Eigen::Vector3f& p : mesh.vertices)
+    list.open('{').key("x").number(p.x()).key("y").number(p.y()).key("z").number(p.z()).close('}');
+  list.close(']').key("color");
+  write_colour(building_colour(EntityLabel::unknown), list);
+  list.key("colors").open('[').close(']').key("indices").open('[');
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t corner : triangle) list.integer(corner);
+  list.close(']').close('}');
+  write_entity(stamp, mesh.name, {{"label", "unknown"}}, what, out);
+}
+
+}  // namespace
+
+void WorldScene::write(const WorldMessage& world, const simulation::EntityShapes& shapes, JsonText& out) {
+  const Shape unknown{ShapeKind::sphere, Eigen::Vector3d::Constant(0.1), {}, {{1, 0, 1}, 0.6F, 0, 0}};
+  next_.clear();
+  for (const auto& body : world.bodies) next_.insert(body.entity);
+  out.clear();
+  out.open('{').key("deletions").open('[');
+  for (const std::string& name : there_)
+    if (next_.count(name) == 0) gone_[name] = deletions_said;
+  std::erase_if(gone_, [this](const auto& each) { return each.second == 0 || next_.count(each.first) > 0; });
+  for (auto& [name, left] : gone_) {
+    --left;
+    out.open('{').key("timestamp").time(world.stamp.ns).key("type").integer(0);
+    out.key("id").string(name).close('}');
+  }
+  there_.swap(next_);
+  out.close(']').key("entities").open('[');
+  for_each_entity(world, [&](auto first, auto end) {
+    Primitives what;
+    for (auto body = first; body != end; ++body) {
+      const std::vector<Shape>* known = shapes.find(body->entity, body->part);
+      if (known == nullptr) add_shape(unknown, body->T_map_body.isometry(), what);
+      for (std::size_t i = 0; known && i < known->size(); ++i)
+        add_shape((*known)[i], body->T_map_body.isometry(), what);
+    }
+    const char* kind = first->owner == BodyOwner::building ? "door" : to_string(first->kind);
+    write_entity(world.stamp.ns, first->entity, {{"owner", word(first->owner)}, {"kind", kind}}, what, out);
+  });
+  out.close(']').close('}');
+}
+
+void WorldScene::write_names(const WorldMessage& world, JsonText& out) {
+  constexpr int all = 1;
+  out.clear();
+  out.open('{').key("deletions").open('[').open('{').key("timestamp").time(world.stamp.ns);
+  out.key("type").integer(all).key("id").plain("").close('}').close(']').key("entities").open('[');
+  for_each_entity(world, [&](auto first, auto) {
+    if (first->owner == BodyOwner::building) return;
+    Primitives what;
+    const Eigen::Isometry3d above(
+        Eigen::Translation3d(first->T_map_body.translation() + Eigen::Vector3d(0, 0, 2)));
+    what.texts.open('{').key("pose").pose(above).key("billboard").boolean(true).key("font_size").number(0.25);
+    what.texts.key("scale_invariant").boolean(false).key("color");
+    write_colour({1, 1, 1, 1}, what.texts);
+    what.texts.key("text").string(first->entity).close('}');
+    write_entity(world.stamp.ns, first->entity, {}, what, out);
+  });
+  out.close(']').close('}');
+}
+
+bool write_building(const SemanticModel& model, std::int64_t stamp, BuildingPart part, JsonText& out) {
+  bool too_large = false;
+  open_update(out);
+  for (const ModelEntity& entity : model.entities) {
+    if (!is_solid(entity) || entity.label == EntityLabel::door) continue;
+    if (overhead(entity.label) != (part == BuildingPart::overhead)) continue;
+    Primitives what;
+    add_solid(entity.T_map_body.isometry(), entity.size, building_colour(entity.label), what.cubes);
+    what.cubes.close('}');
+    write_entity(stamp, entity.name, {{"label", to_string(entity.label)}}, what, out);
+  }
+  if (part == BuildingPart::standing) {
+    for (const ModelMesh& mesh : model.meshes) {
+      if (mesh.triangles.size() > most_mesh_triangles)
+        too_large = true;
+      else
+        write_mesh(mesh, stamp, out);
+    }
+  }
+  out.close(']').close('}');
+  return too_large;
+}
+
+}  // namespace parhelion::station::foxglove

@@ -1,0 +1,36 @@
+// What pages send about accounts: JSON that anybody may have written.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "protocols/status.hpp"
+#include "server/station/http/identity.hpp"
+
+namespace parhelion::station {
+
+struct LoginMessage {
+  std::string name, password;
+};
+struct SetupMessage {
+  std::string token, name, password;
+};
+struct AccountMessage {
+  std::string name;
+  std::optional<Role> role;
+  std::optional<std::string> password;
+};
+
+struct PasswordMessage {
+  std::string old_password, new_password;  ///< keys "old", "new"
+};
+
+/// Each an object with these keys, all text, and no other. Error: says what was expected; nothing of the
+/// text.
+Result<LoginMessage> parse_login(std::string_view json);
+Result<SetupMessage> parse_setup(std::string_view json);
+Result<PasswordMessage> parse_password(std::string_view json);
+Result<AccountMessage> parse_account(std::string_view json);
+
+}  // namespace parhelion::station

@@ -1,0 +1,70 @@
+// Who did what: one JSON object a line, in a file that is only added to.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocols/status.hpp"
+#include "protocols/time.hpp"
+
+namespace parhelion::station {
+
+struct AuditEntry {
+  std::string who;      ///< account; empty: nobody is logged in
+  std::string from;     ///< address
+  std::string what;     ///< "log in", "spawn box_1"
+  std::string outcome;  ///< "done"; else "refused", or what stood against it
+  std::string detail = {};
+};
+
+/// Thread-safe; never waits for the disk: a thread of its own writes. Of refusals, at most thirty a minute
+/// and network are written in full, the others as a number.
+class Audit {
+ public:
+  /// `clock`: since the epoch. Error: the file cannot be opened for writing.
+  static Result<std::unique_ptr<Audit>> open(std::filesystem::path file, std::function<WallTime()> clock);
+  /// Writes what waits.
+  ~Audit();
+
+  void say(AuditEntry entry);
+  /// The last lines, newest first, at most `most` (and at most a thousand).
+  std::vector<std::string> newest(std::size_t most) const;
+  /// Lines that were not written: the disk did not take them, or too many waited.
+  std::uint64_t lost() const;
+  /// Returns when all that was said before has been written.
+  void flush();
+
+ private:
+  Audit(std::filesystem::path file, std::function<WallTime()> clock);
+  struct Spell {
+    WallTime begun;
+    std::uint64_t refusals = 0;
+  };
+  void put(const AuditEntry& entry, WallTime now);
+  void close_spells(WallTime now, bool all);
+  void write_lines();
+  bool write_out(const std::string& lines);
+
+  const std::filesystem::path file_;
+  const std::function<WallTime()> clock_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::string> newest_;       ///< oldest first
+  std::vector<std::string> waiting_;     ///< to be written
+  std::map<std::string, Spell> spells_;  ///< by network
+  std::uint64_t lost_ = 0;
+  bool busy_ = false, ending_ = false;
+  int descriptor_ = -1;        ///< of the writing thread
+  std::uint64_t written_ = 0;  ///< bytes in the file
+  std::thread writer_;
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,61 @@
+// What waits to be sent to one client: bounded, newest wins by slot.
+#pragma once
+
+#include <deque>
+#include <mutex>
+#include <optional>
+
+#include "server/station/http/web_client.hpp"
+
+namespace parhelion::station {
+
+/// The WebClient of an open connection. Feeders call it from any thread; the connection takes from it.
+class ClientQueue : public WebClient {
+ public:
+  /// `limit`: bytes that may wait in order. `wake`: called, possibly from another thread, when there is
+  /// something to take and the last take() found nothing.
+  ClientQueue(WebClientOrigin origin, std::size_t limit, std::function<void()> wake);
+
+  void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) override;
+  std::size_t waiting_bytes() const override;
+  void close(int code, std::string why) override;
+
+  struct Message {
+    std::shared_ptr<const std::string> bytes;
+    bool binary = false;
+    int slot = in_order;
+  };
+  struct Closing {
+    int code = 1000;
+    std::string why;
+  };
+  struct Next {
+    std::optional<Message> message;
+    std::optional<Closing> closing;  ///< said once; nothing comes after it
+  };
+
+  /// What is to be sent next; the message before it has been written.
+  Next take();
+  /// The connection is gone: nothing is kept any more.
+  void end();
+  /// Messages that newer ones replaced.
+  std::uint64_t replaced() const;
+
+ private:
+  /// What a message takes besides its bytes, about.
+  static constexpr std::size_t overhead = 64;
+
+  void request_close(int code, std::string why);
+  void wake();
+
+  mutable std::mutex mutex_;
+  const std::size_t limit_;
+  std::function<void()> wake_;
+  std::deque<Message> messages_;
+  std::optional<Closing> closing_;
+  std::size_t waiting_ = 0, in_order_ = 0, writing_ = 0;
+  std::uint64_t replaced_ = 0;
+  bool awake_ = false, shut_ = false;
+};
+
+}  // namespace parhelion::station

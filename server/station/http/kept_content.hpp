@@ -1,0 +1,23 @@
+// What is sent to many browsers as it is: packed once, and not sent again to who has it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/station/http/http_message.hpp"
+
+namespace parhelion::station {
+
+struct KeptContent {
+  std::string type, etag;
+  std::shared_ptr<const std::string> bytes;
+  std::shared_ptr<const std::string> packed;  ///< gzip; nullptr: no smaller
+};
+
+/// Packs at gzip's `level`, 1 (fast) to 9.
+KeptContent keep_content(std::string type, std::string bytes, int level = 6);
+
+/// 304 for who has it.
+HttpResponse answer_with(const HttpRequest& request, const KeptContent& content);
+
+}  // namespace parhelion::station

@@ -1,0 +1,32 @@
+// Figures in Prometheus' text format, version 0.0.4.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace parhelion::station {
+
+class MetricsText {
+ public:
+  using Labels = std::vector<std::pair<std::string, std::string>>;
+
+  /// `name`: letters, digits and '_', its unit last ("parhelion_scan_seconds"). Values of one name come under
+  /// one heading, in the order of the names' first coming.
+  void gauge(const std::string& name, const std::string& help, double value, const Labels& labels = {});
+  /// Only grows; `name` ends in "_total".
+  void counter(const std::string& name, const std::string& help, double value, const Labels& labels = {});
+
+  std::string text() const;
+  static constexpr const char* type = "text/plain; version=0.0.4; charset=utf-8";
+
+ private:
+  void add(const std::string& name, const char* kind, const std::string& help, double value,
+           const Labels& labels);
+
+  std::vector<std::string> order_;
+  std::map<std::string, std::string> families_;
+};
+
+}  // namespace parhelion::station

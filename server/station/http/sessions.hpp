@@ -1,0 +1,49 @@
+// Who is logged in, by the token in the browser's cookie. Kept in memory: a restart logs everybody out.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "protocols/time.hpp"
+#include "server/station/http/identity.hpp"
+
+namespace parhelion::station {
+
+struct SessionLimits {
+  Duration idle = seconds(2 * 3600.0);       ///< unused for so long; an open page uses it
+  Duration absolute = seconds(12 * 3600.0);  ///< used or not
+  std::size_t per_account = 16;              ///< the oldest one ends for a new one
+};
+
+/// Thread-safe. Instants of a clock that never goes back.
+class Sessions {
+ public:
+  explicit Sessions(SessionLimits limits = {}) : limits_(limits) {}
+
+  /// The token for the cookie.
+  std::string begin(const Identity& who, WallTime now);
+  /// nullopt: unknown, ended or expired. Counts as use.
+  std::optional<Identity> find(const std::string& token, WallTime now);
+  /// Is somebody logged in under this name?
+  bool has(const std::string& name, WallTime now) const;
+  void end(const std::string& token);
+  /// But the one of this token, if any.
+  void end_all(const std::string& name, const std::string& but = {});
+  std::size_t count() const;
+
+ private:
+  struct Session {
+    Identity who;
+    WallTime begun, used;
+  };
+  bool over(const Session& session, WallTime now) const;
+  void make_room(const std::string& name, WallTime now);
+
+  const SessionLimits limits_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Session> sessions_;  ///< by token_digest
+};
+
+}  // namespace parhelion::station

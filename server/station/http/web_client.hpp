@@ -1,0 +1,59 @@
+// One open WebSocket or picture stream, as the code that feeds it sees it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/station/http/identity.hpp"
+
+namespace parhelion::station {
+
+/// Who has opened what, fixed for the life of a client.
+struct WebClientOrigin {
+  std::uint64_t id = 0;  ///< never used twice by one server
+  Identity who;          ///< name empty: nobody is logged in (only where everyone may)
+  std::string remote;    ///< address of the other end
+  std::string path, query;
+};
+
+/// Thread-safe. May outlive its connection and its server; then send() and close() do nothing.
+class WebClient {
+ public:
+  explicit WebClient(WebClientOrigin origin) : origin_(std::move(origin)) {}
+  virtual ~WebClient() = default;
+  WebClient(const WebClient&) = delete;
+  WebClient& operator=(const WebClient&) = delete;
+
+  static constexpr int in_order = -1;
+  /// Never blocks. `slot` in_order: every message, one after the other; a client that lets too much of it
+  /// wait (HttpOptions::waiting_bytes) is closed with 1013. `slot` >= 0: newest wins, a waiting message of
+  /// the same slot is replaced where it waits.
+  virtual void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) = 0;
+  /// Bytes of messages that the kernel has not taken yet, the one being written included.
+  virtual std::size_t waiting_bytes() const = 0;
+  /// `code`: of RFC 6455, section 7.4, 1000 and above. What waits is not sent any more.
+  virtual void close(int code, std::string why) = 0;
+
+  std::uint64_t id() const { return origin_.id; }
+  const Identity& who() const { return origin_.who; }
+  const std::string& remote() const { return origin_.remote; }
+  const std::string& path() const { return origin_.path; }
+  const std::string& query() const { return origin_.query; }
+
+ private:
+  WebClientOrigin origin_;
+};
+
+/// Called on the server's thread, which must not be held up: opened, then received for each whole message,
+/// then closed, exactly once and last. Text has been checked to be UTF-8.
+struct SocketHandler {
+  std::function<void(std::shared_ptr<WebClient>)> opened = {};
+  std::function<void(WebClient&, std::string_view bytes, bool binary)> received = {};
+  std::function<void(WebClient&)> closed = {};
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,63 @@
+// A web server with all that does not depend on what it is for: certificate, accounts, log-in, audit,
+// figures.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/station/http/audit.hpp"
+#include "server/station/http/http_server.hpp"
+#include "server/station/http/metrics_text.hpp"
+#include "server/station/http/sessions.hpp"
+
+namespace parhelion::station {
+
+struct WebSiteOptions {
+  HttpOptions http =
+      {};  ///< without certificate and key one is made; identify and refused are the site's own
+  /// Accounts, certificate, audit log; made for its owner alone where it is not there.
+  std::filesystem::path folder = {};
+  bool plain = false;  ///< no encryption: for this machine's own browser
+  /// Answers "/" and what nothing else has; empty: 404.
+  HttpServer::Handler page = {};
+  SessionLimits sessions = {};
+  std::function<WallTime()> clock = {};   ///< since the epoch; empty: the machine's
+  std::function<WallTime()> steady = {};  ///< never goes back; empty: the machine's
+};
+
+/// $XDG_STATE_HOME/parhelion, or ~/.local/state/parhelion.
+std::filesystem::path default_site_folder();
+
+class WebSite {
+ public:
+  static Result<std::unique_ptr<WebSite>> open(WebSiteOptions options);
+  ~WebSite();
+
+  /// Register more on it before run().
+  HttpServer& server();
+  Audit& audit();
+  /// Before run(); `add` is called on the server's thread for each GET /metrics.
+  void metrics(std::function<void(MetricsText&)> add);
+  void run();
+  /// Closes everything; no handler is called any more. The audit stays.
+  void stop();
+
+  /// "https://192.168.1.5:8443/": for people.
+  std::string address() const;
+  /// Makes the first account, once; empty: there are accounts.
+  std::string setup_link() const;
+  /// SHA-256 of the certificate; empty: plain.
+  const std::string& fingerprint() const;
+  /// Logs in whoever opens it, as long as this process lives.
+  std::string link(Role role, const std::string& name);
+
+ private:
+  struct Parts;
+  explicit WebSite(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,254 @@
+#include "server/station/instructor_desk.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "protocols/channels.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/saved_scenario.hpp"
+
+namespace parhelion::station {
+namespace {
+
+using Kind = PageMessage::Kind;
+
+constexpr Duration patience = seconds(3.0);  // for the server's answer
+constexpr double messages_per_second = 50, at_once = 100;
+constexpr std::size_t most_unanswered = 1000;
+
+/// What the server answers.
+bool is_command(Kind kind) {
+  return kind == Kind::agent || kind == Kind::script || kind == Kind::lesson || kind == Kind::report;
+}
+
+/// What is kept for good, or told to everybody, costs more of what a page may say.
+double cost(Kind kind) { return kind == Kind::chat || kind == Kind::report ? 25 : 1; }
+constexpr double spared = 20;  // of what it may say, for what costs less
+
+/// For the audit, and for people: "spawn person_1".
+std::string summary(const PageMessage& message) {
+  if (is_command(message.kind))
+    return std::string(to_string(message.command.action)) + " " + message.command.agent.name;
+  std::string text = to_string(message.kind);
+  if (message.kind == Kind::rate || message.kind == Kind::seek) text += " " + std::to_string(message.value);
+  return message.name.empty() ? text : text + " " + message.name;
+}
+
+}  // namespace
+
+bool may(Role role, PageMessage::Kind kind, bool recorded) {
+  const bool instructs = role == Role::instructor || role == Role::admin;
+  switch (kind) {
+    case Kind::subscribe:
+      return true;
+    case Kind::report:
+    case Kind::chat:
+    case Kind::estop:
+      return role != Role::observer;
+    case Kind::pause:
+    case Kind::resume:
+    case Kind::step:
+    case Kind::rate:
+    case Kind::seek:
+      return instructs || (recorded && role != Role::observer);
+    case Kind::agent:
+    case Kind::script:
+    case Kind::lesson:
+    case Kind::end:
+    case Kind::save:
+    case Kind::mark:
+    case Kind::estop_reset:
+      return instructs;
+  }
+  return false;
+}
+
+InstructorDesk::InstructorDesk(Bus& bus, StateFeed& feed, SessionNotes notes, DeskOptions options)
+    : bus_(bus),
+      feed_(feed),
+      notes_(std::move(notes)),
+      options_(std::move(options)),
+      next_request_(static_cast<std::uint64_t>(runtime::wall_now().ns)) {}
+
+void InstructorDesk::answer(WebClient& client, std::uint64_t request, const Status& done,
+                            const std::string& text) const {
+  if (request == 0 && done.ok()) return;  // it did not ask to be told
+  client.send(page_text(reply_json(request, done, text)), false);
+}
+
+void InstructorDesk::note(const Identity& who, const std::string& remote, const std::string& what,
+                          const Status& done) const {
+  if (options_.audit) options_.audit(who, remote, what, done.ok() ? "done" : done.error().message);
+}
+
+Status InstructorDesk::check_rate(Page& page, WallTime now) const {
+  if (page.allowance_at.ns != 0)
+    page.allowance =
+        std::min(at_once, page.allowance + messages_per_second * (now - page.allowance_at).seconds());
+  page.allowance_at = now;
+  if (page.allowance < 1) return Error{"more than 50 messages a second"};
+  page.allowance -= 1;
+  return {};
+}
+
+void InstructorDesk::receive(WebClient& client, std::string_view text, WallTime now) {
+  Page* page = feed_.pages().find(client.id());
+  if (page == nullptr) return;
+  if (const Status rate = check_rate(*page, now); !rate) {
+    note(client.who(), client.remote(), "messages", rate);
+    return client.close(1008, rate.error().message);
+  }
+  std::uint64_t request = 0;
+  const auto message = read_page_message(text, request);
+  if (!message) {
+    note(client.who(), client.remote(), "unreadable message", Status(message.error()));
+    return answer(client, request, message.error(), {});
+  }
+  if (!may(client.who().role, message->kind, feed_.recorded())) {
+    const Status refused =
+        Error{std::string(role_word(client.who().role)) + "s may not do this: " + to_string(message->kind)};
+    note(client.who(), client.remote(), summary(*message), refused);
+    return answer(client, request, refused, {});
+  }
+  if (message->kind == Kind::subscribe) return feed_.subscribe(client.id(), message->subscription);
+  if (const double more = cost(message->kind) - 1; more == 0 || page->allowance >= more + spared) {
+    page->allowance -= more;
+  } else {
+    const Status refused = Error{std::string("too fast: two a second of '") + to_string(message->kind) + "'"};
+    note(client.who(), client.remote(), to_string(message->kind), refused);
+    return answer(client, request, refused, {});
+  }
+  if (is_command(message->kind)) {
+    const Status sent = send(client, *message, now);
+    if (sent) return;  // the server answers
+    note(client.who(), client.remote(), summary(*message), sent);
+    return answer(client, request, sent, {});
+  }
+  const auto done = obey(client, *message);
+  const Status status = done ? Status() : Status(done.error());
+  if (message->kind != Kind::chat) note(client.who(), client.remote(), summary(*message), status);
+  answer(client, request, status, done ? *done : std::string());
+}
+
+Status InstructorDesk::send(WebClient& client, PageMessage message, WallTime now) {
+  if (feed_.recorded()) return Error{"this is a recording: nothing can be placed or told any more"};
+  if (asked_.size() >= most_unanswered) return Error{"the server does not answer"};
+  const std::string what = summary(message);
+  AgentCommand& command = message.command;
+  command.stamp = {runtime::wall_now().ns};
+  command.request = ++next_request_;
+  encode(command, payload_);
+  if (Status sent = bus_.publish(feed_.configuration().channels.bus(channel::mr_agent_cmd), payload_); !sent)
+    return sent;
+  asked_[command.request] = {client.id(), message.request, client.who(), client.remote(), what, now};
+  return {};
+}
+
+void InstructorDesk::hear(const Event& event) {
+  if (event.kind != EventKind::command_accepted && event.kind != EventKind::command_refused) return;
+  const auto asked = asked_.find(event.request);
+  if (event.request == 0 || asked == asked_.end()) return;
+  const Status done = event.kind == EventKind::command_accepted ? Status() : Status(Error{event.text});
+  note(asked->second.who, asked->second.remote, asked->second.what, done);
+  if (Page* page = feed_.pages().find(asked->second.client))
+    answer(*page->client, asked->second.request, done, event.text);
+  asked_.erase(asked);
+}
+
+void InstructorDesk::look(WallTime now) {
+  for (auto asked = asked_.begin(); asked != asked_.end();) {
+    if (now - asked->second.at < patience) {
+      ++asked;
+      continue;
+    }
+    const Status silent = Error{"the server has not answered in 3 s"};
+    note(asked->second.who, asked->second.remote, asked->second.what, silent);
+    if (Page* page = feed_.pages().find(asked->second.client))
+      answer(*page->client, asked->second.request, silent, {});
+    asked = asked_.erase(asked);
+  }
+}
+
+Result<std::string> InstructorDesk::obey(WebClient& client, const PageMessage& message) {
+  const auto stop = [&](bool on) -> Result<std::string> {
+    if (!options_.emergency_stop) return Error{"nothing is driven from this server"};
+    const Status done = options_.emergency_stop(on, message.name, client.who());
+    if (!done) return done.error();
+    return std::string(on ? "stopped" : "released");
+  };
+  switch (message.kind) {
+    case Kind::save:
+      return save(message);
+    case Kind::chat:
+      return say(client, message);
+    case Kind::mark:
+      return mark(client, message);
+    case Kind::estop:
+    case Kind::estop_reset:
+      return stop(message.kind == Kind::estop);
+    default:
+      return control(message);
+  }
+}
+
+Result<std::string> InstructorDesk::control(const PageMessage& message) {
+  const SessionControls& controls = options_.controls;
+  const auto done = [](const auto& able, auto... value) -> Result<std::string> {
+    if (!able) return Error{"this session cannot do that"};
+    if (const Status status = able(value...); !status) return status.error();
+    return std::string();
+  };
+  const bool real = !feed_.recorded() && !tick::simulates_trainee(feed_.configuration().scenario);
+  if (real && message.kind != Kind::end)
+    return Error{"a real robot cannot be paused: freeze the agents, or stop the robot"};
+  switch (message.kind) {
+    case Kind::pause:
+    case Kind::resume:
+      return done(controls.pause, message.kind == Kind::pause);
+    case Kind::step:
+      return done(controls.step);
+    case Kind::rate:
+      return done(controls.rate, message.value);
+    case Kind::seek:
+      return done(controls.seek, message.value);
+    default:
+      return done(controls.end);
+  }
+}
+
+Result<std::string> InstructorDesk::save(const PageMessage& message) {
+  const auto saved = save_scenario(feed_, options_.scenarios, message.name);
+  if (!saved) return saved.error();
+  std::string text = saved->path + ": " + std::to_string(saved->agents) + " agents";
+  for (std::size_t i = 0; i < saved->left_out.size(); ++i)
+    text += (i == 0 ? "; left out, as only their names are known: " : ", ") + saved->left_out[i];
+  return text;
+}
+
+Result<std::string> InstructorDesk::say(WebClient& client, const PageMessage& message) {
+  const ChatLine line{feed_.t(feed_.now()), client.who().name, message.name, message.text, client.who().role};
+  const Status kept = notes_.add(line, runtime::wall_now());
+  const PageText text = page_text(chat_json(line));
+  for (const Page& page : feed_.pages().all()) {
+    if (is_for(line, page.client->who())) page.client->send(text, false);
+  }
+  if (!kept) return Error{"said, but not kept: " + kept.error().message};
+  return std::string();
+}
+
+Result<std::string> InstructorDesk::mark(const WebClient& client, const PageMessage& message) {
+  const MarkLine line{feed_.t(feed_.now()), client.who().name, message.text};
+  const Status kept = notes_.add(line, runtime::wall_now());
+  feed_.pages().tell(mark_json(line));
+  if (!kept) return Error{"marked, but not kept: " + kept.error().message};
+  return std::string();
+}
+
+void InstructorDesk::greet(WebClient& client) const {
+  for (const ChatLine& line : notes_.chat()) {
+    if (is_for(line, client.who())) client.send(page_text(chat_json(line)), false);
+  }
+  for (const MarkLine& line : notes_.marks()) client.send(page_text(mark_json(line)), false);
+}
+
+}  // namespace parhelion::station

@@ -1,0 +1,30 @@
+#include "server/station/operator_name.hpp"
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <random>
+
+namespace parhelion::station {
+namespace {
+
+/// FNV-1a from a start that nobody can know, so that trying names on a log finds none.
+std::uint64_t hashed(const std::string& text) {
+  static const std::uint64_t start = [] {
+    std::random_device device;
+    return (std::uint64_t{device()} << 32) | device();
+  }();
+  std::uint64_t hash = start;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  return hash ^ (hash >> 32);
+}
+
+}  // namespace
+
+std::string operator_name(const Identity& who) {
+  std::array<char, 16> number{};
+  std::snprintf(number.data(), number.size(), "_%06x", static_cast<unsigned>(hashed(who.name) & 0xffffffU));
+  return std::string(role_word(who.role)) + number.data();
+}
+
+}  // namespace parhelion::station

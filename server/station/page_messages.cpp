@@ -1,0 +1,253 @@
+#include "server/station/page_messages.hpp"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "protocols/lesson.hpp"
+#include "protocols/nearest_name.hpp"
+#include "server/station/page_schema.hpp"
+
+namespace parhelion::station {
+namespace {
+
+using Json = nlohmann::json;
+using Kind = PageMessage::Kind;
+
+constexpr int deepest = 8;  // a message of ours nests three levels
+
+/// Whether brackets nest deeper than any message does: what reads a document goes down by recursion.
+bool too_deep(std::string_view text) {
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (quoted && text[i] == '\\') {
+      ++i;
+    } else if (text[i] == '"') {
+      quoted = !quoted;
+    } else if (!quoted && (text[i] == '{' || text[i] == '[')) {
+      if (++depth > deepest) return true;
+    } else if (!quoted && (text[i] == '}' || text[i] == ']')) {
+      --depth;
+    }
+  }
+  return false;
+}
+
+/// A schema for each type of message.
+const std::map<std::string, valijson::Schema, std::less<>>& schemas() {
+  static const auto compiled = [] {
+    const Json whole = Json::parse(page_schema_text);
+    std::map<std::string, valijson::Schema, std::less<>> all;
+    for (const auto& [type, definition] : whole.at("definitions").items()) {
+      if (!definition.contains("properties")) continue;
+      Json schema = definition;
+      schema["definitions"] = whole.at("definitions");
+      valijson::SchemaParser parser(valijson::SchemaParser::kDraft7);
+      parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(schema), all[type]);
+    }
+    return all;
+  }();
+  return compiled;
+}
+
+/// The deepest complaint, in one line: it names the key.
+std::string fault_text(valijson::ValidationResults& results) {
+  std::string where, what;
+  std::size_t depth = 0;
+  for (const auto& fault : results) {
+    if (!what.empty() && fault.context.size() < depth) continue;
+    depth = fault.context.size();
+    where.clear();
+    for (std::size_t i = 1; i < fault.context.size(); ++i) where += fault.context[i];
+    what = fault.description;
+  }
+  return where.empty() ? what : where + ": " + what;
+}
+
+std::string word(const Json& message, const char* key, std::string otherwise = {}) {
+  const auto found = message.find(key);
+  return found == message.end() ? otherwise : found->get<std::string>();
+}
+double number(const Json& message, const char* key, double otherwise) {
+  const auto found = message.find(key);
+  return found == message.end() ? otherwise : found->get<double>();
+}
+bool flag(const Json& message, const char* key, bool otherwise) {
+  const auto found = message.find(key);
+  return found == message.end() ? otherwise : found->get<bool>();
+}
+
+/// The enumerator with this name; the schema has seen to it that there is one.
+template <class Enum>
+Enum named(const std::string& name, Enum last) {
+  for (int i = 0; i < static_cast<int>(last); ++i) {
+    if (name == to_string(static_cast<Enum>(i))) return static_cast<Enum>(i);
+  }
+  return last;
+}
+
+Subscription subscription(const Json& message) {
+  Subscription wanted;
+  wanted.scan = flag(message, "scan", wanted.scan);
+  wanted.points = flag(message, "points", wanted.points);
+  wanted.world_hz = number(message, "world_hz", wanted.world_hz);
+  if (message.contains("agent_scans"))
+    wanted.agent_scans = message["agent_scans"].get<std::vector<std::string>>();
+  return wanted;
+}
+
+/// What a command cannot do without.
+Status check_agent(const Json& message, AgentCommand::Action action) {
+  using Action = AgentCommand::Action;
+  const auto lacks = [&](const char* key) {
+    return Error{std::string("'") + to_string(action) + "' needs '" + key + "'"};
+  };
+  const bool may_mean_all =
+      action == Action::remove_all || action == Action::freeze || action == Action::unfreeze;
+  if (!may_mean_all && !message.contains("name")) return lacks("name");
+  if (action == Action::spawn || action == Action::move) {
+    if (!message.contains("x")) return lacks("x");
+    if (!message.contains("y")) return lacks("y");
+  }
+  if (action == Action::door && !message.contains("opening")) return lacks("opening");
+  return {};
+}
+
+Result<AgentCommand> agent_command(const Json& message) {
+  AgentCommand command;
+  command.action = named(word(message, "action"), AgentCommand::Action::door_unknown);
+  if (const Status whole = check_agent(message, command.action); !whole) return whole.error();
+  AgentDefinition& agent = command.agent;
+  agent.name = word(message, "name");
+  agent.kind = named(word(message, "kind", "box"), kLastAgentKind);
+  const bool door = command.action == AgentCommand::Action::door;
+  agent.T_map_base =
+      Transform<Map, Base>::planar(number(message, "x", 0), number(message, "y", 0),
+                                   number(message, door ? "opening" : "yaw", 0), number(message, "z", 0));
+  if (message.contains("size")) {
+    for (std::size_t i = 0; i < 3; ++i)
+      agent.size[static_cast<Eigen::Index>(i)] = message["size"][i].get<double>();
+  }
+  Behaviour& behaviour = agent.behaviour;
+  behaviour.kind = named(word(message, "behaviour", "stay"), kLastBehaviourKind);
+  behaviour.speed = number(message, "speed", behaviour.speed);
+  behaviour.target = word(message, "target");
+  behaviour.distance = number(message, "distance", behaviour.distance);
+  behaviour.yields = flag(message, "yields", behaviour.yields);
+  behaviour.opens_doors = flag(message, "opens_doors", behaviour.opens_doors);
+  for (const Json& point : message.value("waypoints", Json::array()))
+    behaviour.waypoints.emplace_back(point[0].get<double>(), point[1].get<double>());
+  agent.laser = word(message, "laser");
+  agent.model = word(message, "model");
+  return command;
+}
+
+Result<AgentCommand> report_command(const Json& message) {
+  if (message.contains("x") != message.contains("y"))
+    return Error{"'report' has one of 'x' and 'y'; expected both or neither"};
+  AgentCommand command;
+  command.action = message.contains("x") ? AgentCommand::Action::report_at : AgentCommand::Action::report;
+  command.agent.name = word(message, "name");
+  command.agent.T_map_base =
+      Transform<Map, Base>::planar(number(message, "x", 0), number(message, "y", 0), 0);
+  return command;
+}
+
+AgentCommand script_command(const Json& message) {
+  AgentCommand command;
+  command.action = AgentCommand::Action::script;
+  command.agent.name = word(message, "name");
+  return command;
+}
+
+/// Amount and seconds go where AgentCommand::Action::lesson says.
+Result<AgentCommand> lesson_command(const Json& message) {
+  AgentCommand command;
+  command.agent.name = word(message, "kind");
+  const bool begins = flag(message, "on", true);
+  command.action = begins ? AgentCommand::Action::lesson : AgentCommand::Action::lesson_over;
+  if (!begins) return command;
+  const bool wheel = command.agent.name == to_string(Lesson::Kind::dead_wheel);
+  const char* needed = wheel ? "side" : "amount";
+  if (!message.contains(needed))
+    return Error{"'lesson': '" + command.agent.name + "' needs '" + needed + "'"};
+  const double right = word(message, "side") == "right" ? 1 : 0;
+  command.agent.T_map_base = Transform<Map, Base>::planar(wheel ? right : number(message, "amount", 0),
+                                                          number(message, "lasting", 0), 0);
+  return command;
+}
+
+Status fill(const Json& message, const std::string& type, PageMessage& read) {
+  const auto take = [&](Result<AgentCommand> command) -> Status {
+    if (!command) return command.error();
+    read.command = std::move(*command);
+    return {};
+  };
+  read.name = word(message, type == "chat"                             ? "to"
+                            : type == "estop" || type == "estop_reset" ? "robot"
+                                                                       : "name");
+  read.text = word(message, "text");
+  read.value = number(message, "value", 0);
+  if (type == "control") {
+    const std::string action = word(message, "action");
+    if ((action == "rate" || action == "seek") && !message.contains("value"))
+      return Error{"'control': '" + action + "' needs 'value'"};
+    read.kind = action == "pause"    ? Kind::pause
+                : action == "resume" ? Kind::resume
+                : action == "step"   ? Kind::step
+                : action == "rate"   ? Kind::rate
+                                     : Kind::seek;
+    return {};
+  }
+  read.kind = named(type, Kind::estop_reset);
+  if (read.kind == Kind::subscribe) read.subscription = subscription(message);
+  if (read.kind == Kind::agent) return take(agent_command(message));
+  if (read.kind == Kind::report) return take(report_command(message));
+  if (read.kind == Kind::script) return take(script_command(message));
+  if (read.kind == Kind::lesson) return take(lesson_command(message));
+  return {};
+}
+
+}  // namespace
+
+const char* to_string(PageMessage::Kind kind) {
+  static constexpr const char* names[] = {"subscribe", "agent", "script", "lesson",     "end",    "save",
+                                          "report",    "chat",  "mark",   "pause",      "resume", "step",
+                                          "rate",      "seek",  "estop",  "estop_reset"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+Result<PageMessage> read_page_message(std::string_view text, std::uint64_t& request) {
+  request = 0;
+  if (text.size() > kLongestPageMessage)
+    return Error{"a message of " + std::to_string(text.size()) + " bytes; expected at most " +
+                 std::to_string(kLongestPageMessage)};
+  if (too_deep(text)) return Error{"a message that nests deeper than any of ours"};
+  const Json message = Json::parse(text, nullptr, false);
+  if (!message.is_object()) return Error{"expected a JSON object"};
+  if (const auto given = message.find("request"); given != message.end() && given->is_number_unsigned())
+    request = given->get<std::uint64_t>();
+  const auto type = message.find("type");
+  std::vector<std::string> types;
+  for (const auto& [name, schema] : schemas()) types.push_back(name);
+  if (type == message.end() || !type->is_string())
+    return Error{"'type' is missing" + suggestion_or_known("", types)};
+  const auto schema = schemas().find(type->get_ref<const std::string&>());
+  if (schema == schemas().end())
+    return Error{"unknown type" + suggestion_or_known(type->get_ref<const std::string&>(), types)};
+  valijson::Validator validator(valijson::Validator::kStrongTypes);
+  valijson::ValidationResults results;
+  if (!validator.validate(schema->second, valijson::adapters::NlohmannJsonAdapter(message), &results))
+    return Error{"'" + schema->first + "': " + fault_text(results)};
+  PageMessage read;
+  read.request = request;
+  if (const Status filled = fill(message, schema->first, read); !filled) return filled.error();
+  return read;
+}
+
+}  // namespace parhelion::station

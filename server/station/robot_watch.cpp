@@ -1,0 +1,140 @@
+#include "server/station/robot_watch.hpp"
+
+#include <algorithm>
+
+#include "protocols/channels.hpp"
+#include "server/runtime/wall_clock.hpp"
+
+namespace parhelion::station {
+namespace {
+
+constexpr Duration poll = milliseconds(20);  // the desk wants its turn every 50 ms
+constexpr Duration world_period = milliseconds(250);
+
+const simulation::RobotModel* model_of(const DrivenRobot& robot, const tick::Configuration& configuration,
+                                       const AgentDefinition* placed) {
+  const Scenario& scenario = configuration.scenario;
+  std::string name;
+  if (placed != nullptr) name = placed->model;
+  if (scenario.trainee && scenario.trainee->name == robot.name) name = scenario.trainee->model;
+  const auto& models = configuration.robot_models;
+  const auto found =
+      std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
+  return found == models.end() ? nullptr : found->get();
+}
+
+const char* word(simulation::JointKind kind) {
+  return kind == simulation::JointKind::prismatic    ? "prismatic"
+         : kind == simulation::JointKind::continuous ? "continuous"
+                                                     : "revolute";
+}
+
+}  // namespace
+
+TeleopRobot drivable(const DrivenRobot& robot, const tick::Configuration& configuration,
+                     const AgentDefinition* placed) {
+  TeleopRobot made;
+  made.driven = robot;
+  if (robot.teleop == channel::teleop) made.driven.teleop = configuration.channels.bus(channel::teleop);
+  if (robot.joints == channel::joint_cmd) made.driven.joints = configuration.channels.bus(channel::joint_cmd);
+  const simulation::RobotModel* model = model_of(robot, configuration, placed);
+  const bool trainees = robot.name == configuration.robot.name;
+  if (trainees || model != nullptr) {
+    const RobotLimits& limits = trainees ? configuration.robot.limits : model->description.limits;
+    made.vx = limits.speed;
+    made.wz = limits.yaw_rate;
+  }
+  made.video = trainees ? configuration.robot.camera || !tick::simulates_trainee(configuration.scenario)
+                        : placed != nullptr && placed->camera_rate > 0;
+  if (model == nullptr || made.driven.joints.empty()) return made;
+  for (const simulation::RobotJoint& joint : model->joints) {
+    const bool wheel =
+        std::any_of(model->drive.runners.begin(), model->drive.runners.end(), [&](const auto& runner) {
+          return (runner.kind == simulation::RobotRunner::Kind::wheel && runner.link == joint.child) ||
+                 (runner.steering && model->joints[*runner.steering].name == joint.name);
+        });
+    if (joint.kind == simulation::JointKind::fixed || joint.geared || wheel) continue;
+    made.joints.push_back({joint.name, word(joint.kind), joint.lower, joint.upper, joint.velocity});
+  }
+  return made;
+}
+
+RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const tick::Configuration> configuration,
+                       VideoFeed& video, TeleopDesk* teleop, std::string trainee_why_not)
+    : bus_(std::move(bus)),
+      configuration_(std::move(configuration)),
+      video_(video),
+      teleop_(teleop),
+      trainee_why_not_(std::move(trainee_why_not)),
+      placed_(configuration_->scenario) {}
+
+Status RobotWatch::start() {
+  const tick::ChannelMap& channels = configuration_->channels;
+  const std::pair<std::string, int> wanted[] = {{channels.bus(channel::mr_world), 1},
+                                                {channels.bus(channel::operators), 64},
+                                                {channels.bus(channel::mr_events), 256},
+                                                {channels.bus(channel::mr_agent_cmd), 256}};
+  for (const auto& [name, capacity] : wanted) {
+    if (Status subscribed = bus_->subscribe(name, capacity); !subscribed) return subscribed;
+  }
+  thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+  return {};
+}
+
+void RobotWatch::run(const std::stop_token& stop) {
+  Message message;
+  WallTime turned;
+  while (!stop.stop_requested()) {
+    const auto received = bus_->receive(message, poll);
+    if (!received) return;  // the station says so
+    if (*received) take(message);
+    if (runtime::steady_now() - turned < poll) continue;
+    turned = runtime::steady_now();
+    if (teleop_ != nullptr) teleop_->turn();
+  }
+}
+
+void RobotWatch::take(const Message& message) {
+  const tick::ChannelMap& channels = configuration_->channels;
+  OperatorWord word_;
+  Event event;
+  AgentCommand command;
+  if (message.channel == channels.bus(channel::mr_world)) return take_world(message);
+  if (message.channel == channels.bus(channel::mr_agent_cmd) &&
+      decode(message.channel, message.payload, command).ok()) {
+    placed_.take(command);
+    if (teleop_ != nullptr) teleop_->hear(command);
+  }
+  if (message.channel == channels.bus(channel::operators) && teleop_ != nullptr &&
+      decode(message.channel, message.payload, word_).ok())
+    teleop_->hear(word_);
+  if (message.channel == channels.bus(channel::mr_events) &&
+      decode(message.channel, message.payload, event).ok()) {
+    placed_.take(event);
+    if (event.kind == EventKind::command_accepted) names_.clear();  // what it changed is told anew
+    if (lessons_.hear(event)) video_.impair(lessons_.delay(), lessons_.loss());
+    if (teleop_ != nullptr) teleop_->hear(event);
+  }
+}
+
+void RobotWatch::take_world(const Message& message) {
+  const WallTime now = runtime::steady_now();
+  WorldMessage world;
+  if (now < world_due_ || !decode(message.channel, message.payload, world)) return;
+  world_due_ = now + world_period;
+  const std::vector<DrivenRobot> robots = robots_in(world);
+  std::vector<std::string> names;
+  for (const DrivenRobot& robot : robots) names.push_back(robot.name);
+  if (names == names_) return;
+  names_ = names;
+  video_.set_robots(std::move(names));
+  if (teleop_ == nullptr) return;
+  std::vector<TeleopRobot> drivables;
+  for (const DrivenRobot& robot : robots) {
+    drivables.push_back(drivable(robot, *configuration_, placed_.find(robot.name)));
+    if (robot.name == configuration_->robot.name) drivables.back().why_not = trainee_why_not_;
+  }
+  teleop_->set_robots(std::move(drivables));
+}
+
+}  // namespace parhelion::station

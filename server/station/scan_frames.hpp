@@ -1,0 +1,59 @@
+// Scans for pages: where the laser was at the stamp, and which beams are virtual.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fusion/pose/pose_track.hpp"
+#include "protocols/codec.hpp"
+#include "server/tick/configuration.hpp"
+
+namespace parhelion::station {
+
+/// What binary message 2 says beside the scan itself.
+struct ScanFrame {
+  enum class Source : std::uint8_t { real, mixed, agent };
+  Source source = Source::real;
+  std::uint16_t part = 0xFFFF;                       ///< of an agent: its first part in the entity table
+  double t = 0;                                      ///< s of the session
+  std::optional<Transform<Map, Laser>> T_map_laser;  ///< at the stamp; none: not known, and NaN is sent
+  std::vector<std::int16_t> entities;                ///< per beam: index of the entity hit, -1: real; or none
+};
+std::string scan_bytes(const Scan& scan, const ScanFrame& frame);
+
+/// Where the trainee's robot is at any instant of its clock, as the server itself knows it.
+class RobotPlace {
+ public:
+  explicit RobotPlace(const tick::Configuration& configuration);
+
+  void take(const Odometry& odometry) { track_->add(odometry); }
+  void take(PoseEstimate estimate);
+  /// POSE, where the scenario says how well it is known.
+  void take(const PoseStamped& pose);
+  std::optional<Transform<Map, Laser>> laser_at(SensorTime t) const;
+  /// In the plane: roll and pitch are not known here.
+  std::optional<Transform<Map, Base>> base_at(SensorTime t) const;
+  void restart();
+
+ private:
+  const tick::Configuration& configuration_;
+  std::optional<pose::PoseTrack> track_;
+};
+
+/// Where agents are at an instant a little ago, from the newest two worlds.
+class AgentPlaces {
+ public:
+  void take(const WorldMessage& world);
+  /// The laser of an agent, which is carried at `T_base_laser`.
+  std::optional<Transform<Map, Laser>> laser_at(const std::string& agent,
+                                                const Transform<Base, Laser>& T_base_laser,
+                                                SimulationTime t) const;
+  void restart() { worlds_[0].bodies.clear(), worlds_[1].bodies.clear(); }
+
+ private:
+  WorldMessage worlds_[2];  ///< the older first
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,52 @@
+// The score and the tasks as MR_EVENTS say them: the server grades, pages only show.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "protocols/event.hpp"
+#include "protocols/training.hpp"
+
+namespace parhelion::station {
+
+struct TaskLine {
+  enum class State : std::uint8_t { waiting, running, done, failed };
+  std::string name, text;
+  State state = State::waiting;
+  bool required = false;
+  double points = 0, of = 0;    ///< earned, and to be earned
+  std::optional<double> limit;  ///< s from its begin
+  std::optional<SimulationTime> began;
+};
+const char* to_string(TaskLine::State state);
+
+class ScoreBoard {
+ public:
+  explicit ScoreBoard(const std::optional<Training>& training);
+
+  /// False: the event changes nothing here.
+  bool take(const Event& event);
+  void restart();
+
+  bool graded() const { return training_.has_value(); }
+  double score() const { return score_; }
+  double possible() const { return possible_; }                              ///< points of all tasks together
+  double pass_mark() const { return training_ ? training_->pass_mark : 0; }  ///< share
+  std::optional<double> limit() const { return training_ ? training_->limit : std::nullopt; }  ///< s
+  /// The grading's last word; none: it goes on.
+  const std::optional<std::string>& verdict() const { return verdict_; }
+  /// As the grader reckons it.
+  bool passed() const;
+  const std::vector<TaskLine>& tasks() const { return tasks_; }
+  /// s that are left of a task; none: its time is not limited, or it does not run.
+  std::optional<double> left(const TaskLine& task, SimulationTime now) const;
+
+ private:
+  const std::optional<Training>& training_;
+  std::vector<TaskLine> tasks_;
+  double score_ = 0, possible_ = 0;
+  std::optional<std::string> verdict_;
+};
+
+}  // namespace parhelion::station

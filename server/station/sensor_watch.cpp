@@ -1,0 +1,87 @@
+#include "server/station/sensor_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace parhelion::station {
+namespace {
+
+constexpr Duration window = seconds(10.0);  // what rate and loss speak of
+
+/// s between two that follow each other; 0: fewer than two. As a rule the usual gap, so that what is lost
+/// makes longer ones. A sensor that is read at the beats of a faster clock (100 Hz at 120) has longer ones,
+/// too, but regularly: any twenty together last as long, give or take a beat. Then it is their mean.
+double period_of(const std::deque<SensorTime>& stamps) {
+  constexpr std::size_t row = 20, too_many_to_be_chance = 4;
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) gaps.push_back((stamps[i] - stamps[i - 1]).seconds());
+  if (gaps.empty()) return 0;
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  const double usual = *middle;
+  const auto is_longer = [usual](double gap) { return gap > 1.25 * usual; };
+  const auto longer = static_cast<std::size_t>(std::count_if(gaps.begin(), gaps.end(), is_longer));
+  if (gaps.size() < 2 * row || longer < too_many_to_be_chance) return usual;
+  double shortest = std::numeric_limits<double>::infinity(), longest = 0;
+  for (std::size_t i = row; i < stamps.size(); ++i) {
+    const double lasts = (stamps[i] - stamps[i - row]).seconds();
+    shortest = std::min(shortest, lasts);
+    longest = std::max(longest, lasts);
+  }
+  if (longest - shortest > 1.5 * usual) return usual;
+  return (stamps.back() - stamps.front()).seconds() / static_cast<double>(gaps.size());
+}
+
+}  // namespace
+
+const char* to_string(SensorState::Word word) {
+  static constexpr const char* words[] = {"none", "ok", "late", "lost"};
+  return words[static_cast<std::size_t>(word)];
+}
+
+void SensorWatch::heard(const std::string& name, SensorTime stamp, ArrivalTime arrival) {
+  const auto sensor =
+      std::find_if(sensors_.begin(), sensors_.end(), [&](const Sensor& each) { return each.name == name; });
+  if (sensor == sensors_.end()) return;
+  if (sensor->clock == Clock::robot) robot_clock_.add(arrival, stamp);
+  auto& stamps = sensor->stamps;
+  // A clock that was set, or a recording that was wound back.
+  if (!stamps.empty() && stamp <= stamps.back()) stamps.clear();
+  stamps.push_back(stamp);
+  while (stamps.size() > kept || stamps.back() - stamps.front() > window) stamps.pop_front();
+}
+
+SimulationTime SensorWatch::to_server(SensorTime t) const {
+  return robot_clock_.known() ? robot_clock_.to_server(t) : SimulationTime{t.ns};
+}
+
+std::vector<SensorState> SensorWatch::states(ArrivalTime now) const {
+  std::vector<SensorState> states;
+  for (const Sensor& sensor : sensors_) {
+    SensorState& state = states.emplace_back();
+    state.name = sensor.name;
+    if (sensor.stamps.empty()) continue;
+    const SensorTime newest = sensor.stamps.back();
+    const SimulationTime taken = sensor.clock == Clock::robot ? to_server(newest) : SimulationTime{newest.ns};
+    state.age = std::max(0.0, (simulation_time(now) - taken).seconds());
+    double period = 0;
+    if (sensor.stamps.size() > 1) {
+      const double span = (newest - sensor.stamps.front()).seconds();
+      const auto gaps = static_cast<double>(sensor.stamps.size() - 1);
+      period = period_of(sensor.stamps);
+      state.rate = gaps / span;
+      state.loss = std::max(0.0, 1 - gaps / std::max(1.0, std::round(span / period)));
+    }
+    const bool lost = state.age > std::max(1.0, 10 * period), late = state.age > std::max(0.15, 3 * period);
+    state.word = lost ? SensorState::Word::lost : late ? SensorState::Word::late : SensorState::Word::ok;
+  }
+  return states;
+}
+
+void SensorWatch::restart() {
+  for (Sensor& sensor : sensors_) sensor.stamps.clear();
+  robot_clock_ = {};
+}
+
+}  // namespace parhelion::station

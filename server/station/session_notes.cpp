@@ -1,0 +1,46 @@
+#include "server/station/session_notes.hpp"
+
+#include <cerrno>
+#include <cstring>
+
+namespace parhelion::station {
+
+Result<SessionNotes> SessionNotes::open(const std::string& path) {
+  SessionNotes notes;
+  notes.path_ = path;
+  if (path.empty()) return notes;
+  notes.file_.reset(std::fopen(path.c_str(), "ae"));
+  if (!notes.file_)
+    return Error{path + ": what people say cannot be kept here: " + std::strerror(errno) +
+                 "; expected a folder that can be written"};
+  return notes;
+}
+
+Status SessionNotes::write(const std::string& by, const std::string& json, WallTime now) {
+  if (!file_) return {};
+  std::size_t& said = said_[by];
+  if (said + json.size() > most_said) return Error{"'" + by + "' has said all that is kept of one person"};
+  said += json.size();
+  const std::string line = "{\"at_us\":" + std::to_string(now.utime()) + "," + json.substr(1) + "\n";
+  const bool written = std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size();
+  if (written && std::fflush(file_.get()) == 0) return {};
+  return Error{path_ + ": " + std::strerror(errno)};
+}
+
+Status SessionNotes::add(const ChatLine& line, WallTime now) {
+  chat_.push_back(line);
+  if (chat_.size() > kept) chat_.pop_front();
+  return write(line.from, chat_json(line), now);
+}
+
+Status SessionNotes::add(const MarkLine& line, WallTime now) {
+  marks_.push_back(line);
+  if (marks_.size() > kept) marks_.pop_front();
+  return write(line.by, mark_json(line), now);
+}
+
+bool is_for(const ChatLine& line, const Identity& who) {
+  return line.to == "all" || line.to == who.name || line.from == who.name || line.to == role_word(who.role);
+}
+
+}  // namespace parhelion::station

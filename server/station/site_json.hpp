@@ -1,0 +1,29 @@
+// What does not change, or seldom, as JSON: the session, the building, the robots.
+#pragma once
+
+#include <string>
+
+#include "server/station/http/identity.hpp"
+#include "server/station/session_controls.hpp"
+#include "server/tick/configuration.hpp"
+
+namespace parhelion::station {
+
+struct HelloWords {
+  SimulationTime start;  ///< of the session
+  WallTime now;          ///< the server's clock, for the page's
+  bool recorded = false;
+  bool mapped = false;  ///< there is a picture of the map
+  std::string marks;    ///< JSON list for the seek bar; empty: none
+  bool can_pause = false, can_rate = false, can_seek = false, can_end = false, can_save = false;
+};
+/// hello: what a page is told first.
+std::string hello_json(const tick::Configuration& configuration, const Identity& who,
+                       const HelloWords& words);
+
+/// GET /api/v1/model: {version, map_id, elements: [{name, label, at, turn, size, ...}], meshes}.
+std::string site_json(const SemanticModel& model, std::uint64_t version);
+/// GET /api/v1/robots: the trainee's robot and the robot models that agents may have.
+std::string robots_json(const tick::Configuration& configuration);
+
+}  // namespace parhelion::station

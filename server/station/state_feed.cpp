@@ -1,0 +1,330 @@
+// What comes from the bus. What goes to pages by itself is in state_feed_pages.cpp.
+#include "server/station/state_feed.hpp"
+
+#include <algorithm>
+
+#include "protocols/channels.hpp"
+#include "server/station/depth_frames.hpp"
+
+namespace parhelion::station {
+namespace {
+
+constexpr std::size_t kept_events = 500;
+constexpr Duration points_period = milliseconds(200);
+constexpr std::string_view agent_prefix = "MR_AGENT_", scan_suffix = "_SCAN";
+
+/// The agent of a channel MR_AGENT_<name>_SCAN; empty: it is none.
+std::string agent_of(const std::string& channel) {
+  if (!channel.starts_with(agent_prefix) || !channel.ends_with(scan_suffix)) return {};
+  if (channel.size() <= agent_prefix.size() + scan_suffix.size()) return {};
+  return channel.substr(agent_prefix.size(), channel.size() - agent_prefix.size() - scan_suffix.size());
+}
+
+}  // namespace
+
+StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, FeedOptions options)
+    : configuration_(std::move(configuration)),
+      options_(std::move(options)),
+      shapes_(configuration_->scenario, configuration_->robot, configuration_->model,
+              configuration_->robot_models),
+      placed_(configuration_->scenario),
+      board_(configuration_->scenario.training),
+      robot_(*configuration_) {
+  using Clock = SensorWatch::Clock;
+  add(channel::scan, Kind::scan, 4, Clock::robot);
+  add(channel::odometry, Kind::odometry, 64, Clock::robot);
+  add(channel::pose_cov, Kind::pose_cov, 16,
+      configuration_->scenario.pose ? std::nullopt : std::optional(Clock::robot));
+  add(channel::pose, Kind::pose, 16,
+      configuration_->scenario.pose ? std::optional(Clock::robot) : std::nullopt);
+  add(channel::imu, Kind::watched, 64, Clock::robot);
+  add(channel::joint_state, Kind::joints, 8, Clock::robot);
+  add(channel::camera, Kind::watched, 4, Clock::robot);
+  add(channel::depth, Kind::depth, 1, Clock::robot);
+  add(channel::hazard, Kind::hazard, 4, Clock::robot);
+  add(channel::mr_scan, Kind::mr_scan, 4, Clock::robot);
+  add(channel::mr_camera, Kind::watched, 4, Clock::robot);
+  add(channel::mr_world, Kind::world, 2, Clock::server);
+  add(channel::mr_scan_info, Kind::scan_info, 4, std::nullopt);
+  const int whole_session = 16'384;  // a player says it all again after it was wound back
+  add(channel::mr_events, Kind::event, recorded() ? whole_session : 1024, std::nullopt);
+  add(channel::mr_status, Kind::status, 2, std::nullopt);
+  add(channel::mr_agent_cmd, Kind::command, recorded() ? whole_session : 256, std::nullopt);
+  add(channel::mr_model, Kind::model, 2, std::nullopt);
+  add(channel::operators, Kind::operators, 64, std::nullopt);
+  channels_[channel::mr_session] = {Kind::session, channel::mr_session, 2};  // it alone is never renamed
+}
+
+void StateFeed::add(const char* canonical, Kind kind, int capacity,
+                    std::optional<SensorWatch::Clock> watched) {
+  channels_[configuration_->channels.bus(canonical)] = {kind, canonical, capacity};
+  if (watched) sensors_.watch(canonical, *watched);
+}
+
+std::vector<std::pair<std::string, int>> StateFeed::channels() const {
+  std::vector<std::pair<std::string, int>> all;
+  for (const auto& [name, channel] : channels_) all.emplace_back(name, channel.capacity);
+  all.emplace_back("MR_AGENT_.*_SCAN", 64);
+  return all;
+}
+
+void StateFeed::take(const Message& message, WallTime now) {
+  deaf_.clear();
+  const auto known = channels_.find(message.channel);
+  if (known == channels_.end()) return take_agent_scan(message);
+  if (const auto stamp = leading_stamp(message.payload))
+    sensors_.heard(known->second.canonical, *stamp, ArrivalTime{options_.clock().ns});
+  const auto read = [&](auto& item) { return decode(message.channel, message.payload, item).ok(); };
+  switch (known->second.kind) {
+    case Kind::session:
+      if (SessionHeader header; read(header)) restart({header.stamp.ns});
+      return;
+    case Kind::world:
+      return take_world(message, now);
+    case Kind::event:
+      return take_event(message);
+    case Kind::scan:
+      return take_scan(message, ScanFrame::Source::real);
+    case Kind::mr_scan:
+      return take_scan(message, ScanFrame::Source::mixed);
+    case Kind::scan_info:
+      return take_scan_info(message);
+    case Kind::odometry:
+      if (Odometry odometry; read(odometry)) robot_.take(odometry);
+      return;
+    case Kind::pose_cov:
+      if (PoseEstimate estimate; read(estimate)) {
+        pose_changed_ = pose_changed_ || !pose_known_ || estimate.state != pose_.state;
+        pose_known_ = true;
+        pose_ = estimate;
+        robot_.take(std::move(estimate));
+      }
+      return;
+    case Kind::pose:
+      if (PoseStamped pose; read(pose)) robot_.take(pose);
+      return;
+    case Kind::status:
+      read(status_);
+      return;
+    case Kind::operators:
+      return take_operator(message, now);
+    case Kind::joints:
+      if (Joints joints; read(joints)) joints_ = std::move(joints);
+      return;
+    case Kind::hazard:
+      if (HazardReading reading; read(reading)) hazard_ = std::move(reading);
+      return;
+    case Kind::model:
+      return take_model(message);
+    case Kind::command:
+      if (AgentCommand command; read(command)) {
+        placed_.take(command);
+        shapes_.take(command);
+      }
+      return;
+    case Kind::depth:
+      return take_depth(message, now);
+    case Kind::watched:
+    case Kind::agent_scan:
+    case Kind::none:
+      return;
+  }
+}
+
+void StateFeed::restart(SimulationTime at) {
+  start_ = at;
+  shapes_ = simulation::EntityShapes(configuration_->scenario, configuration_->robot, configuration_->model,
+                                     configuration_->robot_models);
+  placed_.restart();
+  table_.clear();
+  sensors_.restart();
+  board_.restart();
+  robot_.restart();
+  agents_.restart();
+  world_ = {};
+  world_unread_ = false;
+  events_.clear();
+  new_events_.clear();
+  mixed_scan_.reset();
+  joints_.reset();
+  hazard_.reset();
+  operators_.clear();
+  pose_known_ = false;
+  table_due_ = depth_due_ = {};
+  for (Page& page : pages_.all()) greet(page);
+  if (restarted) restarted();
+}
+
+/// A session that was joined late counts from what is heard of it first.
+void StateFeed::note_start(SimulationTime at) {
+  if (!start_) restart(at);
+}
+
+void StateFeed::take_world(const Message& message, WallTime now) {
+  if (const auto stamp = leading_stamp(message.payload)) note_start({stamp->ns});
+  world_message_ = message;
+  world_unread_ = true;
+  if (!pages_.empty()) send_world(now);
+}
+
+/// The newest world is read when somebody wants it. False: there is none.
+bool StateFeed::read_world() {
+  if (world_unread_ && !decode(world_message_.channel, world_message_.payload, world_).ok()) world_ = {};
+  world_unread_ = false;
+  return world_.stamp.ns != 0;
+}
+
+std::optional<Transform<Map, Base>> StateFeed::place_of(const std::string& entity) {
+  if (!read_world()) return std::nullopt;
+  const auto body = std::find_if(world_.bodies.begin(), world_.bodies.end(),
+                                 [&](const WorldMessage::Entry& each) { return each.entity == entity; });
+  if (body == world_.bodies.end()) return std::nullopt;
+  return Transform<Map, Base>(body->T_map_body.isometry());
+}
+
+std::vector<std::string> StateFeed::agents_there() {
+  std::vector<std::string> names;
+  if (!read_world()) return names;
+  for (const WorldMessage::Entry& body : world_.bodies) {
+    if (body.owner != BodyOwner::agent) continue;
+    if (names.empty() || names.back() != body.entity) names.push_back(body.entity);
+  }
+  return names;
+}
+
+void StateFeed::take_event(const Message& message) {
+  Event event;
+  if (!decode(message.channel, message.payload, event)) return;
+  note_start(event.stamp);
+  placed_.take(event);
+  shapes_.take(event);
+  score_changed_ = board_.take(event) || score_changed_;
+  if (heard_event) heard_event(event);
+  if (event.kind == EventKind::collision_continued) return;  // it has been told that it goes on
+  events_.push_back(event);
+  if (events_.size() > kept_events) events_.pop_front();
+  if (!pages_.empty()) new_events_.push_back(std::move(event));
+}
+
+void StateFeed::take_scan(const Message& message, ScanFrame::Source source) {
+  if (pages_.empty()) return;
+  const bool mixed = source == ScanFrame::Source::mixed;
+  if (mixed && mixed_scan_) send_mixed_scan(nullptr);
+  if (!decode(message.channel, message.payload, scan_)) return;
+  if (mixed) {
+    mixed_scan_ = scan_;
+    return;
+  }
+  ScanFrame frame;
+  frame.source = source;
+  frame.t = t(sensors_.to_server(scan_.stamp));
+  frame.T_map_laser = robot_.laser_at(scan_.stamp);
+  send_scan(scan_, frame, page_slot::real_scan);
+}
+
+void StateFeed::take_scan_info(const Message& message) {
+  const bool live = info_.live;
+  const std::string reason = std::move(info_.reason);
+  if (!decode(message.channel, message.payload, info_)) {
+    info_ = {};
+    return;
+  }
+  injection_changed_ = injection_changed_ || live != info_.live || reason != info_.reason;
+  if (mixed_scan_ && mixed_scan_->stamp == info_.stamp) send_mixed_scan(&info_);
+}
+
+/// With what it hit, where MR_SCAN_INFO has said so.
+void StateFeed::send_mixed_scan(const ScanInfo* info) {
+  ScanFrame frame;
+  frame.source = ScanFrame::Source::mixed;
+  frame.t = t(sensors_.to_server(mixed_scan_->stamp));
+  frame.T_map_laser = robot_.laser_at(mixed_scan_->stamp);
+  if (info != nullptr) {
+    std::vector<std::int16_t> entities;
+    for (const std::string& agent : info->agents) {
+      const int entity = table_.entity(agent);
+      entities.push_back(static_cast<std::int16_t>(entity > 32'767 ? -1 : entity));
+    }
+    for (const std::int16_t agent : info->beam_agent)
+      frame.entities.push_back(agent < 0 ? std::int16_t{-1} : entities[static_cast<std::size_t>(agent)]);
+  }
+  send_scan(*mixed_scan_, frame, page_slot::mixed_scan);
+  mixed_scan_.reset();
+}
+
+void StateFeed::send_scan(const Scan& scan, const ScanFrame& frame, int slot) {
+  PageText bytes;
+  for (const Page& page : pages_.all()) {
+    if (!page.wants.scan) continue;
+    if (!bytes) bytes = page_text(scan_bytes(scan, frame));
+    page.client->send(bytes, true, slot);
+  }
+}
+
+void StateFeed::take_agent_scan(const Message& message) {
+  const std::string agent = agent_of(message.channel);
+  if (agent.empty()) return;
+  PageText bytes;
+  for (const Page& page : pages_.all()) {
+    const auto& wanted = page.wants.agent_scans;
+    const auto at = std::find(wanted.begin(), wanted.end(), agent);
+    const int entity = table_.entity(agent);
+    if (at == wanted.end() || entity < 0) continue;
+    if (!bytes) {
+      if (!decode(message.channel, message.payload, scan_)) return;
+      ScanFrame frame;
+      frame.source = ScanFrame::Source::agent;
+      frame.part =
+          static_cast<std::uint16_t>(table_.entities()[static_cast<std::size_t>(entity)].parts.front());
+      const SimulationTime taken = sensors_.to_server(scan_.stamp);
+      frame.t = t(taken);
+      if (const auto mount = shapes_.laser_mount(agent))
+        frame.T_map_laser = agents_.laser_at(agent, *mount, taken);
+      bytes = page_text(scan_bytes(scan_, frame));
+    }
+    page.client->send(bytes, true, page_slot::agent_scan + static_cast<int>(at - wanted.begin()));
+  }
+}
+
+/// For those that want points, a few times a second. Of a camera on a head that turns nobody knows here where
+/// it looks.
+void StateFeed::take_depth(const Message& message, WallTime now) {
+  const auto& all = pages_.all();
+  const auto& camera = configuration_->robot.depth;
+  const bool wanted = std::any_of(all.begin(), all.end(), [](const Page& page) { return page.wants.points; });
+  if (!wanted || !camera || !camera->head.empty() || now < depth_due_) return;
+  Image image;
+  if (!decode(message.channel, message.payload, image).ok()) return;
+  const auto place = robot_.base_at(image.stamp);
+  const auto pixels = place ? render::decode_depth(image) : Result<render::DepthPixels>(Error{"no pose"});
+  if (!pixels) return;
+  depth_due_ = now + points_period;
+  const PageText bytes = page_text(
+      depth_bytes(*pixels, *camera, *place * camera->T_base_optical, t(sensors_.to_server(image.stamp))));
+  for (const Page& page : all) {
+    if (page.wants.points) page.client->send(bytes, true, page_slot::points);
+  }
+}
+
+void StateFeed::take_operator(const Message& message, WallTime now) {
+  OperatorWord word;
+  if (!decode(message.channel, message.payload, word)) return;
+  const auto known = operators_.find(word.name);
+  const bool news = known == operators_.end() || known->second.first.robot != word.robot ||
+                    known->second.first.state != word.state;
+  operators_changed_ = operators_changed_ || news;
+  operators_[word.name] = {word, now};
+}
+
+void StateFeed::take_model(const Message& message) {
+  ModelVersion version;
+  if (!decode(message.channel, message.payload, version)) return;
+  const auto model = parse_model(version.yaml, message.channel);
+  if (!model) return;
+  model_version_ = version.version;
+  shapes_.take(*model);
+  if (model_changed) model_changed(site_json(*model, version.version), version.version);
+  pages_.tell(model_json(version.version));
+}
+
+}  // namespace parhelion::station

@@ -1,0 +1,162 @@
+// The session as pages see it: what is on the bus, decoded once and encoded once, to each page at its rate.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "protocols/bus/bus.hpp"
+#include "server/simulation/entity_shapes.hpp"
+#include "server/station/entity_table.hpp"
+#include "server/station/feed_json.hpp"
+#include "server/station/pages.hpp"
+#include "server/station/placed_agents.hpp"
+#include "server/station/scan_frames.hpp"
+#include "server/station/score_board.hpp"
+#include "server/station/sensor_watch.hpp"
+#include "server/station/site_json.hpp"
+#include "server/tick/configuration.hpp"
+
+namespace parhelion::station {
+
+struct FeedOptions {
+  HelloWords words;  ///< all but the instants
+  /// The server's clock now (live: wall time; of a recording: where that is), for the age of sensors.
+  std::function<ArrivalTime()> clock;
+  std::function<ControlState()> control;  ///< may be empty
+  std::function<bool()> stopped;          ///< an emergency stop holds; may be empty
+};
+
+/// Not thread-safe: the station's worker has it.
+class StateFeed {
+ public:
+  StateFeed(std::shared_ptr<const tick::Configuration> configuration, FeedOptions options);
+
+  /// What to subscribe to, and how many may wait.
+  std::vector<std::pair<std::string, int>> channels() const;
+  void take(const Message& message, WallTime now);
+  /// Pages are told why nothing comes, until something does.
+  void bus_failed(const std::string& why) { deaf_ = why; }
+  /// What time brings: rates, ages, what is left. At least 20 times a second. `now`: steady clock, as above.
+  void look(WallTime now);
+
+  /// The page is told how things stand.
+  void open(std::shared_ptr<WebClient> client);
+  void close(std::uint64_t client) { pages_.close(client); }
+  void subscribe(std::uint64_t client, const Subscription& wanted);
+  Pages& pages() { return pages_; }
+
+  SimulationTime begun() const { return start(); }  ///< epoch: nothing has begun
+  double t(SimulationTime instant) const { return (instant - start()).seconds(); }
+  SimulationTime now() const { return simulation_time(options_.clock()); }
+  bool recorded() const { return options_.words.recorded; }
+  const ServerStatus& status() const { return status_; }
+  const HelloWords& words() const { return options_.words; }
+  const PlacedAgents& placed() const { return placed_; }
+  /// Names of the agents in the newest MR_WORLD, the trainee's robot not among them.
+  std::vector<std::string> agents_there();
+  const tick::Configuration& configuration() const { return *configuration_; }
+  /// Of the newest MR_WORLD; none: there is no such entity.
+  std::optional<Transform<Map, Base>> place_of(const std::string& entity);
+  /// Where the desk hears the answers to its commands.
+  std::function<void(const Event&)> heard_event;
+  /// A new version of the building: JSON for those who ask over HTTP.
+  std::function<void(std::string json, std::uint64_t version)> model_changed;
+  /// MR_SESSION came: what was said before is of another.
+  std::function<void()> restarted;
+
+ private:
+  enum class Kind : std::uint8_t {
+    none,
+    session,
+    world,
+    event,
+    scan,
+    mr_scan,
+    scan_info,
+    odometry,
+    pose_cov,
+    pose,
+    status,
+    operators,
+    joints,
+    hazard,
+    model,
+    command,
+    agent_scan,
+    depth,
+    watched
+  };
+  struct Channel {
+    Kind kind = Kind::none;
+    std::string canonical;
+    int capacity = 1;
+  };
+  void add(const char* canonical, Kind kind, int capacity, std::optional<SensorWatch::Clock> watched);
+
+  SimulationTime start() const { return start_.value_or(SimulationTime{}); }
+  void note_start(SimulationTime at);
+  void restart(SimulationTime at);
+  void take_world(const Message& message, WallTime now);
+  bool read_world();
+  void take_event(const Message& message);
+  void take_scan(const Message& message, ScanFrame::Source source);
+  void take_scan_info(const Message& message);
+  void take_agent_scan(const Message& message);
+  void take_operator(const Message& message, WallTime now);
+  void take_model(const Message& message);
+  void take_depth(const Message& message, WallTime now);
+  void send_world(WallTime now);
+  void send_mixed_scan(const ScanInfo* info);
+  void send_scan(const Scan& scan, const ScanFrame& frame, int slot);
+  void send_plans();
+  void greet(Page& page);
+  std::string hello(const Identity& who) const;
+  std::string entities() const;
+  std::string status_text() const;
+  ControlState control() const;
+  void forget_silent_operators(WallTime now);
+  void tell_operators() const;
+
+  std::shared_ptr<const tick::Configuration> configuration_;
+  FeedOptions options_;
+  std::unordered_map<std::string, Channel> channels_;  ///< by the name on the bus
+  Pages pages_;
+  std::optional<SimulationTime> start_;
+
+  simulation::EntityShapes shapes_;
+  PlacedAgents placed_;
+  EntityTable table_;
+  SensorWatch sensors_;
+  ScoreBoard board_;
+  RobotPlace robot_;
+  AgentPlaces agents_;
+
+  Message world_message_;  ///< the newest MR_WORLD, read when somebody wants it
+  bool world_unread_ = false;
+  WorldMessage world_;
+  std::deque<Event> events_;        ///< the last of the session
+  std::vector<Event> new_events_;   ///< not told yet
+  std::optional<Scan> mixed_scan_;  ///< MR_SCAN that waits for its MR_SCAN_INFO
+  Scan scan_;
+  ScanInfo info_;
+  PoseEstimate pose_;
+  bool pose_known_ = false;
+  ServerStatus status_;
+  std::string deaf_;  ///< why nothing comes from the bus; empty: it works
+  std::map<std::string, std::pair<OperatorWord, WallTime>> operators_;
+  std::optional<Joints> joints_;
+  std::optional<HazardReading> hazard_;
+  std::uint64_t model_version_ = 0;
+  bool score_changed_ = false, operators_changed_ = false, injection_changed_ = false, pose_changed_ = false;
+  WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< when what comes so often is due
+  std::string said_control_;
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,104 @@
+// /ws/video and /video.mjpg: the picture of any robot, coded once for all who look, and the truth about its
+// age. The newest picture wins; a page that cannot follow is left out until the next key picture, which is
+// asked for.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "protocols/bus/bus.hpp"
+#include "protocols/channel_map.hpp"
+#include "server/station/http/web_client.hpp"
+#include "server/station/video/video_link.hpp"
+#include "server/station/video/video_source.hpp"
+
+namespace parhelion::station {
+
+struct VideoOptions {
+  std::string robot;                 ///< the trainee's
+  std::string camera = "MR_CAMERA";  ///< its channels on the bus: what the server makes of the picture,
+  std::string original = "CAMERA";   ///< and the camera's own, shown (and called so) where that does not come
+  bool simulated = false;            ///< the trainee's robot is
+  /// The channel on the bus of an agent's camera.
+  std::function<std::string(const std::string& agent)> agent_camera = agent_camera_channel;
+  std::function<WallTime()> now;        ///< steady
+  std::function<SensorTime()> stamp;    ///< wall clock
+  std::function<SensorTime()> session;  ///< where a recording is now; empty: the wall clock
+  VideoLinkLimits limits = {};
+};
+
+/// What was done since the start.
+struct VideoCounts {
+  std::uint64_t pictures = 0;                    ///< that came and somebody wanted
+  std::uint64_t refused = 0;                     ///< that could not be read
+  std::uint64_t coded = 0, keys = 0, bytes = 0;  ///< of H.264
+  std::uint64_t sent = 0, left_out = 0;          ///< over all pages
+  double coding_s = 0;                           ///< in all, for `pictures`
+};
+
+/// Thread-safe but for turn(), which belongs to the thread of start() where that is used.
+class VideoFeed {
+ public:
+  /// `bus`: an endpoint of its own; only received from.
+  VideoFeed(std::unique_ptr<Bus> bus, VideoOptions options);
+  ~VideoFeed();
+  VideoFeed(const VideoFeed&) = delete;
+  VideoFeed& operator=(const VideoFeed&) = delete;
+
+  /// Query: `robot` (absent: the trainee's), `codec` "h264" or "jpeg". The feed outlives its server.
+  SocketHandler socket();
+  /// JPEG after JPEG, to be answered with `stream_type`.
+  static constexpr const char* stream_type = "multipart/x-mixed-replace; boundary=frame";
+  SocketHandler stream();
+  /// Receives, codes and sends in a thread of its own, at nice 10. Once.
+  void start();
+  /// One round: waits at most `timeout` for a picture, and shows what is due.
+  void turn(Duration timeout);
+
+  /// Robots that may have a camera, the trainee's or agents.
+  void set_robots(std::vector<std::string> robots);
+  /// The lessons camera_delay (s, 0..0.5) and camera_loss (share, 0..1).
+  void impair(double delay, double loss);
+  VideoCounts counts() const;
+
+ private:
+  struct Viewer;
+
+  void opened(std::shared_ptr<WebClient> client, bool stream);
+  void received(WebClient& client, std::string_view bytes, bool binary);
+  void closed(WebClient& client);
+
+  void follow_viewers();
+  Duration until_due(Duration timeout) const;
+  void take(const Message& message);
+  void show_due();
+  VideoWanted wanted_of(VideoSource& source);
+  void show(VideoSource& source, const VideoSource::Waiting& picture, const VideoWanted& wanted);
+  void send(const VideoSource& source, VideoFrame frame, const CodedPicture& coded);
+  void watch();
+
+  const std::unique_ptr<Bus> bus_;
+  const VideoOptions options_;
+  mutable std::mutex mutex_;  // of all below
+  std::vector<std::string> robots_;
+  std::map<std::uint64_t, std::unique_ptr<Viewer>> viewers_;     // by client
+  std::map<std::string, std::unique_ptr<VideoSource>> sources_;  // by robot; somebody looks at each
+  double delay_ = 0, loss_ = 0;
+  std::string bus_fault_;
+  VideoCounts counts_;
+  bool stop_ = false;
+  std::condition_variable ended_;
+
+  std::set<std::string> channels_;  // subscribed; of the turning thread
+  std::thread thread_;
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,87 @@
+#include "server/station/video/video_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace parhelion::station {
+namespace {
+
+constexpr Duration missing = milliseconds(500);  // nothing for so long: the camera's own is shown
+constexpr Duration stale_after = milliseconds(500), longest_wait = seconds(3.0);
+constexpr int periods = 3;  // a slow camera's pictures are stale after so many
+
+std::string text_of(const ImageMetadata& entry) { return {entry.value.begin(), entry.value.end()}; }
+
+/// Uniform in [0, 1), the same for the same count (SplitMix64).
+double share_of(std::uint64_t count) {
+  std::uint64_t z = count * 0x9E3779B97F4A7C15U;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
+  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+}  // namespace
+
+VideoSource::VideoSource(std::string robot, std::string channel, std::string original, bool simulated)
+    : robot_(std::move(robot)),
+      channel_(std::move(channel)),
+      original_(std::move(original)),
+      simulated_(simulated) {}
+
+bool VideoSource::hears(const std::string& channel, WallTime now) {
+  if (channel == channel_) {
+    heard_ = now;
+    return true;
+  }
+  return !original_.empty() && channel == original_ && (!heard_ || now - *heard_ >= missing);
+}
+
+bool VideoSource::is_lost(double share) { return share_of(++counted_) < share; }
+
+std::optional<VideoSource::Waiting> VideoSource::take_due(WallTime now) {
+  std::optional<Waiting> newest;
+  while (!waiting.empty() && waiting.front().due <= now) {
+    newest = std::move(waiting.front());
+    waiting.pop_front();
+  }
+  return newest;
+}
+
+VideoFrame VideoSource::shown(const Waiting& picture, SensorTime session, SensorTime wall, WallTime now) {
+  const ImageMetadata* reason = picture.image.find_metadata("parhelion.reason");
+  VideoFrame frame;
+  frame.state = picture.original || reason != nullptr                              ? PictureState::original
+                : simulated_ || picture.image.find_metadata("stand-in") != nullptr ? PictureState::simulated
+                                                                                   : PictureState::live;
+  why_ = reason != nullptr  ? text_of(*reason)
+         : picture.original ? "the server sends no pictures: this is the camera's own, with nothing drawn in"
+                            : "";
+  frame.sequence = ++sequence_;
+  const Duration age = age_.add(picture.image.stamp, session, now);
+  frame.stamp_us = (wall - age).utime();
+  frame.server_us = wall.utime();
+  frame.drawn_us = picture.arrived.utime();
+  if (shown_) period_ = now - *shown_;
+  shown_ = now;
+  fault.clear();
+  return frame;
+}
+
+VideoStatus VideoSource::status(WallTime now) const {
+  VideoStatus status;
+  status.clock_off_s = std::round(age_.clock_off().seconds() * 10) / 10;
+  status.why = fault.empty() ? why_ : fault;
+  if (!shown_) {
+    status.state = VideoStatus::State::none;
+    if (fault.empty()) status.why = "no picture has come on " + channel_ + " yet";
+    return status;
+  }
+  const Duration allowed = std::clamp(Duration{periods * period_.ns}, stale_after, longest_wait);
+  status.state = now - *shown_ < allowed ? VideoStatus::State::live : VideoStatus::State::stale;
+  if (status.state == VideoStatus::State::stale && fault.empty())
+    status.why = "no picture comes on " + channel_ + " any more";
+  return status;
+}
+
+}  // namespace parhelion::station

@@ -1,0 +1,34 @@
+import { svelte } from "@sveltejs/vite-plugin-svelte";
+import { defineConfig } from "vitest/config";
+
+export default defineConfig({
+  plugins: [svelte()],
+  base: "./",
+  build: {
+    target: "es2022",
+    // Same sources, same bytes: the built page is committed, and a check builds it again.
+    reportCompressedSize: false,
+    modulePreload: { polyfill: false },
+    chunkSizeWarningLimit: 1000,
+    rollupOptions: {
+      output: {
+        // Served with an ETag: names need no hash, and a rebuild changes files rather than renaming them.
+        entryFileNames: "assets/[name].js",
+        // What three.js is part of is not for the first load: tools/page counts the rest.
+        chunkFileNames: ({ name, moduleIds }) => (!name.startsWith("View3d") && moduleIds.some((id) => id.includes("/three/")) ? "assets/View3d[name].js" : "assets/[name].js"),
+        assetFileNames: "assets/[name][extname]",
+      },
+    },
+  },
+  server: {
+    fs: { allow: ["../../.."] },  // the tests
+    proxy: { "/api": proxied(), "/ws": { ...proxied(), ws: true }, "/video.mjpg": proxied() },
+  },
+  test: { globals: true, dir: "../../../tests/server/station/web", environment: "node" },
+});
+
+/** `npx vite` shows the page while it is written; PARHELION names the server that it speaks to. */
+function proxied() {
+  const target = process.env.PARHELION ?? "http://127.0.0.1:8080";
+  return { target, changeOrigin: true, secure: false, headers: { origin: target } };
+}

@@ -1,0 +1,181 @@
+#include "server/tick/check_reach.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <set>
+
+#include "server/simulation/building.hpp"
+#include "server/simulation/route_grid.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+constexpr double kHeight = 0.5;                // m over the floor: what is in the way of any robot
+constexpr double kSameFloor = 0.3;             // m
+constexpr double kBeyond = 2.0;                // m round the building that ways may lead through
+constexpr double kMostSide = 60.0;             // m of a zone: no more of it is looked at
+constexpr std::size_t kMostCells = 2'000'000;  // 2 hectares: who has come so far is not refused
+
+void collect(const Condition& condition, std::set<std::string>& zones) {
+  if (condition.kind == Condition::Kind::reach) zones.insert(condition.target);
+  for (const Condition& part : condition.parts) collect(part, zones);
+}
+
+/// m of the largest disc round base_link inside the footprint: wherever the robot stands, that much is free.
+double inner_radius(const RobotDescription& robot) {
+  double radius = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < robot.footprint.size(); ++i) {
+    const Eigen::Vector2d& a = robot.footprint[i];
+    const Eigen::Vector2d along = robot.footprint[(i + 1) % robot.footprint.size()] - a;
+    if (along.norm() > 0)
+      radius = std::min(radius, std::abs(along.x() * a.y() - along.y() * a.x()) / along.norm());
+  }
+  return std::isfinite(radius) ? radius : 0;
+}
+
+/// One floor of a building, and where there is room on it.
+class Floor {
+ public:
+  Floor(std::shared_ptr<const simulation::Building> building, double height, double radius)
+      : building_(std::move(building)), height_(height), radius_(radius), grid_(building_, height, kHeight) {}
+
+  bool has_room(const Eigen::Vector2d& p) { return grid_.clearance(p) >= radius_; }
+  /// Cell centres inside the zone that have room.
+  std::vector<simulation::RouteCell> room_in(const Zone& zone) {
+    Eigen::AlignedBox2d box;
+    for (const Eigen::Vector2d& corner : zone.outline) box.extend(corner);
+    box = box.intersection(Eigen::AlignedBox2d(box.center() - Eigen::Vector2d::Constant(kMostSide / 2),
+                                               box.center() + Eigen::Vector2d::Constant(kMostSide / 2)));
+    const simulation::RouteCell low = simulation::RouteGrid::cell_of(box.min()),
+                                high = simulation::RouteGrid::cell_of(box.max());
+    const double z = std::clamp(height_, zone.bottom, zone.top);
+    std::vector<simulation::RouteCell> room;
+    const auto look = [&](const simulation::RouteCell& cell, const Eigen::Vector2d& p) {
+      if (inside(zone, {p.x(), p.y(), z}, 0) && has_room(p)) room.push_back(cell);
+    };
+    for (std::int32_t y = low.y; y <= high.y; ++y) {
+      for (std::int32_t x = low.x; x <= high.x; ++x) look({x, y}, simulation::RouteGrid::center({x, y}));
+    }
+    // A zone that is smaller than a cell.
+    if (room.empty()) look(simulation::RouteGrid::cell_of(box.center()), box.center());
+    return room;
+  }
+  /// Whether a way leads from `start` to one of the cells; of one that is too far to look: yes.
+  bool leads(const Eigen::Vector2d& start, const std::vector<simulation::RouteCell>& goals) {
+    const auto less = [](const simulation::RouteCell& a, const simulation::RouteCell& b) {
+      return std::tie(a.x, a.y) < std::tie(b.x, b.y);
+    };
+    const std::set<simulation::RouteCell, decltype(less)> wanted(goals.begin(), goals.end(), less);
+    std::set<simulation::RouteCell, decltype(less)> seen(less);
+    Eigen::AlignedBox2d bounds = building_->extent();
+    bounds.extend(start);
+    for (const simulation::RouteCell& goal : goals) bounds.extend(simulation::RouteGrid::center(goal));
+    bounds.min().array() -= kBeyond;
+    bounds.max().array() += kBeyond;
+    std::deque<simulation::RouteCell> open{simulation::RouteGrid::cell_of(start)};
+    seen.insert(open.front());
+    for (; !open.empty(); open.pop_front()) {
+      const simulation::RouteCell at = open.front();
+      if (wanted.contains(at) || seen.size() > kMostCells) return true;
+      for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+        const simulation::RouteCell next{at.x + dx, at.y + dy};
+        const Eigen::Vector2d p = simulation::RouteGrid::center(next);
+        if (bounds.contains(p) && !seen.contains(next) && has_room(p)) {
+          seen.insert(next);
+          open.push_back(next);
+        }
+      }
+    }
+    return false;
+  }
+  /// What takes the most room at p; empty: nothing does.
+  std::string obstacle_at(const Eigen::Vector2d& p) const {
+    std::vector<const simulation::FixedObstacle*> near;
+    building_->near(p, 5, height_ + simulation::RouteGrid::kOverFloor, height_ + kHeight, near);
+    const simulation::Footprint point = simulation::make_disc(p, 0);
+    const auto nearest = std::min_element(near.begin(), near.end(), [&](const auto* a, const auto* b) {
+      return simulation::signed_distance(a->footprint, point) <
+             simulation::signed_distance(b->footprint, point);
+    });
+    return nearest == near.end() ? "" : (*nearest)->name;
+  }
+
+ private:
+  std::shared_ptr<const simulation::Building> building_;
+  double height_, radius_;
+  simulation::RouteGrid grid_;
+};
+
+Eigen::Vector2d middle_of(const Zone& zone) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const Eigen::Vector2d& corner : zone.outline) sum += corner;
+  return sum / static_cast<double>(zone.outline.size());
+}
+
+/// Where one may stand in the zone: on the floor, or on what is climbed, such as a platform.
+std::vector<double> heights_in(const simulation::Building& building, const Zone& zone,
+                               const Eigen::Vector2d& middle) {
+  std::vector<double> heights{std::clamp(building.floor_height(middle), zone.bottom, zone.top)};
+  double range = 0;
+  for (const Eigen::Vector2d& corner : zone.outline) range = std::max(range, (corner - middle).norm());
+  std::vector<const simulation::FixedObstacle*> near;
+  building.near(middle, range, zone.bottom, zone.top, near);
+  for (const simulation::FixedObstacle* each : near) {
+    const bool climbed = each->label == EntityLabel::stairs || each->label == EntityLabel::floor ||
+                         each->label == EntityLabel::unknown;
+    if (climbed && each->top >= zone.bottom && each->top <= zone.top) heights.push_back(each->top);
+  }
+  return heights;
+}
+
+Status check_zone(const Configuration& configuration,
+                  const std::shared_ptr<const simulation::Building>& building, const Zone& zone) {
+  const Eigen::Vector2d middle = middle_of(zone);
+  const double radius = inner_radius(configuration.robot);
+  bool room = false, leads = !simulates_trainee(configuration.scenario);
+  for (const double height : heights_in(*building, zone, middle)) {
+    Floor floor(building, height, radius);
+    const std::vector<simulation::RouteCell> cells = floor.room_in(zone);
+    room = room || !cells.empty();
+    if (cells.empty() || leads) continue;
+    const Eigen::Vector2d start = configuration.scenario.trainee->T_map_base.translation().head<2>();
+    // Elsewhere than on the floor of the start one comes by stairs, and those are not looked at.
+    leads = std::abs(building->floor_height(start) - height) > kSameFloor || floor.leads(start, cells);
+  }
+  const std::string what = "zone '" + zone.name + "' cannot be reached: ";
+  if (!room) {
+    const Floor floor(building, std::clamp(building->floor_height(middle), zone.bottom, zone.top), radius);
+    const std::string in = floor.obstacle_at(middle);
+    return Error{what + "there is no room for the robot in it" +
+                 (in.empty() ? "" : "; it lies in '" + in + "'") + "; move it, or make it larger"};
+  }
+  if (leads) return {};
+  return Error{what + "no way leads to it from where the robot starts, even with all doors open"};
+}
+
+}  // namespace
+
+Status check_reach(const Configuration& configuration) {
+  const Scenario& scenario = configuration.scenario;
+  if (!scenario.training || scenario.mapping || configuration.model.entities.empty()) return {};
+  std::shared_ptr<const simulation::Building> building;
+  for (const Task& task : scenario.training->tasks) {
+    std::set<std::string> wanted;
+    collect(task.done, wanted);
+    for (const Zone& zone : scenario.zones) {
+      if (!wanted.contains(zone.name)) continue;
+      if (!building) {
+        auto made = simulation::Building::create(configuration.model);
+        if (!made) return made.error();
+        building = std::move(*made);
+      }
+      if (const Status reached = check_zone(configuration, building, zone); !reached)
+        return Error{"task '" + task.name + "': " + reached.error().message};
+    }
+  }
+  return {};
+}
+
+}  // namespace parhelion::tick

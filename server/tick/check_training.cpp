@@ -1,0 +1,142 @@
+#include "server/tick/check_training.hpp"
+
+#include <algorithm>
+
+#include "protocols/nearest_name.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+/// Those of the start, and those that a script may spawn.
+std::vector<std::string> agent_names(const Scenario& scenario) {
+  std::vector<std::string> names;
+  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
+  for (const Script& script : scenario.scripts) {
+    for (const AgentCommand& command : script.actions) {
+      if (command.action == AgentCommand::Action::spawn) names.push_back(command.agent.name);
+    }
+  }
+  return names;
+}
+
+/// Whether its object is a name of the site or of an agent: of others are joints, channels, tasks.
+bool is_about_things(EventKind kind) {
+  switch (kind) {
+    case EventKind::collision_started:
+    case EventKind::collision_continued:
+    case EventKind::collision_stopped:
+    case EventKind::collision_predicted:
+    case EventKind::near_miss:
+    case EventKind::agent_withheld:
+    case EventKind::agent_shown:
+    case EventKind::door_opened:
+    case EventKind::door_closed:
+    case EventKind::door_unhinged:
+    case EventKind::door_space_entered:
+    case EventKind::door_space_left:
+    case EventKind::gripped:
+    case EventKind::lifted:
+    case EventKind::dropped:
+    case EventKind::placed:
+    case EventKind::zone_entered:
+    case EventKind::zone_left:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Its value is of two kinds, which its text tells apart.
+Status check_near_miss(const Condition& condition, const std::string& where) {
+  if (condition.event != EventKind::near_miss) return {};
+  const bool limits = condition.least || condition.most;
+  if (condition.text == "gap" || condition.text == "time" || (condition.text.empty() && !limits)) return {};
+  if (condition.text.empty())
+    return Error{where +
+                 ": near_miss has values in m and in s: say 'text: gap' or 'text: time' beside the limit"};
+  return Error{where + ": near_miss says 'gap' or 'time', never '" + condition.text + "'"};
+}
+
+Status check_event(const Configuration& configuration, const Condition& condition, const std::string& where) {
+  if (condition.kind != Condition::Kind::event) return {};
+  if (Status said = check_near_miss(condition, where); !said) return said;
+  if (condition.object.empty() || !is_about_things(condition.event)) return {};
+  const std::vector<std::string> names = known_names(configuration);
+  if (std::find(names.begin(), names.end(), condition.object) != names.end()) return {};
+  return Error{where + ": " + to_string(condition.event) + " of '" + condition.object +
+               "' will never be: there is nothing of that name" +
+               suggestion_or_known(condition.object, names)};
+}
+
+Status check_names(const Configuration& configuration, const Condition& condition, const std::string& where) {
+  using Kind = Condition::Kind;
+  std::vector<std::string> names;
+  std::string what;
+  const auto learn = [&](const char* is, auto wanted) {
+    what = is;
+    for (const ModelEntity& entity : configuration.model.entities) {
+      if (wanted(entity)) names.push_back(entity.label == EntityLabel::stairs ? entity.part_of : entity.name);
+    }
+  };
+  if (condition.kind == Kind::reach) {
+    what = "zone";
+    for (const Zone& zone : configuration.scenario.zones) names.push_back(zone.name);
+  } else if (condition.kind == Kind::pass) {
+    learn("door", [](const ModelEntity& entity) { return entity.label == EntityLabel::door; });
+  } else if (condition.kind == Kind::climb) {
+    learn("flight of stairs", [](const ModelEntity& entity) { return entity.label == EntityLabel::stairs; });
+  } else if (condition.kind == Kind::near || condition.kind == Kind::inspect ||
+             condition.kind == Kind::avoid || condition.kind == Kind::report) {
+    what = "agent or part of the building";
+    names = known_names(configuration);
+  } else if (condition.kind == Kind::follow || condition.kind == Kind::grip || condition.kind == Kind::lift ||
+             condition.kind == Kind::place) {
+    what = "agent";
+    names = agent_names(configuration.scenario);
+  }
+  if (!what.empty() && std::find(names.begin(), names.end(), condition.target) == names.end())
+    return Error{where + ": there is no " + what + " '" + condition.target + "'" +
+                 suggestion_or_known(condition.target, names)};
+  if (!condition.into.empty()) {
+    const std::vector<std::string> agents = agent_names(configuration.scenario);
+    if (std::find(agents.begin(), agents.end(), condition.into) == agents.end())
+      return Error{where + ": there is no container '" + condition.into + "'" +
+                   suggestion_or_known(condition.into, agents)};
+  }
+  if (Status known = check_event(configuration, condition, where); !known) return known;
+  if (condition.kind == Kind::inspect && !configuration.robot.camera)
+    return Error{where + ": robot '" + configuration.robot.name + "' has no camera to inspect '" +
+                 condition.target + "' with"};
+  for (const auto* list : {&condition.parts, &condition.never}) {
+    for (const Condition& part : *list) {
+      if (Status known = check_names(configuration, part, where); !known) return known;
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Status check_training(const Configuration& configuration) {
+  if (!configuration.scenario.training || configuration.scenario.mapping) return {};
+  const Training& training = *configuration.scenario.training;
+  const std::vector<std::string> names = known_names(configuration);
+  if (!training.robot.empty() && std::find(names.begin(), names.end(), training.robot) == names.end())
+    return Error{"training: no robot '" + training.robot + "'" + suggestion_or_known(training.robot, names)};
+  const auto check = [&](const Condition& condition, const std::string& where) {
+    return check_names(configuration, condition, where);
+  };
+  for (const Task& task : training.tasks) {
+    const std::string where = "task '" + task.name + "'";
+    if (Status known = check(task.done, where); !known) return known;
+    for (const Condition& failed : task.failed) {
+      if (Status known = check(failed, where); !known) return known;
+    }
+  }
+  for (const Penalty& penalty : training.penalties) {
+    if (Status known = check(penalty.when, "penalty '" + penalty.name + "'"); !known) return known;
+  }
+  return {};
+}
+
+}  // namespace parhelion::tick

@@ -1,0 +1,36 @@
+#include "server/tick/clock_offset.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace parhelion::tick {
+namespace {
+
+bool near(Duration a, Duration b, Duration limit) { return std::llabs(a.ns - b.ns) <= limit.ns; }
+
+}  // namespace
+
+bool ClockOffset::add(ArrivalTime arrival, SensorTime measured) {
+  const Duration sample{arrival.ns - measured.ns};
+  if (!offset_) {
+    offset_ = sample;
+    last_arrival_ = arrival;
+    return true;
+  }
+  if (!near(sample, *offset_, step)) {
+    outliers_ = outliers_ > 0 && near(sample, candidate_, step) ? outliers_ + 1 : 1;
+    candidate_ = sample;
+    if (outliers_ < confirm) return false;
+    offset_ = sample;
+    outliers_ = 0;
+    last_arrival_ = arrival;
+    return true;
+  }
+  outliers_ = 0;
+  const Duration risen = *offset_ + seconds((arrival - last_arrival_).seconds() * slew);
+  offset_ = std::min(sample, risen);
+  last_arrival_ = arrival;
+  return true;
+}
+
+}  // namespace parhelion::tick

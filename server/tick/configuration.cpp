@@ -1,0 +1,202 @@
+#include "server/tick/configuration.hpp"
+
+#include "protocols/channels.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+constexpr std::string_view teleop_prefix = "MR_AGENT_";
+constexpr std::string_view teleop_suffix = "_TELEOP";
+
+/// The last part of a path.
+std::string file_name(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
+}  // namespace
+
+ChannelMap::ChannelMap(const Scenario& scenario)
+    : renamed_(scenario.channels.begin(), scenario.channels.end()) {
+  std::vector<std::pair<const char*, InputKind>> known = {
+      {channel::teleop, InputKind::teleop},
+      {channel::joint_cmd, InputKind::joint_command},
+      {channel::operators, InputKind::operators},
+      {channel::loop, InputKind::loop},
+      {channel::mr_agent_cmd, InputKind::agent_command},
+      {channel::mr_model, InputKind::model},
+  };
+  const bool simulated = simulates_trainee(scenario);
+  if (!simulated) {
+    known.insert(known.end(), {{channel::robot, InputKind::robot},
+                               {channel::scan, InputKind::scan},
+                               {channel::odometry, InputKind::odometry},
+                               {channel::camera, InputKind::camera},
+                               {channel::depth, InputKind::depth},
+                               {channel::lines, InputKind::lines},
+                               {channel::imu, InputKind::imu},
+                               {channel::joint_state, InputKind::joint_state}});
+  }
+  // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV; of a simulated
+  // robot only where SLAM is to say it.
+  if (!simulated && scenario.pose) {
+    known.push_back({channel::pose, InputKind::pose});
+  } else if (!simulated || (scenario.trainee && scenario.trainee->slam)) {
+    known.push_back({channel::pose_cov, InputKind::pose_cov});
+  }
+  for (const auto& [canonical, kind] : known) inputs_.push_back({canonical, kind, bus(canonical)});
+}
+
+std::string ChannelMap::bus(std::string_view canonical) const {
+  for (const auto& [name, renamed] : renamed_) {
+    if (name == canonical) return renamed;
+  }
+  return std::string(canonical);
+}
+
+InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent) const {
+  for (const Entry& entry : inputs_) {
+    if (entry.bus == bus_name) return entry.kind;
+  }
+  if (bus_name.starts_with(teleop_prefix) && bus_name.ends_with(teleop_suffix) &&
+      bus_name.size() > teleop_prefix.size() + teleop_suffix.size()) {
+    if (agent != nullptr) {
+      *agent = bus_name.substr(teleop_prefix.size(),
+                               bus_name.size() - teleop_prefix.size() - teleop_suffix.size());
+    }
+    return InputKind::agent_teleop;
+  }
+  return InputKind::none;
+}
+
+std::vector<std::string> ChannelMap::inputs() const {
+  std::vector<std::string> names;
+  for (const Entry& entry : inputs_) names.push_back(entry.bus);
+  names.push_back("MR_AGENT_.*_TELEOP");
+  return names;
+}
+
+Status check_level(const Scenario& scenario) {
+  const std::string who = "scenario '" + scenario.name + "': level " + std::to_string(scenario.level) + " ";
+  if (!simulates_trainee(scenario)) {
+    if (!scenario.trainee) return {};
+    return Error{who +
+                 "has a real robot: 'trainee' is for levels 1 and 2; remove it, or make what the trainee "
+                 "drives one of the 'agents' (kind: robot, behaviour: teleop)"};
+  }
+  if (!scenario.trainee || scenario.trainee->model.empty()) {
+    return Error{who +
+                 "needs the trainee's robot, which is simulated; add 'trainee: {model: rover, pose: {x: 0 "
+                 "m, y: 0 m}}'"};
+  }
+  if (!scenario.robot.empty())
+    return Error{who + "simulates the robot that 'trainee' names by its model; remove 'robot'"};
+  if (scenario.pose)
+    return Error{who + "knows the pose of its robot; remove 'pose', or say 'slam: true' in 'trainee'"};
+  if (scenario.mapping)
+    return Error{who + "is in the model: there is nothing to map; remove 'mapping', or map at level 3"};
+  return {};
+}
+
+Result<RobotDescription> trainee_description(const Scenario& scenario, const RobotModels& models) {
+  const Trainee& trainee = *scenario.trainee;
+  std::string known;
+  for (const auto& model : models) {
+    if (model->name != trainee.model) {
+      known += (known.empty() ? "" : ", ") + model->name;
+      continue;
+    }
+    RobotDescription description = model->description;
+    description.name = trainee.name;
+    if (description.camera) description.camera->readout = 0;  // all its rows are rendered at one instant
+    return description;
+  }
+  return Error{"scenario '" + scenario.name + "': no robot model '" + trainee.model +
+               "' for the trainee; known: " + (known.empty() ? "none" : known)};
+}
+
+Status check_robot(const RobotDescription& robot) {
+  if (!robot.laser) {
+    return Error{"robot description '" + robot.name +
+                 "' has no laser: its scans are what the server answers; add a 'laser' section"};
+  }
+  if (robot.footprint.size() < 3) {
+    return Error{"robot description '" + robot.name + "' has a footprint of " +
+                 std::to_string(robot.footprint.size()) +
+                 " corners: contacts need at least three; add a 'footprint'"};
+  }
+  return {};
+}
+
+Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
+                                const SemanticModel& model, RobotModels robot_models) {
+  if (const Status level = check_level(scenario); !level) return level.error();
+  Configuration configuration{scenario, robot, model, ChannelMap(scenario), std::move(robot_models)};
+  if (simulates_trainee(scenario)) {
+    auto description = trainee_description(scenario, configuration.robot_models);
+    if (!description) return description.error();
+    configuration.robot = std::move(*description);
+  }
+  if (const Status usable = check_robot(configuration.robot); !usable) return usable.error();
+  return configuration;
+}
+
+std::vector<std::string> known_names(const Configuration& configuration) {
+  const Scenario& scenario = configuration.scenario;
+  std::vector<std::string> names{kTrainee, configuration.robot.name};
+  if (scenario.trainee) names.push_back(scenario.trainee->name);
+  for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
+  for (const Zone& zone : scenario.zones) names.push_back(zone.name);
+  for (const Script& script : scenario.scripts) {
+    names.push_back(script.name);
+    for (const AgentCommand& command : script.actions) {
+      if (command.action == AgentCommand::Action::spawn) names.push_back(command.agent.name);
+    }
+  }
+  for (const ModelEntity& entity : configuration.model.entities) names.push_back(entity.name);
+  for (const ModelMesh& mesh : configuration.model.meshes) names.push_back(mesh.name);
+  return names;
+}
+
+std::string graded_robot(const Configuration& configuration) {
+  const auto& training = configuration.scenario.training;
+  return !training || training->robot.empty() ? configuration.robot.name : training->robot;
+}
+
+SessionHeader session_header(const Configuration& configuration, SensorTime start) {
+  // Model and robot are embedded: of their paths only the names, so that no folder of this machine shows.
+  Scenario scenario = configuration.scenario;
+  scenario.model = file_name(scenario.model);
+  scenario.robot = file_name(scenario.robot);
+  SessionHeader header;
+  header.stamp = start;
+  header.scenario_yaml = to_yaml(scenario);
+  header.model_yaml = to_yaml(configuration.model);
+  header.robot_yaml = to_yaml(configuration.robot);
+  header.seed = configuration.scenario.seed;
+  header.version = version_text();
+  header.input_channels = configuration.channels.inputs();
+  for (const auto& each : configuration.robot_models)
+    header.robot_models.push_back({each->name, each->urdf, each->yaml});
+  return header;
+}
+
+Result<Configuration> configuration_from(const SessionHeader& header, const std::string& origin) {
+  const auto scenario = parse_scenario(header.scenario_yaml, origin + " (MR_SESSION scenario)");
+  if (!scenario) return scenario.error();
+  const auto robot = parse_robot_description(header.robot_yaml, origin + " (MR_SESSION robot)");
+  if (!robot) return robot.error();
+  const auto model = parse_model(header.model_yaml, origin + " (MR_SESSION model)");
+  if (!model) return model.error();
+  RobotModels robot_models;
+  for (const RobotModelTexts& texts : header.robot_models) {
+    auto each = simulation::parse_robot_model(texts.urdf, texts.yaml,
+                                              origin + " (MR_SESSION robot model " + texts.name + ")");
+    if (!each) return each.error();
+    robot_models.push_back(std::make_shared<const simulation::RobotModel>(std::move(*each)));
+  }
+  return configure(*scenario, *robot, *model, std::move(robot_models));
+}
+
+std::string version_text() {
+  return std::string("parhelion ") + PARHELION_VERSION + ", " + PARHELION_LIBRARY_VERSIONS;
+}
+
+}  // namespace parhelion::tick

@@ -1,0 +1,111 @@
+// Many sessions at once: the same table for any number of threads, and one bad log stops nothing.
+#include "server/runtime/grade_batch.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/server/tick/lesson_log.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+using testing::HasSubstr;
+
+class GradeBatch : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directory(folder_ / "b");
+    for (int i = 0; i < 12; ++i)
+      test::write_log(folder_ / ((i % 2 == 0 ? "" : "b/") + std::to_string(i) + ".lcm"),
+                      test::lesson(i, i % 4, i % 3 == 0));
+  }
+  test::Folder folder_;
+};
+
+TEST_F(GradeBatch, RowsAreInTheOrderOfNamesForAnyNumberOfThreads) {
+  std::ofstream(folder_ / "0bad.lcm") << "no log at all";
+  std::ofstream(folder_ / "note.txt") << "not for us";
+  const auto logs = session_logs({folder_ / "b", folder_ / "", folder_ / "b/1.lcm"});
+  ASSERT_TRUE(logs.ok()) << logs.error().message;
+  ASSERT_EQ(logs->size(), 13U) << "each once";
+  EXPECT_TRUE(std::is_sorted(logs->begin(), logs->end()));
+  std::size_t last = 0;
+  const auto one = grade_batch(*logs, 1, [&](std::size_t done, std::size_t all) {
+    EXPECT_EQ(done, ++last);
+    EXPECT_EQ(all, 13U);
+  });
+  EXPECT_EQ(last, 13U);
+  for (const unsigned threads : {0U, 2U, 5U, 64U}) {
+    const auto many = grade_batch(*logs, threads);
+    EXPECT_EQ(to_json(many), to_json(one)) << threads;
+    EXPECT_EQ(to_csv(many), to_csv(one)) << threads;
+  }
+}
+
+TEST_F(GradeBatch, ARowSaysWhatGradeSays) {
+  const std::string log = folder_ / "b/3.lcm";
+  const auto rows = grade_batch({log}, 1);
+  const auto session = grade_session(log);
+  ASSERT_TRUE(session.ok()) << session.error().message;
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].error, "");
+  EXPECT_EQ(rows[0].score, 100 - 3 * 7);
+  EXPECT_EQ(rows[0].score, session->grade.score);
+  EXPECT_EQ(rows[0].tasks_done, 2U);
+  EXPECT_EQ(rows[0].charges, 3U);
+  EXPECT_TRUE(rows[0].passed);
+  EXPECT_TRUE(rows[0].complete);
+  EXPECT_EQ(rows[0].level, 3);
+  EXPECT_EQ(rows[0].identity, session_record(log)->identity);
+}
+
+TEST_F(GradeBatch, OneBadLogIsReportedAndTheRestIsGraded) {
+  std::ofstream(folder_ / "b/bad.lcm") << "no log at all";
+  test::write_log(folder_ / "b/recording.lcm", test::drive(0.5));
+  const auto rows = grade_batch(*session_logs({folder_ / "b"}), 2);
+  ASSERT_EQ(rows.size(), 8U);
+  std::size_t bad = 0;
+  for (const BatchRow& row : rows) {
+    if (row.error.empty()) continue;
+    ++bad;
+    EXPECT_THAT(row.error, HasSubstr(row.log));
+  }
+  EXPECT_EQ(bad, 2U);
+  const auto json = nlohmann::json::parse(to_json(rows));
+  EXPECT_TRUE(json[6].contains("error"));
+  EXPECT_EQ(json[0]["tasks"], 2);
+  // As many fields in each line of the table.
+  const std::string csv = to_csv(rows);
+  EXPECT_EQ(std::count(csv.begin(), csv.begin() + static_cast<long>(csv.find('\r')), ','), 18);
+}
+
+TEST_F(GradeBatch, ACutLogIsGradedAsFarAsItGoesAndIsTheSameSession) {
+  const std::string log = folder_ / "b/3.lcm";
+  const auto whole = grade_batch({log}, 1);
+  std::filesystem::resize_file(log, std::filesystem::file_size(log) - 300);
+  const auto cut = grade_batch({log}, 1);
+  EXPECT_EQ(cut[0].error, "");
+  EXPECT_EQ(cut[0].identity, whole[0].identity);
+  EXPECT_NE(cut[0].identity, grade_batch({folder_ / "b/5.lcm"}, 1)[0].identity);
+}
+
+TEST_F(GradeBatch, ShardsTogetherAreAllAndNoneTwice) {
+  const auto logs = session_logs({folder_ / ""});
+  std::vector<std::string> all;
+  for (std::size_t shard = 0; shard < 5; ++shard)
+    for (const std::string& log : shard_of(*logs, shard, 5)) all.push_back(log);
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(all, *logs);
+}
+
+TEST_F(GradeBatch, WhatIsNotThereIsSaidBeforeWorkBegins) {
+  EXPECT_THAT(session_logs({folder_ / "none"}).error().message, HasSubstr("no such file or folder"));
+  std::filesystem::create_directory(folder_ / "empty");
+  EXPECT_THAT(session_logs({folder_ / "empty"}).error().message, HasSubstr("no session log"));
+}
+
+}  // namespace
+}  // namespace parhelion::runtime

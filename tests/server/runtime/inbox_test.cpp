@@ -1,0 +1,181 @@
+#include "server/runtime/inbox.hpp"
+
+#include <gtest/gtest.h>
+
+#include "server/runtime/wall_clock.hpp"
+#include "tests/server/tick/synthetic.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+class InboxTest : public testing::Test {
+ protected:
+  InboxTest()
+      : server_(hub_.connect()),
+        robot_(hub_.connect()),
+        guard_(seconds(1000),
+               [this](std::span<const std::uint8_t> scan) { sent_raw_.push_back(scan.back()); }) {
+    EXPECT_TRUE(server_->subscribe(".*", 2000).ok());
+  }
+  /// Of a scan only what the inbox looks at.
+  void send_scan(std::uint8_t mark) {
+    std::vector<std::uint8_t> bytes;
+    encode(Scan{}, bytes);
+    bytes.push_back(mark);
+    ASSERT_TRUE(robot_->publish("SCAN", bytes).ok());
+  }
+  void send(const std::string& channel, std::uint8_t byte = 1) {
+    const std::uint8_t bytes[] = {byte};
+    ASSERT_TRUE(robot_->publish(channel, bytes).ok());
+  }
+  /// All that was sent.
+  std::vector<Arrived> take_all(Inbox& inbox) {
+    inbox.close();
+    std::vector<Arrived> all;
+    while (auto arrived = inbox.take(steady_now())) all.push_back(std::move(*arrived));
+    return all;
+  }
+
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> server_, robot_;
+  std::vector<int> sent_raw_;
+  tick::ChannelMap channels_{Scenario{}};
+  Guard guard_;
+};
+
+TEST_F(InboxTest, InboxStampsStrictlyIncreasing) {
+  Inbox inbox(*server_, channels_, guard_);
+  for (int i = 0; i < 100; ++i) send("ODOMETRY");
+  ArrivalTime last{0};
+  for (int i = 0; i < 100; ++i) {
+    const auto arrived = inbox.take(steady_now() + seconds(10));
+    ASSERT_TRUE(arrived);
+    ASSERT_GT(arrived->message.arrival, last);
+    ASSERT_EQ(arrived->message.arrival.ns % 1000, 0) << "a log keeps microseconds";
+    last = arrived->message.arrival;
+    const ArrivalTime timer = inbox.stamp();
+    ASSERT_GT(timer, last);
+    last = timer;
+  }
+}
+
+TEST_F(InboxTest, InboxKeepsEveryScanAndCommandHoweverManyWait) {
+  Inbox inbox(*server_, channels_, guard_);
+  for (int i = 0; i < 400; ++i) {
+    send_scan(static_cast<std::uint8_t>(i));
+    send("MR_AGENT_CMD", static_cast<std::uint8_t>(i));
+    send("ODOMETRY");
+  }
+  int scans = 0, commands = 0, others = 0;
+  for (const Arrived& arrived : take_all(inbox)) {
+    if (arrived.message.channel == "SCAN") {
+      EXPECT_EQ(arrived.message.payload.back(), scans++ % 256) << "in order";
+      EXPECT_EQ(arrived.ticket, static_cast<std::uint64_t>(scans)) << "the guard watches it";
+    } else if (arrived.message.channel == "MR_AGENT_CMD") {
+      EXPECT_EQ(arrived.message.payload.back(), commands++ % 256) << "in order";
+    } else {
+      ++others;
+    }
+  }
+  EXPECT_EQ(scans, 400);
+  EXPECT_EQ(commands, 400);
+  EXPECT_EQ(others, 256);
+  EXPECT_EQ(inbox.dropped(), 400U - 256U);
+  EXPECT_EQ(inbox.take_given_up(), 0U);
+}
+
+TEST_F(InboxTest, InboxGivesTheOldestScansUpToTheGuardWhereTheyTakeTooMuchMemory) {
+  std::vector<std::uint8_t> one;
+  encode(Scan{}, one);
+  InboxLimits limits;
+  limits.bytes = 10 * (one.size() + 1);
+  Inbox inbox(*server_, channels_, guard_, limits);
+  for (int i = 0; i < 25; ++i) send_scan(static_cast<std::uint8_t>(i));
+  const auto taken = take_all(inbox);
+  const std::uint64_t given_up = inbox.take_given_up();
+  EXPECT_EQ(given_up, 15U);
+  EXPECT_EQ(taken.size(), 10U);
+  EXPECT_EQ(inbox.take_given_up(), 0U) << "said once";
+  EXPECT_EQ(inbox.dropped(), given_up);
+  ASSERT_EQ(sent_raw_.size(), given_up);
+  for (std::size_t i = 0; i < sent_raw_.size(); ++i)
+    EXPECT_EQ(sent_raw_[i], static_cast<int>(i)) << "in order";
+  for (std::size_t i = 0; i < taken.size(); ++i) {
+    EXPECT_EQ(taken[i].message.payload.back(), given_up + i) << "the newest are still there";
+  }
+}
+
+TEST_F(InboxTest, InboxRefusesTheNewestCommandWhereCommandsAloneTakeTooMuchMemory) {
+  InboxLimits limits;
+  limits.bytes = 10;
+  Inbox inbox(*server_, channels_, guard_, limits);
+  for (int i = 0; i < 25; ++i) send("MR_AGENT_CMD", static_cast<std::uint8_t>(i));
+  send_scan(77);
+  const auto taken = take_all(inbox);
+  ASSERT_EQ(taken.size(), 11U);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(taken[static_cast<std::size_t>(i)].message.payload[0], i);
+  }
+  EXPECT_EQ(taken[10].message.channel, "SCAN") << "it is kept whatever the commands take";
+  EXPECT_EQ(inbox.dropped(), 15U);
+}
+
+TEST_F(InboxTest, InboxDoesNotHandTheGuardWhatIsNoScan) {
+  Inbox inbox(*server_, channels_, guard_);
+  send("SCAN");
+  const auto taken = take_all(inbox);
+  ASSERT_EQ(taken.size(), 1U);
+  EXPECT_EQ(taken[0].ticket, 0U);
+  guard_.give_up(100);
+  EXPECT_TRUE(sent_raw_.empty());
+}
+
+TEST_F(InboxTest, InboxKeepsWhatHasComeWhenItCloses) {
+  Inbox inbox(*server_, channels_, guard_);
+  for (int i = 0; i < 50; ++i) send_scan(static_cast<std::uint8_t>(i));
+  inbox.close();
+  send_scan(50);
+  for (int i = 0; i < 50; ++i) {
+    const auto arrived = inbox.take(steady_now());
+    ASSERT_TRUE(arrived);
+    EXPECT_EQ(arrived->message.payload.back(), i);
+  }
+  EXPECT_FALSE(inbox.take(steady_now()));
+}
+
+TEST_F(InboxTest, InboxReturnsAtTheDeadlineWhereNothingComes) {
+  Inbox inbox(*server_, channels_, guard_);
+  const WallTime deadline = steady_now() + milliseconds(5);
+  EXPECT_FALSE(inbox.take(deadline));
+  EXPECT_GE(steady_now(), deadline);
+}
+
+TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
+  Scenario scenario;
+  scenario.level = 1;
+  scenario.trainee.emplace();
+  tick::Configuration simulated;
+  simulated.scenario = scenario;
+  simulated.channels = tick::ChannelMap(scenario);
+  SentMessages sent(simulated);
+  Inbox inbox(*server_, simulated.channels, guard_, {}, &sent);
+  const std::uint8_t own[] = {7};
+  sent.add("IMU", own);
+  const WallTime start = steady_now();
+  // TELEOP comes after all that was sent before it.
+  const auto taken_after = [&](double t, std::initializer_list<const char*> channels) {
+    for (const char* channel : channels) send(channel);
+    EXPECT_TRUE(robot_->publish("IMU", own).ok());
+    send("TELEOP");
+    EXPECT_TRUE(inbox.take(steady_now() + seconds(10)));
+    return inbox.take_foreign(start + seconds(t)).size();
+  };
+  EXPECT_EQ(taken_after(0, {"SCAN", "SCAN"}), 1U);
+  EXPECT_EQ(taken_after(1, {"SCAN", "ODOMETRY"}), 1U) << "only the other channel is news";
+  EXPECT_EQ(taken_after(59, {"SCAN"}), 0U);
+  EXPECT_EQ(taken_after(61.5, {"SCAN", "ODOMETRY"}), 2U);
+  EXPECT_EQ(taken_after(200, {}), 0U) << "what is over is not told again";
+}
+
+}  // namespace
+}  // namespace parhelion::runtime

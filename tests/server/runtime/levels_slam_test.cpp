@@ -1,0 +1,142 @@
+// Level 1 with `slam: true`: MRPT's SLAM reads the simulated SCAN and ODOMETRY and says where the robot is.
+#include <gmock/gmock.h>
+
+#include <deque>
+
+#include "fusion/pose/slam.hpp"
+#include "server/runtime/session_files.hpp"
+#include "server/tick/sensor_path.hpp"
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+constexpr Duration slam_takes = milliseconds(20);
+
+class LevelsSlamTest : public test::TickTest {
+ protected:
+  void SetUp() override {
+    auto files =
+        load_session_files(std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/workshop.yaml", "");
+    ASSERT_TRUE(files.ok()) << files.error().message;
+    files->scenario.trainee->slam = true;
+    files->scenario.trainee->model = "rover";
+    files->scenario.agents.clear();
+    auto made = tick::configure(files->scenario, *files->robot, files->model, files->robot_models);
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    start(std::move(*made));
+    now_ = ArrivalTime{state_->simulation.now().ns};
+  }
+
+  /// What came out goes to SLAM; its word comes back some time after the scan.
+  void hear() {
+    for (const tick::Outputs::Entry& entry : outputs_.entries()) {
+      out_[entry.channel].push_back(entry.payload);
+      if (entry.channel == channel::robot && !slam_) {
+        RobotMessage robot;
+        ASSERT_TRUE(decode(entry.channel, entry.payload, robot).ok());
+        const auto description = parse_robot_description(robot.yaml, "ROBOT");
+        ASSERT_TRUE(description.ok()) << description.error().message;
+        pose::SlamOptions options;
+        const auto& T_map_base = configuration_.scenario.trainee->T_map_base;
+        options.start = {T_map_base.translation().x(), T_map_base.translation().y(), 0};
+        auto mapper = pose::make_mapper(*description, options);
+        ASSERT_TRUE(mapper.ok()) << mapper.error().message;
+        slam_ = std::move(*mapper);
+      } else if (entry.channel == channel::odometry && slam_) {
+        Odometry odometry;
+        ASSERT_TRUE(decode(entry.channel, entry.payload, odometry).ok());
+        slam_->add(odometry);
+      } else if (entry.channel == channel::scan && slam_) {
+        Scan scan;
+        ASSERT_TRUE(decode(entry.channel, entry.payload, scan).ok());
+        if (auto word = slam_->add(scan))
+          words_.push_back(test::message(channel::pose_cov, (now_ + slam_takes).utime(), *word));
+      }
+    }
+  }
+
+  void live(double duration, const Twist2& twist) {
+    for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) {
+      const ArrivalTime next = now_ + milliseconds(50);
+      while (ArrivalTime{state_->simulation.next_step().ns} < next) {
+        now_ = ArrivalTime{state_->simulation.next_step().ns};
+        outputs_.clear();
+        tick::advance(configuration_, now_, *state_, outputs_, observer_);
+        hear();
+        while (!words_.empty() && words_.front().arrival <= now_) {
+          outputs_.clear();
+          tick::tick(configuration_, words_.front(), *state_, outputs_, observer_);
+          words_.pop_front();
+          hear();
+        }
+      }
+      now_ = next;
+      outputs_.clear();
+      tick::tick(configuration_,
+                 test::message(channel::teleop, now_.utime(), TwistCommand{SensorTime{now_.ns}, twist}),
+                 *state_, outputs_, observer_);
+      hear();
+      compare();
+    }
+  }
+  void compare() {
+    const SensorTime at{state_->simulation.now().ns};
+    const auto pose = tick::robot_pose(*state_, at);
+    if (!pose) return;
+    const Eigen::Isometry3d off =
+        state_->simulation.robot_motion("trainee")->T_map_base.isometry().inverse() *
+        pose->T_map_base.isometry();
+    worst_ = std::max(worst_, off.translation().head<2>().norm());
+    worst_turn_ = std::max(worst_turn_, Eigen::AngleAxisd(off.linear()).angle());
+    ++compared_;
+  }
+
+  ArrivalTime now_;
+  std::unique_ptr<pose::Slam> slam_;
+  std::deque<Message> words_;
+  double worst_ = 0, worst_turn_ = 0;
+  int compared_ = 0;
+};
+
+/// Share of the map's occupied cells that lie within 0.1 m of something of the model.
+double explained(const pose::GridMap& map, const SemanticModel& model) {
+  int occupied = 0, near = 0;
+  for (int row = 0; row < map.height; ++row) {
+    for (int column = 0; column < map.width; ++column) {
+      if (map.occupied[static_cast<std::size_t>(row * map.width + column)] < 0.65F) continue;
+      ++occupied;
+      const Eigen::Vector3d p(map.x_min + (column + 0.5) * map.resolution,
+                              map.y_min + (row + 0.5) * map.resolution, 0.3);
+      near += std::any_of(model.entities.begin(), model.entities.end(), [&](const ModelEntity& entity) {
+        const Eigen::Array3d in_box = (entity.T_map_body.inverse() * p).array().abs();
+        return entity.label != EntityLabel::floor && (in_box <= 0.5 * entity.size.array() + 0.1).all();
+      });
+    }
+  }
+  return occupied > 100 ? static_cast<double>(near) / occupied : 0;
+}
+
+TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
+  live(0.5, {});
+  EXPECT_TRUE(state_->real.has_value()) << "SLAM has spoken";
+  live(12, {0.4, 0, 0.5});
+  live(12, {0.4, 0, -0.5});
+  live(1, {});
+  const Eigen::Vector3d odometry = decoded<Odometry>(channel::odometry).back().T_odom_base.translation();
+  const Eigen::Vector3d truth =
+      state_->simulation.robot_motion("trainee")->T_map_base.translation() - Eigen::Vector3d(4, 2.5, 0);
+  EXPECT_GT((odometry - truth).head<2>().norm(), 0.05) << "wheels alone drift";
+  EXPECT_GT(compared_, 450);
+  EXPECT_LT(worst_, 0.10);
+  EXPECT_LT(worst_turn_, 0.07);
+  EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
+  EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "SLAM says it, and nobody else";
+  EXPECT_THAT(tick::slam_note(*state_), testing::HasSubstr("poses, off by"));
+  const auto path = slam_->finish();
+  EXPECT_GT(path.size(), 900U);
+  EXPECT_GT(explained(slam_->grid_map(), configuration_.model), 0.95);
+}
+
+}  // namespace
+}  // namespace parhelion::runtime

@@ -1,0 +1,131 @@
+// What holds the live server up: its own thread, its timer, its disk. The guard answers meanwhile, the log
+// says so, and replays to the same bytes.
+#include <algorithm>
+
+#include "tests/server/runtime/loop_fixture.hpp"
+#include "tests/slow_disk.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+using test::agent;
+
+class LoopDelayTest : public test::LoopTest {};
+
+TEST_F(LoopDelayTest, LoopThatWasHeldUpReplaysToTheSameBytes) {
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
+  const auto log = test::drive(3);
+  const auto third = static_cast<std::ptrdiff_t>(log.size() / 3);
+  play({log.begin(), log.begin() + third}, 1.0);
+  shut_gate();
+  play({log.begin() + third, log.begin() + 2 * third}, 1.0);
+  EXPECT_TRUE(await_scan({log.begin(), log.begin() + 2 * third})) << "the guard's";
+  open_gate();
+  play({log.begin() + 2 * third, log.end()}, 1.0);
+  EXPECT_TRUE(await_scan(log));
+  stop();
+  EXPECT_EQ(heard_.size(), 30U);
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  EXPECT_GT(live.guard_fired, 0U);
+  expect_same_bytes_again(live);
+}
+
+TEST_F(LoopDelayTest, LoopThatFellBehindAfterStepsOfItsTimerReplaysToTheSameBytes) {
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
+  const auto log = test::drive(1.5);
+  const auto middle = log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2);
+  play({log.begin(), middle}, 1.0);
+  ASSERT_TRUE(await_timer(milliseconds(300))) << "steps that no input was there for";
+  shut_gate();
+  play({middle, log.end()}, 1.0);
+  open_gate();
+  EXPECT_TRUE(await_scan(log));
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  expect_same_bytes_again(**report_);
+}
+
+TEST_F(LoopDelayTest, LoopWhoseDiskStallsAtAGuardedScanReplaysToTheSameBytes) {
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander)}));
+  const auto log = test::drive(1.5);
+  const auto last_scan = std::find_if(log.begin() + static_cast<std::ptrdiff_t>(log.size() / 2), log.end(),
+                                      [](const Message& each) { return each.channel == channel::scan; });
+  play({log.begin(), last_scan}, 1.0);
+  shut_gate();
+  play({last_scan, last_scan + 1}, 1.0);
+  EXPECT_TRUE(await_scan({last_scan, last_scan + 1})) << "the guard's";
+  {
+    test::StalledDisk disk;
+    open_gate();
+    EXPECT_TRUE(disk.await_a_write());
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));  // that the loop is to lag behind
+  }
+  play({last_scan + 1, log.end()}, 1.0);
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  EXPECT_GT((*report_)->guard_fired, 0U);
+  expect_same_bytes_again(**report_);
+}
+
+TEST_F(LoopDelayTest, LoopWhoseDiskStallsAnswersEveryScanInOrderAndItsLogIsWholeAfterwards) {
+  serve_in_background(test::configuration({agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander)}));
+  const auto log = test::drive(4);
+  const auto third = static_cast<std::ptrdiff_t>(log.size() / 3);
+  play({log.begin(), log.begin() + third}, 1.0);
+  {
+    test::StalledDisk disk;
+    play({log.begin() + third, log.begin() + 2 * third}, 1.0);
+    EXPECT_TRUE(disk.await_a_write());
+    EXPECT_TRUE(await_scan({log.begin(), log.begin() + 2 * third})) << "the guard's";
+  }
+  play({log.begin() + 2 * third, log.end()}, 1.0);
+  EXPECT_TRUE(await_scan(log));
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  EXPECT_GT(live.guard_fired, 0U);
+  EXPECT_TRUE(live.complete) << live.incomplete_because;
+  const auto sent = stamps(log, channel::scan);
+  EXPECT_EQ(stamps(heard_, channel::mr_scan), sent) << "each once, and in order";
+  const auto written = session_log();
+  EXPECT_EQ(stamps(written, channel::scan), sent);
+  std::vector<Message> answers;
+  for (const Message& each : written) {
+    if (each.channel == channel::mr_scan) answers.push_back(each);
+  }
+  ASSERT_EQ(answers.size(), heard_.size());
+  for (std::size_t i = 0; i < heard_.size(); ++i) ASSERT_EQ(answers[i].payload, heard_[i].payload) << i;
+  expect_same_bytes_again(live);
+}
+
+TEST_F(LoopDelayTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLacks) {
+  options_.inbox.bytes = 10'000;  // some ten scans
+  serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}));
+  const auto log = test::drive(8);
+  const auto half = static_cast<std::ptrdiff_t>(log.size() / 2);
+  {
+    test::StalledDisk disk;
+    play({log.begin(), log.begin() + half}, 10.0);
+    EXPECT_TRUE(disk.await_a_write());
+    EXPECT_TRUE(await_scan({log.begin(), log.begin() + half})) << "the guard's";
+  }
+  play({log.begin() + half, log.end()}, 1.0);
+  EXPECT_TRUE(await_scan(log));
+  stop();
+  ASSERT_TRUE(report_->ok()) << report_->error().message;
+  const Report& live = **report_;
+  EXPECT_EQ(stamps(heard_, channel::mr_scan), stamps(log, channel::scan)) << "each once, and in order";
+  EXPECT_EQ(live.tally.scans_in, 80U);
+  EXPECT_EQ(live.tally.scans_out, 80U);
+  EXPECT_GT(live.tally.scans_left_out, 0U);
+  EXPECT_EQ(stamps(session_log(), channel::scan).size() + live.tally.scans_left_out, 80U);
+  EXPECT_FALSE(live.complete);
+  EXPECT_NE(live.incomplete_because.find(std::to_string(live.tally.scans_left_out) + " scans"),
+            std::string::npos)
+      << live.incomplete_because;
+  expect_same_bytes_again(live);
+}
+
+}  // namespace
+}  // namespace parhelion::runtime

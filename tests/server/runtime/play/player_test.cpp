@@ -1,0 +1,192 @@
+// A recording is played in its time, and a place in it is the same however one came there.
+#include "server/runtime/play/player.hpp"
+
+#include <map>
+
+#include "tests/server/runtime/play/random_session.hpp"
+
+namespace parhelion::runtime {
+namespace {
+
+/// What somebody knows who listens: the newest of each channel, and all events and commands.
+struct Listener {
+  std::map<std::string, std::vector<std::uint8_t>> newest;
+  std::vector<std::vector<std::uint8_t>> events, commands;
+  std::size_t heard = 0;
+
+  void take(const Message& message) {
+    ++heard;
+    if (message.channel == channel::mr_session) *this = {{}, {}, {}, heard};
+    Event event;
+    if (message.channel == channel::mr_events) {
+      ASSERT_TRUE(decode(message.channel, message.payload, event).ok());
+      if (event.kind != EventKind::collision_continued) events.push_back(message.payload);
+    } else if (message.channel == channel::mr_agent_cmd) {
+      commands.push_back(message.payload);
+    } else {
+      newest[message.channel] = message.payload;
+    }
+  }
+  bool knows_the_same_as(const Listener& other) const {
+    return newest == other.newest && events == other.events && commands == other.commands;
+  }
+};
+
+class PlayerTest : public ::testing::Test {
+ protected:
+  void write(std::uint64_t seed, int messages = 600) { test::write_random_session(path_, seed, messages); }
+  Recording recording() {
+    auto opened = Recording::open(path_);
+    EXPECT_TRUE(opened.ok()) << (opened ? "" : opened.error().message);
+    return std::move(opened).value();
+  }
+  std::unique_ptr<Player> player(const PlayOptions& options, Listener& listener) {
+    return std::make_unique<Player>(recording(), options,
+                                    [&listener](const Message& message) { listener.take(message); });
+  }
+  /// For `duration` s of the wall clock.
+  void run(Player& player, double duration) {
+    const WallTime end = now_ + seconds(duration);
+    while (true) {
+      const auto idle = player.turn(now_);
+      ASSERT_TRUE(idle.ok()) << idle.error().message;
+      if (now_ == end) return;
+      now_ = std::min(end, now_ + std::max(*idle, milliseconds(1)));
+    }
+  }
+
+  const test::PlayFolder folder_;
+  const std::string path_ = folder_ / "session.lcm";
+  WallTime now_{5'000'000'000};
+};
+
+TEST_F(PlayerTest, SeekingToAPlaceLeadsToTheSameAsPlayingToIt) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    write(seed);
+    Listener seeking;
+    const auto jumps = player({}, seeking);
+    const double duration = jumps->recording().duration();
+    std::mt19937_64 random(seed);
+    for (int i = 0; i < 12; ++i) {
+      const double t = duration * static_cast<double>(random() % 1001) / 1000;
+      ASSERT_TRUE(jumps->seek(t).ok());
+      run(*jumps, 0);
+      Listener playing;
+      const auto plays = player({}, playing);
+      run(*plays, t);
+      EXPECT_TRUE(seeking.knows_the_same_as(playing)) << "seed " << seed << ", to " << t << " s";
+      if (i % 3 == 0) run(*jumps, 0.1 * duration);  // from there on as if nothing had been
+    }
+  }
+}
+
+TEST_F(PlayerTest, EverythingRecordedIsSentOnceAndInItsTime) {
+  write(3);
+  const Recording all = recording();
+  std::vector<std::pair<double, std::vector<std::uint8_t>>> sent;
+  const WallTime start = now_;
+  Player player(recording(), {.rate = 2}, [&](const Message& message) {
+    sent.emplace_back((now_ - start).seconds(), message.payload);
+  });
+  run(player, all.duration());
+  ASSERT_EQ(sent.size(), all.size());
+  Message message;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    ASSERT_TRUE(all.read(i, message).ok());
+    EXPECT_EQ(sent[i].second, message.payload);
+    EXPECT_GE(sent[i].first, all.t(i) / 2 - 1e-6);
+    EXPECT_LE(sent[i].first, all.t(i) / 2 + 0.0011);
+  }
+  EXPECT_TRUE(player.state().ended);
+  EXPECT_EQ(player.state().position, all.duration());
+}
+
+TEST_F(PlayerTest, PausedItStandsAndGoesOnMessageByMessage) {
+  write(4);
+  Listener listener;
+  const auto paused = player({.paused = true}, listener);
+  run(*paused, 1);
+  EXPECT_EQ(listener.heard, 1U);  // MR_SESSION: what is there at the start
+  EXPECT_EQ(paused->state().position, 0);
+  for (std::size_t i = 0; i < 5; ++i) {
+    ASSERT_TRUE(paused->step().ok());
+    run(*paused, 0.1);
+    EXPECT_EQ(listener.heard, i + 2);
+    EXPECT_EQ(paused->state().position, paused->recording().t(i + 1));
+  }
+  paused->pause(false);
+  EXPECT_FALSE(paused->step().ok());
+  run(*paused, paused->recording().duration());
+  EXPECT_TRUE(paused->state().ended);
+  EXPECT_EQ(listener.heard, paused->recording().size());
+}
+
+TEST_F(PlayerTest, ItsRateCanBeChangedWhileItPlays) {
+  write(5);
+  Listener listener;
+  const auto plays = player({}, listener);
+  run(*plays, 0.5);
+  EXPECT_NEAR(plays->state().position, 0.5, 1e-9);
+  ASSERT_TRUE(plays->set_rate(0.5).ok());
+  run(*plays, 0.5);
+  EXPECT_NEAR(plays->state().position, 0.75, 0.051);
+  for (const double bad : {0.0, -1.0, 101.0, std::nan("")}) EXPECT_FALSE(plays->set_rate(bad).ok()) << bad;
+  EXPECT_FALSE(plays->seek(std::nan("")).ok());
+  ASSERT_TRUE(plays->seek(1e9).ok());
+  run(*plays, 0.1);
+  EXPECT_TRUE(plays->state().ended);
+}
+
+TEST_F(PlayerTest, ALoopBeginsAgainAndAgain) {
+  write(6, 50);
+  Listener listener;
+  const auto loops = player({.loop = true}, listener);
+  run(*loops, 3.5 * loops->recording().duration());
+  EXPECT_FALSE(loops->state().ended);
+  EXPECT_GT(listener.heard, 3 * loops->recording().size());
+  EXPECT_LT(listener.heard, 4 * loops->recording().size() + 1);
+}
+
+TEST_F(PlayerTest, AStartOffsetIsASeekBeforeTheFirstMessage) {
+  write(7);
+  Listener offset, played;
+  const auto late = player({.start = 1.5, .paused = true}, offset);
+  run(*late, 0);
+  const auto whole = player({}, played);
+  run(*whole, 1.5);
+  EXPECT_TRUE(offset.knows_the_same_as(played));
+}
+
+TEST_F(PlayerTest, MarksSayWhenWhatMattersHappened) {
+  write(8);
+  const Recording all = recording();
+  std::size_t bad = 0;
+  for (const RecordedMark& mark : all.marks()) {
+    EXPECT_GE(mark.t, 0);
+    EXPECT_LE(mark.t, all.duration());
+    bad += mark.bad ? 1 : 0;
+    EXPECT_NE(mark.kind, "collision_continued");
+  }
+  EXPECT_GT(bad, 0U);
+  EXPECT_LT(bad, all.marks().size());
+}
+
+TEST_F(PlayerTest, ALogThatIsNoSessionAndADamagedOneAreToldApart) {
+  EXPECT_FALSE(Recording::open(folder_ / "nothing.lcm").ok());
+  {
+    auto log = LogWriter::create(path_, true);
+    const std::uint8_t byte = 1;
+    ASSERT_TRUE(log.ok() && log->write("SCAN", test::kSessionStart, {&byte, 1}).ok());
+  }
+  const auto no_session = Recording::open(path_);
+  ASSERT_FALSE(no_session.ok());
+  EXPECT_NE(no_session.error().message.find("expected MR_SESSION"), std::string::npos);
+  write(9);
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 7);
+  const Recording cut = recording();
+  EXPECT_GT(cut.skipped_bytes(), 0U);
+  EXPECT_EQ(cut.size(), 600U);
+}
+
+}  // namespace
+}  // namespace parhelion::runtime

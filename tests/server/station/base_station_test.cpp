@@ -1,0 +1,269 @@
+// A whole base station beside a live server, over real sockets: what each role may, and what one page can do
+// to the others.
+#include "server/station/base_station.hpp"
+
+#include <gmock/gmock.h>
+#include <malloc.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "protocols/channels.hpp"
+#include "server/runtime/loop.hpp"
+#include "server/runtime/wall_clock.hpp"
+#include "server/station/http/accounts.hpp"
+#include "server/station/http/password.hpp"
+#include "tests/server/station/http/raw_client.hpp"
+#include "tests/server/tick/synthetic.hpp"
+
+namespace parhelion::station {
+namespace {
+
+using Json = nlohmann::json;
+using parhelion::testing::RawAnswer;
+using parhelion::testing::RawClient;
+using ::testing::HasSubstr;
+
+constexpr const char* password = "correct horse";
+
+class BaseStationTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    make_accounts();
+    ASSERT_TRUE(witness_->subscribe("MR_.*", 10'000).ok());
+    BaseStationOptions options;
+    options.folder = folder_ / "site";
+    options.plain = true;
+    options.station.configuration = std::make_shared<const tick::Configuration>(configuration_);
+    options.station.notes = folder_ / "notes.jsonl";
+    options.station.scenarios = folder_ / "scenarios";
+    options.station.controls.end = [this] { return ended_ = true, Status(); };
+    options.open_bus = [this] { return Result<std::unique_ptr<Bus>>(hub_.connect()); };
+    auto opened = BaseStation::open(std::move(options));
+    ASSERT_TRUE(opened) << opened.error().message;
+    station_ = std::move(*opened);
+    const std::string address = station_->address();
+    port_ = static_cast<std::uint16_t>(std::stoi(address.substr(address.rfind(':') + 1)));
+  }
+  void TearDown() override {
+    station_.reset();
+    stop_ = true;
+    if (server_.joinable()) server_.join();
+  }
+  void make_accounts() {
+    std::filesystem::create_directories(folder_ / "site");
+    std::filesystem::permissions(folder_ / "site", std::filesystem::perms::owner_all);
+    auto accounts = Accounts::open(folder_ / "site/accounts.json");
+    const auto hash = hash_password(password);
+    ASSERT_TRUE(accounts && hash);
+    for (const Role role : {Role::admin, Role::instructor, Role::trainee, Role::observer})
+      ASSERT_TRUE((*accounts)->put(std::string(role_word(role)), role, *hash));
+  }
+  void serve_in_background() {
+    server_ = std::thread([this] {
+      runtime::ServeOptions options;
+      options.stop = [this] { return stop_.load(); };
+      EXPECT_TRUE(runtime::serve(*server_bus_, configuration_, options).ok());
+    });
+    for (Message message; message.channel != channel::mr_world;)
+      ASSERT_TRUE(*witness_->receive(message, seconds(20)));
+  }
+
+  /// The cookie of the account that is called as its role.
+  std::string cookie(const std::string& name) {
+    const RawAnswer answer = RawClient(port_).post(
+        "/api/v1/login", R"({"name":")" + name + R"(","password":")" + password + "\"}");
+    EXPECT_EQ(answer.status, 204) << name;
+    const std::string header = answer.headers.at("set-cookie");
+    return header.substr(0, header.find(';'));
+  }
+  std::unique_ptr<RawClient> open_page(const std::string& name, const std::string& path = "/ws/state") {
+    auto page = std::make_unique<RawClient>(port_);
+    EXPECT_EQ(page->open_socket(path, cookie(name)).status, 101) << name << " " << path;
+    return page;
+  }
+  /// The next text of this type. Null: the page was closed.
+  static Json next(RawClient& page, const std::string& type) {
+    while (const auto frame = page.frame()) {
+      if (frame->opcode == 8) break;
+      if (frame->opcode != 1) continue;
+      Json message = Json::parse(frame->payload);
+      if (message["type"] == type) return message;
+    }
+    return nullptr;
+  }
+  static Json ask(RawClient& page, const std::string& text) {
+    page.send_text(text);
+    return next(page, "reply");
+  }
+  std::vector<AgentCommand> commands() {
+    std::vector<AgentCommand> all;
+    for (Message message; *witness_->receive(message, Duration{0});) {
+      if (message.channel != channel::mr_agent_cmd) continue;
+      all.emplace_back();
+      EXPECT_TRUE(decode(message.channel, message.payload, all.back()).ok());
+    }
+    return all;
+  }
+  std::string audit() { return RawClient(port_).get("/api/v1/audit", cookie("admin")).body; }
+
+  test::Folder folder_;
+  tick::Configuration configuration_ = test::configuration({});
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> server_bus_ = hub_.connect(), witness_ = hub_.connect();
+  std::unique_ptr<BaseStation> station_;
+  std::uint16_t port_ = 0;
+  std::atomic<bool> ended_ = false, stop_ = false;
+  std::thread server_;
+};
+
+TEST_F(BaseStationTest, WhatInstructsIsRefusedToTraineesAndObserversOnARunningStation) {
+  serve_in_background();
+  const std::vector<std::string> commands_of_instructors{
+      R"({"type":"agent","request":1,"action":"spawn","name":"a","x":1,"y":1})",
+      R"({"type":"agent","request":1,"action":"remove_all"})",
+      R"({"type":"agent","request":1,"action":"unfreeze","name":"synthetic"})",
+      R"({"type":"agent","request":1,"action":"door","name":"door 1","opening":1})",
+      R"({"type":"script","request":1,"name":"s"})",
+      R"({"type":"lesson","request":1,"kind":"camera_loss","amount":1})",
+      R"({"type":"end","request":1})",
+      R"({"type":"save","request":1,"name":"mine"})",
+      R"({"type":"mark","request":1,"text":"x"})",
+      R"({"type":"control","request":1,"action":"pause"})",
+      R"({"type":"control","request":1,"action":"seek","value":0})",
+      R"({"type":"estop_reset","request":1})"};
+  for (const std::string role : {"trainee", "observer"}) {
+    const auto page = open_page(role);
+    for (const std::string& text : commands_of_instructors) {
+      const Json reply = ask(*page, text);
+      EXPECT_EQ(reply["ok"], false) << role << text;
+      EXPECT_THAT(reply["text"].get<std::string>(), HasSubstr(role + "s may not")) << text;
+    }
+    for (const char* path : {"/api/v1/accounts", "/api/v1/audit"})
+      EXPECT_EQ(RawClient(port_).get(path, cookie(role)).status, 403) << role << path;
+  }
+  const auto observer = open_page("observer");
+  for (const char* text :
+       {R"({"type":"report","request":1,"name":"x"})", R"({"type":"chat","request":1,"to":"all","text":"x"})",
+        R"({"type":"estop","request":1})"})
+    EXPECT_EQ(ask(*observer, text)["ok"], false) << text;
+  EXPECT_EQ(RawClient(port_).open_socket("/ws/teleop", cookie("observer")).status, 403);
+  EXPECT_TRUE(commands().empty());
+  EXPECT_FALSE(ended_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "scenarios"));
+  EXPECT_THAT(audit(), HasSubstr("observers may not do this: estop"));
+
+  const auto instructor = open_page("instructor");
+  EXPECT_EQ(ask(*instructor, commands_of_instructors[0])["ok"], true) << "it is no fault of the command";
+  ASSERT_EQ(commands().size(), 1U);
+}
+
+TEST_F(BaseStationTest, NoSocketOpensWithACookieThatIsMadeUpOrOver) {
+  const std::string over = cookie("instructor");
+  EXPECT_EQ(RawClient(port_).post("/api/v1/logout", "", over).status, 204);
+  const std::string made_up = over.substr(0, over.find('=') + 1) + std::string(43, 'A');
+  for (const char* path : {"/ws/state", "/ws/teleop", "/ws/video"}) {
+    for (const std::string& each : {std::string(), over, made_up})
+      EXPECT_EQ(RawClient(port_).open_socket(path, each).status, 401) << path << each;
+    EXPECT_EQ(RawClient(port_).open_socket_from("http://evil.example", path, cookie("instructor")).status,
+              403)
+        << path;
+  }
+  EXPECT_EQ(RawClient(port_).get("/video.mjpg").status, 401);
+  EXPECT_EQ(RawClient(port_).get("/api/v1/model", over).status, 401);
+}
+
+TEST_F(BaseStationTest, MarkupInNamesAndWordsStaysText) {
+  serve_in_background();
+  const std::string markup = R"(</script><script>alert(1)</script>)";
+  const auto page = open_page("instructor");
+  const Json spawn =
+      ask(*page, R"({"type":"agent","request":1,"action":"spawn","x":1,"y":1,"name":")" + markup + "\"}");
+  EXPECT_EQ(spawn["ok"], false) << "no name has such letters";
+  const auto observer = open_page("observer");
+  ask(*page, R"({"type":"chat","request":2,"to":"all","text":")" + markup + "\"}");
+  EXPECT_EQ(next(*observer, "chat")["text"], markup);
+  const RawAnswer made = RawClient(port_).post(
+      "/api/v1/accounts", R"({"name":")" + markup + R"(","role":"trainee","password":"12345678"})",
+      cookie("admin"));
+  EXPECT_EQ(made.status, 409);
+  EXPECT_EQ(made.headers.at("content-type"), "application/json");
+  EXPECT_EQ(made.headers.at("x-content-type-options"), "nosniff");
+}
+
+TEST_F(BaseStationTest, FilesAreSentPackedAndTheReportIsPromisedBeforeItIsThere) {
+  const std::string admin = cookie("admin");
+  const RawAnswer model = RawClient(port_).get("/api/v1/model", admin, "Accept-Encoding: gzip\r\n");
+  EXPECT_EQ(model.headers.at("content-encoding"), "gzip");
+  EXPECT_LT(model.body.size(), RawClient(port_).get("/api/v1/model", admin).body.size());
+  const std::string known = "If-None-Match: " + model.headers.at("etag") + "\r\n";
+  EXPECT_EQ(RawClient(port_).get("/api/v1/model", admin, known).status, 304);
+  EXPECT_THAT(RawClient(port_).get("/metrics").body, HasSubstr("parhelion_video_sent_total 0"));
+
+  EXPECT_EQ(RawClient(port_).get("/api/v1/report", admin).status, 404);
+  EXPECT_EQ(ask(*open_page("instructor"), R"({"type":"end","request":1})")["ok"], true);
+  const RawAnswer soon = RawClient(port_).get("/api/v1/report", admin);
+  EXPECT_EQ(soon.status, 503);
+  EXPECT_EQ(soon.headers.at("retry-after"), "1");
+  station_->set_report(R"({"score":1})", "<html></html>");
+  EXPECT_EQ(RawClient(port_).get("/api/v1/report", admin).body, R"({"score":1})");
+  EXPECT_EQ(RawClient(port_).get("/report", admin).status, 200);
+}
+
+/// MB of memory that is in use on the heap.
+double heap() {
+  const struct mallinfo2 use = mallinfo2();
+  return static_cast<double>(use.uordblks + use.hblkhd) / 1e6;
+}
+
+TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
+  serve_in_background();
+  const auto publisher = hub_.connect();
+  const auto page = open_page("instructor");
+  std::vector<std::uint8_t> payload;
+  int number = 0;
+  // Half a megabyte of events, in order to every page; this one reads them.
+  const auto round = [&] {
+    Event event;
+    event.kind = EventKind::agent_spawned;
+    event.text = std::string(20'000, 'x');
+    for (int i = 0; i < 25; ++i) {
+      event.stamp = {runtime::wall_now().ns};
+      event.value = ++number;
+      encode(event, payload);
+      ASSERT_TRUE(publisher->publish(channel::mr_events, payload).ok());
+    }
+    commands();  // the witness keeps nothing
+    for (int last = 0; last < number;) {
+      const Json events = next(*page, "events");
+      ASSERT_FALSE(events.is_null()) << "the page that reads is not closed";
+      for (const Json& each : events["list"]) last = std::max(last, each["value"].get<int>());
+    }
+  };
+  for (int i = 0; i < 22; ++i) round();  // those that are kept for pages that come later
+  RawClient deaf(port_);
+  const int little = 4096;
+  setsockopt(deaf.descriptor(), SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
+  ASSERT_EQ(deaf.open_socket("/ws/state", cookie("observer")).status, 101);
+  const double before = heap();
+  for (int i = 0; i < 30; ++i) round();  // 15 MB
+  EXPECT_LT(heap() - before, 8) << "MB; a page may let 4 wait";
+
+  const auto robot = hub_.connect();
+  ASSERT_TRUE(robot->subscribe(channel::mr_scan, 100).ok());
+  for (int i = 0; i < 10; ++i) {
+    const Message scan = test::message(channel::scan, 0, test::scan_at(0.1 * i));
+    ASSERT_TRUE(robot->publish(scan.channel, scan.payload).ok());
+    Message answer;
+    ASSERT_TRUE(*robot->receive(answer, seconds(20))) << "scan " << i;
+  }
+  // Who reads at last learns that it was closed.
+  std::optional<RawClient::Frame> frame = deaf.frame();
+  while (frame && frame->opcode != 8) frame = deaf.frame();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->code(), 1013);
+}
+
+}  // namespace
+}  // namespace parhelion::station

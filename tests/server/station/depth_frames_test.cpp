@@ -1,0 +1,68 @@
+#include "server/station/depth_frames.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+namespace parhelion::station {
+namespace {
+
+template <class T>
+T at(const std::string& bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+DepthCameraDescription camera(int width, int height) {
+  DepthCameraDescription made;
+  made.intrinsics.width = width;
+  made.intrinsics.height = height;
+  made.intrinsics.fx = made.intrinsics.fy = 100;
+  made.intrinsics.cx = made.intrinsics.cy = 0;
+  made.range_max = 8;
+  return made;
+}
+
+render::DepthPixels wall(int width, int height) {
+  return {width, height, std::vector<std::uint16_t>(static_cast<std::size_t>(width * height), 2000)};
+}
+
+std::uint32_t count(const std::string& bytes) { return at<std::uint32_t>(bytes, 4); }
+
+TEST(DepthFrames, ALensThatBendsIsTakenOut) {
+  auto bent = camera(101, 1);
+  bent.intrinsics.distortion = {-0.16, 0.03, 0, 0, 0};
+  const auto bytes = depth_bytes(wall(101, 1), bent, {}, 1.5);
+  ASSERT_EQ(count(bytes), 101U);
+  EXPECT_EQ(at<std::uint16_t>(bytes, 2), 0U) << "no colours";
+  // Column 100 is seen at 1: a ray of x has r = x (1 - 0.16 x^2 + 0.03 x^4) there.
+  const double x = at<float>(bytes, 16 + 16 * 100) / 2.0;
+  EXPECT_NEAR(x * (1 - 0.16 * x * x + 0.03 * x * x * x * x), 1, 1e-5);
+  EXPECT_GT(x, 1.1);
+  EXPECT_NEAR(at<float>(bytes, 16 + 16 * 100 + 8), 2, 1e-6);
+}
+
+TEST(DepthFrames, NoMorePointsThanAskedForAreSpreadOverTheImage) {
+  for (const auto& [width, height] : {std::pair{320, 240}, {640, 480}, {5000, 1}, {3, 3}}) {
+    const auto n = count(depth_bytes(wall(width, height), camera(width, height), {}, 0, 800));
+    EXPECT_LE(n, 800U) << width;
+    EXPECT_GE(n, std::min(width * height, 400)) << width;
+  }
+}
+
+TEST(DepthFrames, ARangeThatIsNotSaidLeavesNothingOut) {
+  auto far = camera(2, 1);
+  far.range_max = 0;
+  EXPECT_EQ(count(depth_bytes(wall(2, 1), far, {}, 0)), 2U);
+  far.range_max = 1.5;
+  EXPECT_EQ(count(depth_bytes(wall(2, 1), far, {}, 0)), 0U);
+}
+
+TEST(DepthFrames, AnImageOfAnotherSizeIsNotTakenForTheCameras) {
+  EXPECT_EQ(count(depth_bytes(wall(4, 3), camera(3, 4), {}, 0)), 0U);
+  EXPECT_EQ(count(depth_bytes(wall(4, 3), camera(8, 6), {}, 0)), 0U);
+}
+
+}  // namespace
+}  // namespace parhelion::station

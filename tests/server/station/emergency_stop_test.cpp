@@ -1,0 +1,211 @@
+// An emergency stop from a page to the robot's wheels, and whoever tries to drive against it: the desk, a
+// bus, the tick.
+#include <gmock/gmock.h>
+
+#include "server/station/teleop_desk.hpp"
+#include "tests/server/station/stand_in_client.hpp"
+#include "tests/server/tick/level_1.hpp"
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::station {
+namespace {
+
+using Action = AgentCommand::Action;
+
+class EmergencyStopTest : public test::TickTest {
+ protected:
+  void SetUp() override {
+    start(test::level_1());
+    EXPECT_TRUE(server_->subscribe(".*", 10'000).ok());
+    open_desk();
+  }
+  void open_desk(std::vector<EmergencyStop> held = {}) {
+    TeleopOptions options;
+    options.now = [this] { return WallTime{steady_ns_}; };
+    options.stamp = [this] { return SensorTime{stamp().ns}; };
+    options.robot = "trainee";
+    options.held = std::move(held);
+    desk_ = std::make_unique<TeleopDesk>(*desk_bus_, std::move(options));
+    TeleopRobot robot;
+    robot.driven = {"trainee", channel::teleop, channel::joint_cmd};
+    robot.joints = {{"arm", "revolute", -1, 1, 0.5}};
+    desk_->set_robots({robot});
+  }
+  ArrivalTime stamp() const { return ArrivalTime::from_utime(test::start_us) + Duration{steady_ns_}; }
+
+  /// Time passes; each 20 ms the desk has its turn, the server hears the bus, and the desk the server.
+  void pass(double s) {
+    for (int i = 0; i < static_cast<int>(s / 0.02 + 0.5); ++i) {
+      steady_ns_ += 20'000'000;
+      if (foreign_) foreign_();
+      desk_->turn();
+      serve();
+    }
+  }
+  void serve() {
+    Message message;
+    std::int64_t within = 0;
+    while (*server_->receive(message, Duration{0})) {
+      if (drop_orders_ > 0 && message.channel == channel::mr_agent_cmd) {
+        --drop_orders_;
+        continue;
+      }
+      AgentCommand command;
+      if (message.channel == channel::mr_agent_cmd && decode(message.channel, message.payload, command).ok())
+        desk_->hear(command);
+      message.arrival = ArrivalTime{stamp().ns + 1000 * ++within};
+      feed(message);
+      hear_outputs();
+    }
+    outputs_.clear();
+    tick::advance(configuration_, ArrivalTime{stamp().ns + 10'000'000}, *state_, outputs_, observer_);
+    hear_outputs();
+  }
+  void hear_outputs() {
+    for (const tick::Outputs::Entry& entry : outputs_.entries()) {
+      Event event;
+      TwistCommand twist;
+      Joints joints;
+      if (entry.channel == channel::mr_events && decode(entry.channel, entry.payload, event).ok())
+        desk_->hear(event);
+      if (entry.channel == channel::mr_cmd && decode(entry.channel, entry.payload, twist).ok())
+        wheels_ = std::max({wheels_, std::abs(twist.twist.vx), std::abs(twist.twist.wz)});
+      if (entry.channel == channel::mr_joint_cmd && decode(entry.channel, entry.payload, joints).ok()) {
+        for (const double velocity : joints.velocities) arm_ = std::max(arm_, std::abs(velocity));
+      }
+    }
+  }
+  /// m; commands that went out meanwhile are in wheels_ and arm_.
+  double way_in(double s) {
+    wheels_ = arm_ = 0;
+    const auto place = [this] {
+      return state_->simulation.robot_motion("trainee")->T_map_base.translation();
+    };
+    const Eigen::Vector3d before = place();
+    pass(s);
+    return (place() - before).head<2>().norm();
+  }
+  void say(const std::string& channel, const auto& item) {
+    std::vector<std::uint8_t> payload;
+    encode(item, payload);
+    EXPECT_TRUE(console_->publish(channel, payload).ok());
+  }
+  /// A console on LCM, or a joystick, that is held all the time.
+  void hold_stick(double vx) {
+    foreign_ = [this, vx] {
+      say(channel::teleop, TwistCommand{{stamp().ns}, {vx, 0, 0.2 * vx}});
+      say(channel::joint_cmd, Joints{{stamp().ns}, {"arm"}, {}, {vx}, {}});
+      say(channel::operators,
+          OperatorWord{{stamp().ns}, "eve", "trainee", OperatorWord::State::drives, "joystick"});
+    };
+  }
+  void order(Action action, const std::string& name, std::uint64_t request) {
+    AgentCommand command;
+    command.stamp = {stamp().ns};
+    command.action = action;
+    command.agent.name = name;
+    command.request = request;
+    say(channel::mr_agent_cmd, command);
+  }
+
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> desk_bus_ = hub_.connect(), server_ = hub_.connect(), console_ = hub_.connect();
+  std::unique_ptr<TeleopDesk> desk_;
+  std::function<void()> foreign_;
+  std::int64_t steady_ns_ = 1'000'000'000;
+  int drop_orders_ = 0;
+  double wheels_ = 0, arm_ = 0;  ///< the fastest that went out
+};
+
+TEST_F(EmergencyStopTest, NoConsoleDrivesAgainstItWhateverItSays) {
+  hold_stick(0.4);
+  EXPECT_GT(way_in(2), 0.2);
+  EXPECT_GT(arm_, 0);
+  ASSERT_TRUE(desk_->stop("trainee", "ada").ok());
+  pass(0.5);  // it brakes
+  EXPECT_LT(way_in(2), 0.002);
+  EXPECT_EQ(wheels_ + arm_, 0);
+  hold_stick(std::nan(""));
+  EXPECT_LT(way_in(0.5), 0.002);
+  order(Action::unfreeze, "", 77);  // of the agents
+  EXPECT_TRUE(console_->publish(channel::teleop, std::vector<std::uint8_t>{1, 2, 3}).ok());
+  hold_stick(0);  // let go and pressed again, as often as he likes
+  pass(0.2);
+  hold_stick(0.4);
+  EXPECT_LT(way_in(2), 0.002);
+  EXPECT_EQ(wheels_ + arm_, 0);
+
+  ASSERT_TRUE(desk_->reset("trainee", "ada").ok());
+  EXPECT_LT(way_in(2), 0.002) << "the stick has not been let go";
+  EXPECT_EQ(wheels_ + arm_, 0);
+  hold_stick(0);
+  pass(0.2);
+  hold_stick(0.4);
+  EXPECT_GT(way_in(2), 0.2);
+  EXPECT_GT(arm_, 0);
+}
+
+TEST_F(EmergencyStopTest, AStopThatIsTakenBackAtOnceStillWantsTheStickLetGo) {
+  hold_stick(0.4);
+  pass(1);
+  ASSERT_TRUE(desk_->stop("", "ada").ok());
+  pass(0.04);
+  ASSERT_TRUE(desk_->reset("", "ada").ok());
+  pass(0.5);
+  EXPECT_LT(way_in(2), 0.002);
+  foreign_ = {};  // silence is letting go, too
+  pass(1);
+  hold_stick(0.4);
+  EXPECT_GT(way_in(2), 0.2);
+}
+
+TEST_F(EmergencyStopTest, OrdersThatAreLostOnTheirWayAreSaidAgain) {
+  hold_stick(0.4);
+  pass(1);
+  drop_orders_ = 5;
+  ASSERT_TRUE(desk_->stop("trainee", "ada").ok());
+  pass(1.5);
+  EXPECT_EQ(drop_orders_, 0);
+  EXPECT_LT(way_in(2), 0.002);
+  EXPECT_EQ(wheels_, 0);
+}
+
+TEST_F(EmergencyStopTest, WhatAnotherConsoleStopsOrLetsGoThePagesAreTold) {
+  const auto page = StandInClient::make(1, "ada", Role::instructor);
+  desk_->socket().opened(page);
+  order(Action::freeze, "trainee", 5);
+  pass(0.1);
+  ASSERT_EQ(desk_->stops().size(), 1U);
+  EXPECT_EQ(desk_->stops()[0].by, "another console");
+  EXPECT_THAT(page->texts("estop").back(), testing::HasSubstr(R"("on":true)"));
+  hold_stick(0.4);
+  EXPECT_LT(way_in(1), 0.002);
+  ASSERT_TRUE(desk_->reset("trainee", "ada").ok());
+  pass(0.1);
+  EXPECT_TRUE(desk_->stops().empty());
+  ASSERT_TRUE(desk_->stop("trainee", "ada").ok());
+  pass(0.1);
+  order(Action::unfreeze, "trainee", 6);
+  pass(0.5);
+  EXPECT_TRUE(desk_->stops().empty());
+  EXPECT_THAT(page->texts("estop").back(), testing::HasSubstr(R"("on":false)"));
+  EXPECT_FALSE(state_->emergency_stop);
+  order(Action::freeze, "nobody", 7);  // refused, and no stop
+  pass(0.5);
+  EXPECT_TRUE(desk_->stops().empty());
+}
+
+TEST_F(EmergencyStopTest, ADeskThatIsOpenedAfterADeathStopsTheRobotAndSaysSo) {
+  hold_stick(0.4);
+  pass(1);
+  open_desk({{"trainee", "the server that died"}});
+  const auto page = StandInClient::make(1, "ada", Role::instructor);
+  desk_->socket().opened(page);
+  EXPECT_THAT(page->texts("estop").at(0), testing::HasSubstr("died"));
+  pass(0.5);
+  EXPECT_LT(way_in(2), 0.002);
+  EXPECT_TRUE(state_->emergency_stop);
+}
+
+}  // namespace
+}  // namespace parhelion::station

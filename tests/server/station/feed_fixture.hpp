@@ -1,0 +1,68 @@
+// A feed in the synthetic room, with a page that listens: bus and clock are the test's.
+#pragma once
+
+#include "server/station/state_feed.hpp"
+#include "tests/server/station/listening_page.hpp"
+#include "tests/server/tick/synthetic.hpp"
+
+namespace parhelion::test {
+
+class FeedTest : public testing::Test {
+ protected:
+  void start(const tick::Configuration& configuration, bool recorded = false) {
+    FeedOptions options;
+    options.words.recorded = recorded;
+    options.clock = [this] { return ArrivalTime::from_utime(start_us) + seconds(t_); };
+    feed_ = std::make_unique<StateFeed>(std::make_shared<const tick::Configuration>(configuration), options);
+    SessionHeader header;
+    header.stamp = SensorTime::from_utime(start_us);
+    take(channel::mr_session, header);
+  }
+  std::shared_ptr<ListeningPage> open(std::uint64_t id = 1, Role role = Role::instructor,
+                                      const std::string& name = "ada") {
+    auto page = std::make_shared<ListeningPage>(id, role, name);
+    feed_->open(page);
+    return page;
+  }
+  WallTime now() const { return WallTime{1'000'000'000'000} + seconds(t_); }
+  void take(const std::string& channel, const auto& item) {
+    feed_->take(message(channel, start_us, item), now());
+  }
+  void pass(double s) {
+    t_ += s;
+    feed_->look(now());
+  }
+  SensorTime sensor_time() const { return SensorTime::from_utime(start_us) + seconds(t_); }
+  SimulationTime at(double t) const { return SimulationTime{start_us * 1000} + seconds(t); }
+
+  void say(EventKind kind, const std::string& subject, const std::string& object = {}, double value = 0) {
+    Event event;
+    event.stamp = at(t_);
+    event.kind = kind;
+    event.subject = subject;
+    event.object = object;
+    event.value = value;
+    take(channel::mr_events, event);
+  }
+  static WorldMessage::Entry body(const std::string& entity, const std::string& part, AgentKind kind,
+                                  double x, BodyOwner owner = BodyOwner::agent) {
+    WorldMessage::Entry entry;
+    entry.entity = entity;
+    entry.part = part;
+    entry.kind = kind;
+    entry.owner = owner;
+    entry.T_map_body = Transform<Map, Body>::planar(x, 0, 0);
+    return entry;
+  }
+  void world(std::vector<WorldMessage::Entry> bodies) {
+    WorldMessage message;
+    message.stamp = sensor_time();
+    message.bodies = std::move(bodies);
+    take(channel::mr_world, message);
+  }
+
+  double t_ = 0;  // s of the session
+  std::unique_ptr<StateFeed> feed_;
+};
+
+}  // namespace parhelion::test

@@ -1,0 +1,343 @@
+// Logging in, and what goes without it or with another's rights.
+#include <fstream>
+
+#include "tests/server/station/http/site_fixture.hpp"
+
+namespace parhelion::testing {
+namespace {
+
+using LogIn = SiteTest;
+
+TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const RawAnswer answer = log_in("anna", password);
+  ASSERT_EQ(answer.status, 204);
+  const std::string set = answer.headers.at("set-cookie");
+  EXPECT_NE(set.find("; HttpOnly"), std::string::npos) << set;
+  EXPECT_NE(set.find("; SameSite=Strict"), std::string::npos) << set;
+  EXPECT_EQ(set.rfind("parhelion-" + std::to_string(port()) + "=", 0), 0U) << set;
+  const RawAnswer me = RawClient(port()).get("/api/v1/me", cookie_in(answer));
+  EXPECT_EQ(me.status, 200);
+  EXPECT_EQ(me.body, R"({"name":"anna","role":"trainee"})");
+  EXPECT_NE(audit().find(R"("who":"anna","from":"127.0.0.1","what":"log in","outcome":"done")"),
+            std::string::npos);
+}
+
+TEST_F(LogIn, RefusesWrongPasswordAndUnknownNameAlike) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const RawAnswer wrong = log_in("anna", "not that one"), unknown = log_in("nobody", "not that one");
+  EXPECT_EQ(wrong.status, 401);
+  EXPECT_EQ(unknown.status, 401);
+  EXPECT_EQ(wrong.body, unknown.body);
+  EXPECT_FALSE(wrong.headers.contains("set-cookie"));
+  EXPECT_NE(audit().find("log in as nobody"), std::string::npos);
+}
+
+TEST_F(LogIn, IsNeededForAllThatIsNotPublic) {
+  make_accounts({});
+  open();
+  for (const char* path : {"/desk", "/api/v1/accounts", "/api/v1/audit"}) {
+    EXPECT_EQ(RawClient(port()).get(path).status, 401) << path;
+    EXPECT_EQ(RawClient(port()).get(path, "parhelion-" + std::to_string(port()) + "=made-up").status, 401)
+        << path;
+  }
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me").status, 401);
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/echo").status, 401);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/logout", "").status, 401);
+  EXPECT_EQ(RawClient(port()).get("/healthz").status, 200);
+  EXPECT_NE(audit().find("GET /ws/echo"), std::string::npos);
+  EXPECT_EQ(opened, 0);
+}
+
+TEST_F(LogIn, OfOneRoleOpensNothingOfAnother) {
+  make_accounts({{"anna", Role::trainee}, {"olga", Role::observer}, {"ivan", Role::instructor}});
+  open();
+  for (const char* name : {"anna", "olga"}) {
+    const std::string cookie = cookie_of(name);
+    EXPECT_EQ(RawClient(port()).get("/desk", cookie).status, 403) << name;
+    EXPECT_EQ(RawClient(port()).open_socket("/ws/desk", cookie).status, 403) << name;
+    EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", cookie).status, 403) << name;
+    EXPECT_EQ(RawClient(port()).get("/api/v1/audit", cookie).status, 403) << name;
+    const std::string made_admin = std::string(R"({"name":")") + name + R"(","role":"admin"})";
+    EXPECT_EQ(RawClient(port()).post("/api/v1/accounts", made_admin, cookie).status, 403) << name;
+  }
+  EXPECT_EQ(opened, 0);
+  const std::string instructor = cookie_of("ivan");
+  EXPECT_EQ(RawClient(port()).get("/desk", instructor).status, 200);
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/desk", instructor).status, 101);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", instructor).status, 403);
+  EXPECT_NE(audit().find("not with the role trainee"), std::string::npos);
+}
+
+TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  RawClient socket(port());
+  ASSERT_EQ(socket.open_socket("/ws/echo", cookie).status, 101);
+  const RawAnswer out = RawClient(port()).post("/api/v1/logout", "", cookie);
+  EXPECT_EQ(out.status, 204);
+  EXPECT_NE(out.headers.at("set-cookie").find("Max-Age=0"), std::string::npos);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 401);
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/echo", cookie).status, 401);
+  // What was open is closed, too.
+  const auto frame = socket.frame();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->opcode, 8);
+  EXPECT_EQ(frame->code(), 1008);
+}
+
+TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  for (int hour = 0; hour < 11; ++hour) {
+    pass(seconds(3600.0));
+    ASSERT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 200) << hour;
+  }
+  pass(seconds(3600.0));
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 401)
+      << "used all the time, but twelve hours old";
+  const std::string unused = cookie_of("anna");
+  pass(seconds(2 * 3600.0));
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", unused).status, 401) << "unused for two hours";
+  EXPECT_EQ(RawClient(port()).open_socket("/ws/echo", unused).status, 401);
+  EXPECT_NE(audit().find("the session has ended; log in again"), std::string::npos);
+}
+
+TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
+  make_accounts({{"ivan", Role::instructor}});
+  open();
+  const std::string root = cookie_of("root"), instructor = cookie_of("ivan");
+  EXPECT_EQ(RawClient(port()).post("/api/v1/accounts", R"({"name":"ivan","role":"observer"})", root).status,
+            204);
+  EXPECT_EQ(RawClient(port()).get("/desk", instructor).status, 401);
+  EXPECT_EQ(RawClient(port()).get("/desk", cookie_of("ivan")).status, 403);
+  const std::string observer = cookie_of("ivan");
+  RawClient remover(port());
+  EXPECT_EQ(remover.post_from(remover.origin(), "/api/v1/accounts?name=ivan", "", root, "DELETE").status,
+            204);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", observer).status, 401);
+  EXPECT_EQ(log_in("ivan", password).status, 401);
+  EXPECT_EQ(
+      RawClient(port()).post_from(remover.origin(), "/api/v1/accounts?name=root", "", root, "DELETE").status,
+      409);
+}
+
+TEST_F(LogIn, OfOthersPagesIsRefused) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  const std::string own = "http://127.0.0.1:" + std::to_string(port());
+  for (const std::string& origin :
+       {std::string(), std::string("null"), std::string("http://evil.example"), "https" + own.substr(4),
+        own + "0", own + "/", std::string("http://127.0.0.1")}) {
+    EXPECT_EQ(RawClient(port())
+                  .post_from(origin, "/api/v1/login", R"({"name":"anna","password":"correct horse"})")
+                  .status,
+              403)
+        << origin;
+    EXPECT_EQ(RawClient(port()).post_from(origin, "/api/v1/logout", "", cookie).status, 403) << origin;
+    EXPECT_EQ(RawClient(port()).open_socket_from(origin, "/ws/echo", cookie).status, 403) << origin;
+  }
+  EXPECT_EQ(opened, 0);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 200) << "nobody was logged out";
+  // A name that someone else lets point here.
+  RawClient rebound(port());
+  rebound.send("GET /healthz HTTP/1.1\r\nHost: evil.example:" + std::to_string(port()) + "\r\n\r\n");
+  EXPECT_EQ(rebound.answer().status, 421);
+  EXPECT_NE(audit().find("another site's"), std::string::npos);
+}
+
+TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  RawClient attacker(port());
+  int hashed = 0, held = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    const RawAnswer answer =
+        attacker.post("/api/v1/login", R"({"name":"anna","password":"guess )" + std::to_string(i) + "\"}");
+    if (answer.status == 401) ++hashed;
+    if (answer.status == 429) {
+      ++held;
+      ASSERT_GE(std::stoi(answer.headers.at("retry-after")), 1);
+    }
+  }
+  EXPECT_EQ(hashed, 5);
+  EXPECT_EQ(held, 9'995);
+  // The right password waits as well, for a minute at most.
+  EXPECT_EQ(log_in("anna", password).status, 429);
+  pass(seconds(60.0));
+  EXPECT_EQ(log_in("anna", password).status, 204);
+  // On record, but not ten thousand times.
+  site_.reset();
+  std::ifstream log(folder_ / "audit.jsonl");
+  int lines = 0;
+  bool summed = false;
+  for (std::string line; std::getline(log, line); ++lines)
+    summed |= line.find("9971 more") != std::string::npos;
+  EXPECT_LT(lines, 60);
+  EXPECT_TRUE(summed) << "9,995 and one held, five wrong: thirty in full";
+}
+
+TEST_F(LogIn, WithManyNamesFromOneAddressIsHeldUp) {
+  make_accounts({});
+  open();
+  RawClient attacker(port());
+  int tried = 0;
+  for (int i = 0; i < 60; ++i) {
+    tried +=
+        attacker.post("/api/v1/login", R"({"name":"user)" + std::to_string(i) + R"(","password":"12345678"})")
+            .status == 401;
+  }
+  EXPECT_EQ(tried, 30);
+}
+
+TEST_F(LogIn, RefusesWhatIsNoLogInMessage) {
+  make_accounts({});
+  open();
+  const std::string long_text(2000, 'x');
+  for (const std::string& body :
+       {std::string(), std::string("{}"), std::string("[]"), std::string("null"), std::string("{"),
+        std::string(R"({"name":"a"})"), std::string(R"({"name":1,"password":"b"})"),
+        std::string(R"({"name":"a","password":"b","role":"admin"})"),
+        R"({"name":")" + long_text + R"(","password":"b"})", std::string(60'000, '[')}) {
+    EXPECT_EQ(RawClient(port()).post("/api/v1/login", body).status, 400) << body.substr(0, 80);
+  }
+  RawClient form(port());
+  form.send("POST /api/v1/login HTTP/1.1\r\nHost: " + form.host() + "\r\nOrigin: " + form.origin() +
+            "\r\nContent-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}");
+  EXPECT_EQ(form.answer().status, 415);
+}
+
+TEST_F(LogIn, KeepsScriptInANameOutOfPagesAndLines) {
+  make_accounts({});
+  open();
+  const std::string root = cookie_of("root");
+  const std::string script = R"(<script>alert(1)<\/script>)";
+  EXPECT_EQ(RawClient(port())
+                .post("/api/v1/accounts",
+                      R"({"name":")" + script + R"(","role":"trainee","password":"12345678"})", root)
+                .status,
+            409);
+  EXPECT_EQ(log_in(script + R"(\n{\"who\":\"root\"})", "12345678").status, 401);
+  const RawAnswer seen = RawClient(port()).get("/api/v1/audit", root);
+  EXPECT_EQ(seen.headers.at("content-type"), "application/json");
+  EXPECT_EQ(seen.headers.at("x-content-type-options"), "nosniff");
+  EXPECT_NE(seen.body.find(R"(\n{\"who\":\"root\"})"), std::string::npos) << "as text within its line";
+}
+
+TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
+  make_accounts({{"anna", Role::trainee}, {"tom", Role::trainee}});
+  open();
+  const std::string here = cookie_of("anna"), elsewhere = cookie_of("anna"), other = cookie_of("tom");
+  RawClient socket(port());
+  ASSERT_EQ(socket.open_socket("/ws/echo", elsewhere).status, 101);
+  const auto change = [&](const std::string& old, const std::string& fresh, const std::string& cookie) {
+    return RawClient(port())
+        .post("/api/v1/password", R"({"old":")" + old + R"(","new":")" + fresh + "\"}", cookie)
+        .status;
+  };
+  EXPECT_EQ(change(password, "a better one", ""), 401);
+  EXPECT_EQ(change(password, "short", here), 400);
+  EXPECT_EQ(change("not that one", "a better one", here), 403);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/password", R"({"new":"a better one"})", here).status, 400);
+  EXPECT_EQ(log_in("anna", password).status, 204) << "nothing was changed so far";
+  EXPECT_EQ(change(password, "a better one", here), 204);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", here).status, 200);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", other).status, 200);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", elsewhere).status, 401);
+  const auto frame = socket.frame();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->code(), 1008);
+  EXPECT_EQ(log_in("anna", password).status, 401);
+  EXPECT_EQ(log_in("anna", "a better one").status, 204);
+  const std::string log = audit();
+  EXPECT_NE(log.find(R"("who":"anna","from":"127.0.0.1","what":"change password","outcome":"done")"),
+            std::string::npos)
+      << log;
+  EXPECT_NE(log.find("wrong old password"), std::string::npos);
+  EXPECT_EQ(log.find("better"), std::string::npos) << "no password is written down";
+}
+
+TEST_F(LogIn, PasswordIsNotGuessedThroughAnOpenPage) {
+  make_accounts({{"anna", Role::trainee}});
+  open();
+  const std::string cookie = cookie_of("anna");
+  RawClient page(port());
+  int tried = 0, held = 0;
+  for (int i = 0; i < 50; ++i) {
+    const std::string guess = std::to_string(i);
+    const RawAnswer answer =
+        page.post("/api/v1/password", R"({"old":"guess )" + guess + R"(","new":"12345678"})", cookie);
+    tried += answer.status == 403;
+    held += answer.status == 429 && answer.headers.contains("retry-after");
+  }
+  EXPECT_EQ(tried, 5);
+  EXPECT_EQ(held, 45);
+}
+
+using FirstStart = SiteTest;
+
+std::string body(const std::string& with, const std::string& name, const std::string& secret) {
+  return R"({"token":")" + with + R"(","name":")" + name + R"(","password":")" + secret + "\"}";
+}
+
+TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
+  open();
+  const std::string link = site_->setup_link();
+  const std::string token = link.substr(link.find("token=") + 6);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body("guessed", "eve", "12345678")).status, 403);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "a b", "12345678")).status, 400);
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "root", "short")).status, 400);
+  const RawAnswer made = RawClient(port()).post("/api/v1/setup", body(token, "root", "12345678"));
+  EXPECT_EQ(made.status, 204) << made.body;
+  EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie_in(made)).body, R"({"name":"root","role":"admin"})");
+  EXPECT_EQ(RawClient(port()).post("/api/v1/setup", body(token, "eve", "12345678")).status, 403);
+  EXPECT_EQ(site_->setup_link(), "");
+}
+
+TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
+  open();
+  const std::string link = site_->link(Role::instructor, "demo");
+  const std::string target = link.substr(link.find("/enter"));
+  const RawAnswer entered = RawClient(port()).get(target);
+  EXPECT_EQ(entered.status, 303);
+  EXPECT_EQ(entered.headers.at("location"), "/");
+  EXPECT_EQ(RawClient(port()).get("/desk", cookie_in(entered)).status, 200);
+  EXPECT_EQ(RawClient(port()).get("/api/v1/accounts", cookie_in(entered)).status, 403);
+  EXPECT_EQ(RawClient(port()).get("/enter?token=guessed").status, 403);
+  EXPECT_EQ(RawClient(port()).get("/enter").status, 403);
+  EXPECT_EQ(
+      RawClient(port()).post("/api/v1/password", R"({"old":"","new":"12345678"})", cookie_in(entered)).status,
+      403)
+      << "a link has no password";
+}
+
+TEST_F(FirstStart, PeopleWhoComeByOneLinkAreToldApart) {
+  open();
+  const std::string link = site_->link(Role::trainee, "trainee"), token = site_->setup_link();
+  const std::string target = link.substr(link.find("/enter"));
+  const RawAnswer admin = RawClient(port()).post(
+      "/api/v1/setup", body(token.substr(token.find("token=") + 6), "trainee_2", "12345678"));
+  ASSERT_EQ(admin.status, 204) << admin.body;
+  const auto name = [&](const RawAnswer& entered) {
+    return RawClient(port()).get("/api/v1/me", cookie_in(entered)).body;
+  };
+  const RawAnswer first = RawClient(port()).get(target), second = RawClient(port()).get(target);
+  EXPECT_EQ(name(first), R"({"name":"trainee","role":"trainee"})");
+  EXPECT_EQ(name(second), R"({"name":"trainee_3","role":"trainee"})") << "trainee_2 has an account";
+  const RawAnswer again = RawClient(port()).get(target, cookie_in(second));
+  EXPECT_EQ(again.status, 303);
+  EXPECT_EQ(again.headers.count("set-cookie"), 0U) << "another tab of the same browser";
+  EXPECT_EQ(name(second), R"({"name":"trainee_3","role":"trainee"})") << "and the first one goes on";
+  EXPECT_EQ(RawClient(port()).post("/api/v1/logout", "", cookie_in(first)).status, 204);
+  EXPECT_EQ(name(RawClient(port()).get(target)), R"({"name":"trainee","role":"trainee"})");
+  EXPECT_EQ(name(RawClient(port()).get(target, cookie_in(admin))), R"({"name":"trainee_4","role":"trainee"})")
+      << "who comes as another is another";
+}
+
+}  // namespace
+}  // namespace parhelion::testing

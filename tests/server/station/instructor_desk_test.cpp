@@ -1,0 +1,262 @@
+// What pages may ask for, and what comes of it.
+#include "server/station/instructor_desk.hpp"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "tests/server/station/feed_fixture.hpp"
+
+namespace parhelion::test {
+namespace {
+
+using testing::HasSubstr;
+
+class InstructorDeskTest : public FeedTest {
+ protected:
+  void begin(const tick::Configuration& configuration, DeskOptions options = {}, bool recorded = false) {
+    start(configuration, recorded);
+    EXPECT_TRUE(server_->subscribe("MR_AGENT_CMD", 1000).ok());
+    options.audit = [this](const Identity& who, const std::string&, const std::string& what,
+                           const std::string& outcome) {
+      audit_.push_back(who.name + ": " + what + ": " + outcome);
+    };
+    desk_ = std::make_unique<InstructorDesk>(*bus_, *feed_, *SessionNotes::open(folder_ / "notes.jsonl"),
+                                             std::move(options));
+    feed_->heard_event = [this](const Event& event) { desk_->hear(event); };
+  }
+  std::vector<AgentCommand> commands() {
+    std::vector<AgentCommand> all;
+    Message message;
+    while (*server_->receive(message, Duration{0})) {
+      AgentCommand command;
+      EXPECT_TRUE(decode(message.channel, message.payload, command).ok());
+      all.push_back(command);
+      feed_->take(message, now());
+    }
+    return all;
+  }
+  void answer(const AgentCommand& command, EventKind kind, const std::string& text = {}) {
+    Event event;
+    event.stamp = at(t_);
+    event.kind = kind;
+    event.subject = command.agent.name;
+    event.request = command.request;
+    event.text = text;
+    take(channel::mr_events, event);
+  }
+
+  Folder folder_;
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> bus_ = hub_.connect(), server_ = hub_.connect();
+  std::unique_ptr<InstructorDesk> desk_;
+  std::vector<std::string> audit_;
+};
+
+TEST_F(InstructorDeskTest, ACommandGoesToTheBusAndItsAnswerToThePageThatAsked) {
+  begin(configuration({}));
+  const auto page = open(1), other = open(2);
+  desk_->receive(*page, R"({"type":"agent","request":5,"action":"spawn","name":"box_1","x":1,"y":2})", now());
+  const auto sent = commands();
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_EQ(sent[0].agent.name, "box_1");
+  EXPECT_NE(sent[0].request, 0U);
+  EXPECT_TRUE(page->newest("reply").is_null());  // nothing is done until the server says so
+  answer(sent[0], EventKind::command_accepted);
+  const auto reply = page->newest("reply");
+  EXPECT_EQ(reply["request"], 5);
+  EXPECT_EQ(reply["ok"], true);
+  EXPECT_TRUE(other->newest("reply").is_null());
+  EXPECT_THAT(audit_, testing::ElementsAre("ada: spawn box_1: done"));
+}
+
+TEST_F(InstructorDeskTest, ARefusalOfTheServersIsPassedOnInItsWords) {
+  begin(configuration({}));
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"agent","request":6,"action":"remove","name":"nobody"})", now());
+  answer(commands().at(0), EventKind::command_refused, "no agent 'nobody'");
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+  EXPECT_EQ(page->newest("reply")["text"], "no agent 'nobody'");
+}
+
+TEST_F(InstructorDeskTest, ScriptsAndLessonsAreAskedOfTheServerAndAnsweredByIt) {
+  begin(configuration({}));
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"script","request":1,"name":"door slams"})", now());
+  desk_->receive(*page, R"({"type":"lesson","request":2,"kind":"camera_delay","amount":0.3})", now());
+  const auto sent = commands();
+  ASSERT_EQ(sent.size(), 2U);
+  EXPECT_EQ(sent[0].action, AgentCommand::Action::script);
+  EXPECT_EQ(sent[1].action, AgentCommand::Action::lesson);
+  EXPECT_TRUE(page->newest("reply").is_null());
+  answer(sent[0], EventKind::command_refused, "no script 'door slams': the scenario has none");
+  EXPECT_EQ(page->newest("reply")["request"], 1);
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+  answer(sent[1], EventKind::command_accepted);
+  EXPECT_EQ(page->newest("reply")["request"], 2);
+  EXPECT_EQ(page->newest("reply")["ok"], true);
+  EXPECT_THAT(audit_, testing::ElementsAre(HasSubstr("ada: script door slams: no script"),
+                                           "ada: lesson camera_delay: done"));
+}
+
+TEST_F(InstructorDeskTest, AServerThatDoesNotAnswerIsSaidToBeSilent) {
+  begin(configuration({}));
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"agent","request":7,"action":"freeze"})", now());
+  t_ = 2;
+  desk_->look(now());
+  EXPECT_TRUE(page->newest("reply").is_null());
+  t_ = 4;
+  desk_->look(now());
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+  EXPECT_EQ(page->newest("reply")["request"], 7);
+}
+
+TEST_F(InstructorDeskTest, ATraineeMayReportButNotCommandAndBothAreWrittenDown) {
+  begin(configuration({}));
+  const auto trainee = open(1, Role::trainee, "tom");
+  for (const char* text :
+       {R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})",
+        R"({"type":"save","request":1,"name":"mine"})", R"({"type":"mark","request":1,"text":"x"})",
+        R"({"type":"lesson","request":1,"kind":"dead_wheel","side":"left"})",
+        R"({"type":"script","request":1,"name":"s"})", R"({"type":"estop_reset","request":1})",
+        R"({"type":"control","request":1,"action":"pause"})"}) {
+    desk_->receive(*trainee, text, now());
+    EXPECT_EQ(trainee->newest("reply")["ok"], false) << text;
+    EXPECT_THAT(trainee->newest("reply")["text"].get<std::string>(), HasSubstr("trainees may not")) << text;
+  }
+  EXPECT_TRUE(commands().empty());
+  EXPECT_EQ(audit_.size(), 8U);
+  desk_->receive(*trainee, R"({"type":"report","request":2,"name":"gauge 1","x":1,"y":2})", now());
+  const auto sent = commands();
+  ASSERT_EQ(sent.size(), 1U);
+  EXPECT_EQ(sent[0].action, AgentCommand::Action::report_at);
+}
+
+TEST_F(InstructorDeskTest, AnObserverOnlyLooks) {
+  for (int kind = 0; kind <= static_cast<int>(PageMessage::Kind::estop_reset); ++kind) {
+    const auto each = static_cast<PageMessage::Kind>(kind);
+    EXPECT_EQ(may(Role::observer, each, false), each == PageMessage::Kind::subscribe) << to_string(each);
+    EXPECT_EQ(may(Role::observer, each, true), each == PageMessage::Kind::subscribe) << to_string(each);
+    EXPECT_TRUE(may(Role::instructor, each, false)) << to_string(each);
+    EXPECT_TRUE(may(Role::admin, each, false)) << to_string(each);
+  }
+}
+
+TEST_F(InstructorDeskTest, ARealRobotIsNotPaused) {
+  begin(configuration({}));
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"control","request":3,"action":"pause"})", now());
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+  EXPECT_THAT(page->newest("reply")["text"].get<std::string>(), HasSubstr("real robot"));
+}
+
+TEST_F(InstructorDeskTest, NothingIsPlacedInARecording) {
+  begin(configuration({}), {}, true);
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"agent","request":3,"action":"freeze"})", now());
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+  EXPECT_TRUE(commands().empty());
+}
+
+TEST_F(InstructorDeskTest, PauseRateSeekAndEndAreTheCommandsToDo) {
+  std::vector<std::string> done;
+  DeskOptions options;
+  options.controls.pause = [&](bool paused) { return done.push_back(paused ? "pause" : "resume"), Status(); };
+  options.controls.rate = [&](double) { return Status(Error{"too fast"}); };
+  options.controls.seek = [&](double s) { return done.push_back("seek " + std::to_string(s)), Status(); };
+  options.controls.end = [&] { return done.emplace_back("end"), Status(); };
+  begin(configuration({}), options, true);
+  const auto page = open();
+  desk_->receive(*page, R"({"type":"control","request":1,"action":"pause"})", now());
+  desk_->receive(*page, R"({"type":"control","request":2,"action":"resume"})", now());
+  desk_->receive(*page, R"({"type":"control","request":3,"action":"seek","value":12.5})", now());
+  desk_->receive(*page, R"({"type":"end","request":4})", now());
+  EXPECT_THAT(done, testing::ElementsAre("pause", "resume", "seek 12.500000", "end"));
+  EXPECT_EQ(page->newest("reply")["ok"], true);
+  desk_->receive(*page, R"({"type":"control","request":5,"action":"rate","value":3})", now());
+  EXPECT_EQ(page->newest("reply")["text"], "too fast");
+  desk_->receive(*page, R"({"type":"control","request":6,"action":"step"})", now());
+  EXPECT_EQ(page->newest("reply")["ok"], false);
+}
+
+TEST_F(InstructorDeskTest, WordsReachThoseTheyAreForAndAreKeptBesideTheSession) {
+  begin(configuration({}));
+  const auto ada = open(1, Role::instructor, "ada"), tom = open(2, Role::trainee, "tom"),
+             bo = open(3, Role::observer, "bo");
+  desk_->receive(*ada, R"({"type":"chat","to":"trainee","text":"mind the <b>door</b>"})", now());
+  EXPECT_EQ(tom->newest("chat")["text"], "mind the <b>door</b>");
+  EXPECT_EQ(ada->heard("chat").size(), 1U);
+  EXPECT_TRUE(bo->heard("chat").empty());
+  desk_->receive(*ada, R"({"type":"mark","text":"first hesitation"})", now());
+  EXPECT_EQ(bo->newest("mark")["by"], "ada");
+  ListeningPage later(4, Role::trainee, "tim");
+  desk_->greet(later);
+  EXPECT_EQ(later.heard("chat").size(), 1U);
+  EXPECT_EQ(later.heard("mark").size(), 1U);
+
+  std::ifstream file(folder_ / "notes.jsonl");
+  std::string line;
+  ASSERT_TRUE(std::getline(file, line));
+  EXPECT_EQ(nlohmann::json::parse(line)["text"], "mind the <b>door</b>");
+  ASSERT_TRUE(std::getline(file, line));
+  EXPECT_EQ(nlohmann::json::parse(line)["type"], "mark");
+  EXPECT_TRUE(commands().empty());
+}
+
+TEST_F(InstructorDeskTest, WhatWasPlacedIsSavedAsAScenarioThatReadsBack) {
+  DeskOptions options;
+  options.scenarios = folder_ / "scenarios";
+  begin(configuration({agent("box_1", AgentKind::box, 1, 0)}), options);
+  const auto page = open();
+  desk_->receive(
+      *page, R"({"type":"agent","request":1,"action":"spawn","name":"person_1","kind":"person","x":2,"y":1,
+                           "behaviour":"go","waypoints":[[3,3]]})",
+      now());
+  const AgentCommand spawn = commands().at(0);
+  answer(spawn, EventKind::agent_spawned);
+  answer(spawn, EventKind::command_accepted);
+  world({body("box_1", "box", AgentKind::box, 1.5), body("person_1", "torso", AgentKind::person, 2.25),
+         body("stranger", "box", AgentKind::box, 0)});
+  desk_->receive(*page, R"({"type":"save","request":2,"name":"placed"})", now());
+  ASSERT_EQ(page->newest("reply")["ok"], true) << page->newest("reply");
+  EXPECT_THAT(page->newest("reply")["text"].get<std::string>(), HasSubstr("stranger"));
+  const auto saved = load_scenario(folder_ / "scenarios/placed.yaml");
+  ASSERT_TRUE(saved) << saved.error().message;
+  ASSERT_EQ(saved->agents.size(), 2U);
+  EXPECT_NEAR(saved->agents[0].T_map_base.translation().x(), 1.5, 1e-9);
+  EXPECT_EQ(saved->agents[1].behaviour.kind, BehaviourKind::go);
+  desk_->receive(*page, R"({"type":"save","request":3,"name":"placed"})", now());
+  EXPECT_THAT(page->newest("reply")["text"].get<std::string>(), HasSubstr("there already"));
+}
+
+TEST_F(InstructorDeskTest, APageThatTalksWithoutEndIsClosed) {
+  begin(configuration({}));
+  const auto page = open();
+  for (int i = 0; i < 200 && !page->closed; ++i) desk_->receive(*page, R"({"type":"subscribe"})", now());
+  EXPECT_EQ(page->closed, 1008);
+}
+
+TEST_F(InstructorDeskTest, OneTraineeNeitherFillsTheNotesNorDrownsTheOthersWords) {
+  begin(configuration({}));
+  const auto tom = open(1, Role::trainee, "tom"), ada = open(2);
+  const std::string words(2000, 'x');
+  const std::string chat = R"({"type":"chat","request":1,"to":"all","text":")" + words + "\"}";
+  for (int i = 0; i < 20; ++i) desk_->receive(*tom, chat, now());
+  EXPECT_EQ(ada->heard("chat").size(), 3U) << "at once; then two a second";
+  EXPECT_THAT(tom->newest("reply")["text"].get<std::string>(), HasSubstr("two a second"));
+  EXPECT_FALSE(tom->closed);
+  for (int second = 0; second < 600; ++second) {
+    t_ += 1;
+    for (int i = 0; i < 5; ++i) desk_->receive(*tom, chat, now());
+  }
+  EXPECT_FALSE(tom->closed);
+  EXPECT_NEAR(static_cast<double>(ada->heard("chat").size()), 1150, 60);
+  EXPECT_LE(std::filesystem::file_size(folder_ / "notes.jsonl"), 1'100'000U);
+  desk_->receive(*ada, R"({"type":"chat","request":9,"to":"all","text":"enough"})", now());
+  EXPECT_EQ(ada->newest("reply")["ok"], true);
+  EXPECT_EQ(tom->newest("chat")["text"], "enough");
+}
+
+}  // namespace
+}  // namespace parhelion::test

@@ -1,0 +1,90 @@
+// Which robots pages may drive and watch, as the world and the instructor's commands change them.
+#include "server/station/robot_watch.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include "server/runtime/wall_clock.hpp"
+#include "tests/server/station/teleop_fixture.hpp"
+
+namespace parhelion::station {
+namespace {
+
+class RobotWatchTest : public TeleopDeskTest {
+ protected:
+  RobotWatchTest() {
+    auto configuration = std::make_shared<tick::Configuration>();
+    configuration->robot.name = "trainee";
+    AgentDefinition rover;
+    rover.name = "robot_2";
+    rover.kind = AgentKind::robot;
+    configuration->scenario.agents = {rover};
+    VideoOptions video;
+    video.robot = "trainee";
+    video.now = [] { return runtime::steady_now(); };
+    video.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
+    feed_ = std::make_unique<VideoFeed>(hub_.connect(), video);
+    watch_ = std::make_unique<RobotWatch>(hub_.connect(), std::move(configuration), *feed_, desk_.get());
+    EXPECT_TRUE(watch_->start().ok());
+  }
+  void publish(const char* channel, const auto& item) {
+    std::vector<std::uint8_t> payload;
+    encode(item, payload);
+    EXPECT_TRUE(server_->publish(channel, payload).ok());
+  }
+  /// Shows the watch a world with the agent until a page is told of it with `video`.
+  bool told(bool video) {
+    WorldMessage world;
+    WorldMessage::Entry body;
+    body.entity = "robot_2";
+    body.kind = AgentKind::robot;
+    body.owner = BodyOwner::agent;
+    world.bodies.push_back(body);
+    const std::string wanted = std::string(R"("video":)") + (video ? "true" : "false");
+    const WallTime deadline = runtime::steady_now() + seconds(20);
+    while (runtime::steady_now() < deadline) {
+      publish(channel::mr_world, world);
+      auto page = open("ines", Role::observer);
+      const auto words = page->texts("robots");
+      const std::size_t at = words.empty() ? std::string::npos : words.back().find(R"("name":"robot_2")");
+      if (at != std::string::npos) {
+        const std::size_t said = words.back().find(R"("video":)", at);
+        if (words.back().substr(said, wanted.size()) == wanted) return true;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+  /// The instructor's command, answered by the server with `answer`.
+  void order_camera(double rate, EventKind answer) {
+    AgentCommand command;
+    command.action = AgentCommand::Action::camera;
+    command.request = ++requests_;
+    command.agent.name = "robot_2";
+    command.agent.T_map_base = Transform<Map, Base>::planar(rate, 0, 0);
+    publish(channel::mr_agent_cmd, command);
+    Event event;
+    event.kind = answer;
+    event.subject = "robot_2";
+    event.request = command.request;
+    publish(channel::mr_events, event);
+  }
+
+  std::unique_ptr<VideoFeed> feed_;
+  std::unique_ptr<RobotWatch> watch_;
+  std::uint64_t requests_ = 0;
+};
+
+TEST_F(RobotWatchTest, SaysThatARobotHasVideoOnceItsCameraWasAskedFor) {
+  EXPECT_TRUE(told(false));
+  order_camera(5, EventKind::command_accepted);
+  EXPECT_TRUE(told(true));
+  order_camera(0, EventKind::command_accepted);
+  EXPECT_TRUE(told(false));
+  order_camera(50, EventKind::command_refused);
+  order_camera(2, EventKind::command_accepted);
+  EXPECT_TRUE(told(true));
+}
+
+}  // namespace
+}  // namespace parhelion::station

@@ -1,0 +1,67 @@
+#include "server/station/sensor_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace parhelion::station {
+namespace {
+
+/// What is said of a sensor with these stamps, s.
+SensorState state_of(const std::vector<double>& stamps) {
+  SensorWatch watch;
+  watch.watch("IMU", SensorWatch::Clock::server);
+  for (const double t : stamps)
+    watch.heard("IMU", SensorTime{} + seconds(100 + t), ArrivalTime{} + seconds(100 + t));
+  return watch.states(ArrivalTime{} + seconds(100 + stamps.back())).at(0);
+}
+
+TEST(SensorWatch, CountsAsLostWhatIsMissingBetweenStamps) {
+  std::vector<double> stamps;
+  for (int i = 0; i < 60; ++i) {
+    if (i % 60 != 30) stamps.push_back(0.05 * i);
+  }
+  const SensorState state = state_of(stamps);
+  EXPECT_NEAR(state.loss, 1.0 / 59, 1e-3);
+  EXPECT_NEAR(state.rate, 20, 0.5);
+}
+
+TEST(SensorWatch, AFixedRateReadAtTheBeatsOfAFasterClockLosesNothing) {
+  for (const double beats : {60.0, 120.0, 150.0, 1000.0}) {
+    std::vector<double> stamps;
+    for (int i = 0; i < 200; ++i) stamps.push_back(std::ceil(0.02 * i * beats - 1e-9) / beats);
+    EXPECT_LT(state_of(stamps).loss, 0.01) << "50 Hz at " << beats << " Hz";
+  }
+}
+
+TEST(SensorWatch, WhatIsLostByChanceIsNotTakenForARegularGap) {
+  for (const double share : {0.1, 0.2, 0.4}) {
+    double told = 0;
+    constexpr int runs = 40;
+    for (unsigned seed = 0; seed < runs; ++seed) {
+      std::mt19937 random(seed);
+      std::vector<double> stamps;
+      for (int i = 0; i < 400; ++i) {
+        if (std::uniform_real_distribution<>()(random) >= share) stamps.push_back(0.01 * i);
+      }
+      told += state_of(stamps).loss / runs;
+    }
+    EXPECT_NEAR(told, share, 0.02 + share / 10);
+  }
+}
+
+TEST(SensorWatch, ASensorThatFallsSilentIsLateThenLost) {
+  SensorWatch watch;
+  watch.watch("SCAN", SensorWatch::Clock::server);
+  const auto word = [&](double t) { return watch.states(ArrivalTime{} + seconds(t)).at(0).word; };
+  EXPECT_EQ(word(100), SensorState::Word::none);
+  for (int i = 0; i <= 20; ++i)
+    watch.heard("SCAN", SensorTime{} + seconds(100 + 0.05 * i), ArrivalTime{} + seconds(100 + 0.05 * i));
+  EXPECT_EQ(word(101.1), SensorState::Word::ok);
+  EXPECT_EQ(word(101.3), SensorState::Word::late);
+  EXPECT_EQ(word(102.1), SensorState::Word::lost);
+}
+
+}  // namespace
+}  // namespace parhelion::station

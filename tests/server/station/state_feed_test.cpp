@@ -1,0 +1,310 @@
+// What pages are told of a session.
+#include "server/station/state_feed.hpp"
+
+#include <gmock/gmock.h>
+
+#include "server/simulation/simulation.hpp"
+#include "server/station/operator_name.hpp"
+#include "tests/server/station/feed_fixture.hpp"
+
+namespace parhelion::test {
+namespace {
+
+using testing::ElementsAre;
+
+TEST_F(FeedTest, APageIsToldHowThingsStandWhenItOpens) {
+  start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
+  world({body("box_1", "box", AgentKind::box, 1)});
+  say(EventKind::movement_started, "box_1");
+  const auto page = open(1, Role::observer, "bo");
+  const auto hello = page->newest("hello");
+  EXPECT_EQ(hello["who"]["name"], "bo");
+  EXPECT_EQ(hello["who"]["role"], "observer");
+  EXPECT_EQ(hello["session"]["started_us"], start_us);
+  EXPECT_EQ(hello["session"]["mode"], "live");
+  EXPECT_EQ(page->newest("events")["list"].size(), 1U);
+  EXPECT_FALSE(page->newest("status").is_null());
+}
+
+TEST_F(FeedTest, WhoDrivesGoesByTheNameOfTheAccountOnPagesAlone) {
+  start(configuration({}));
+  const auto page = open(1, Role::trainee, "tess");
+  OperatorWord word;
+  word.stamp = sensor_time();
+  word.name = operator_name({"tess", Role::trainee});
+  word.robot = "trainee";
+  word.state = OperatorWord::State::drives;
+  word.text = "browser";
+  take(channel::operators, word);
+  pass(0.6);
+  ASSERT_EQ(page->newest("operators")["list"].size(), 1U);
+  EXPECT_EQ(page->newest("operators")["list"][0]["name"], "tess");
+}
+
+TEST_F(FeedTest, EntitiesAreToldWithTheirShapesAndFramesWithTheirPoses) {
+  start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
+  const auto page = open();
+  t_ = 2.5;
+  world({body("box_1", "box", AgentKind::box, 1.25)});
+  const auto entities = page->newest("entities");
+  ASSERT_EQ(entities["list"].size(), 1U);
+  EXPECT_EQ(entities["list"][0]["name"], "box_1");
+  EXPECT_EQ(entities["list"][0]["kind"], "box");
+  const int form = entities["list"][0]["parts"][0]["form"];
+  ASSERT_GE(form, 0);
+  EXPECT_EQ(entities["forms"][form][0]["shape"], "box");
+
+  const auto frames = page->frames(1);
+  ASSERT_EQ(frames.size(), 1U);
+  const std::string& frame = frames[0];
+  ASSERT_EQ(frame.size(), 16U + 32U);
+  EXPECT_EQ(number_at<std::uint16_t>(frame, 2), entities["table"].get<int>());
+  EXPECT_EQ(number_at<std::uint32_t>(frame, 4), 1U);
+  EXPECT_DOUBLE_EQ(number_at<double>(frame, 8), 2.5);
+  EXPECT_EQ(number_at<std::uint16_t>(frame, 16), entities["list"][0]["parts"][0]["id"].get<int>());
+  EXPECT_FLOAT_EQ(number_at<float>(frame, 20), 1.25F);
+  EXPECT_FLOAT_EQ(number_at<float>(frame, 44), 1.0F);  // qw
+}
+
+TEST_F(FeedTest, PersonsShareTheirForms) {
+  std::vector<AgentDefinition> persons;
+  std::vector<WorldMessage::Entry> bodies;
+  for (int i = 0; i < 20; ++i) {
+    const std::string name = "person_" + std::to_string(i);
+    persons.push_back(agent(name, AgentKind::person, 0, 0));
+    for (const BodyDefinition& each : simulation::agent_bodies(persons.back(), 1))
+      bodies.push_back(body(name, each.part, AgentKind::person, i));
+  }
+  start(configuration(persons));
+  const auto page = open();
+  world(bodies);
+  const auto entities = page->newest("entities");
+  EXPECT_EQ(entities["list"].size(), 20U);
+  EXPECT_LE(entities["forms"].size(), 9U);
+}
+
+TEST_F(FeedTest, ATableThatChangesOftenIsToldFourTimesASecondAndFramesKeepToIt) {
+  start(configuration({}));
+  const auto page = open();
+  std::vector<WorldMessage::Entry> bodies;
+  for (int i = 0; i < 30; ++i) {  // one more each frame, for a second
+    bodies.push_back(body("box_" + std::to_string(i), "box", AgentKind::box, i));
+    world(bodies);
+    pass(1.0 / 30);
+  }
+  const auto tables = page->heard("entities");
+  EXPECT_GE(tables.size(), 3U);
+  EXPECT_LE(tables.size(), 5U);
+  const std::string last = page->frames(1).back();
+  EXPECT_EQ(number_at<std::uint16_t>(last, 2), tables.back()["table"].get<int>());
+  EXPECT_LE(number_at<std::uint32_t>(last, 4), tables.back()["list"].size());
+}
+
+TEST_F(FeedTest, APageGetsTheWorldAtItsOwnRate) {
+  start(configuration({}));
+  const auto fast = open(1), slow = open(2);
+  Subscription wanted;
+  wanted.world_hz = 10;
+  feed_->subscribe(2, wanted);
+  for (int i = 0; i < 60; ++i) {
+    world({body("box_1", "box", AgentKind::box, i)});
+    pass(1.0 / 30);
+  }
+  EXPECT_GE(fast->frames(1).size(), 58U);
+  EXPECT_GE(slow->frames(1).size(), 18U);
+  EXPECT_LE(slow->frames(1).size(), 22U);
+}
+
+TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
+  tick::Configuration configuration = test::configuration({});
+  DepthCameraDescription camera;
+  camera.intrinsics.width = 4;
+  camera.intrinsics.height = 2;
+  camera.intrinsics.fx = camera.intrinsics.fy = 4;
+  camera.intrinsics.cx = 2;
+  camera.intrinsics.cy = 1;
+  // Looks along the robot's x axis, 0.2 m in front and 0.5 m up.
+  camera.T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 0.5}};
+  camera.range_min = 0.1;
+  camera.range_max = 8;
+  configuration.robot.depth = camera;
+  start(configuration);
+  const auto asks = open(1), other = open(2);
+  Subscription points;
+  points.points = true;
+  feed_->subscribe(1, points);
+  for (const Message& each : drive(0.5)) {
+    if (each.channel == channel::odometry || each.channel == channel::pose_cov) feed_->take(each, now());
+  }
+  Image image;
+  image.stamp = scan_at(0.3).stamp;
+  image.width = 4;
+  image.height = 2;
+  image.row_stride = 8;
+  image.format = PixelFormat::depth_mm;
+  image.metadata.push_back({"encoding", {'r', 'a', 'w'}});
+  image.bytes.assign(16, 0);
+  const auto set = [&](std::size_t pixel, int millimetres) {
+    image.bytes[2 * pixel] = static_cast<std::uint8_t>(millimetres & 0xff);
+    image.bytes[2 * pixel + 1] = static_cast<std::uint8_t>(millimetres >> 8);
+  };
+  set(6, 3000);  // u 2, v 1: on the axis
+  set(1, 9000);  // beyond the range
+  set(7, 1000);  // u 3: a quarter of its depth to the right
+  take(channel::depth, image);
+  take(channel::depth, image);  // sooner than anybody looks
+  EXPECT_TRUE(other->frames(3).empty());
+  const auto frames = asks->frames(3);
+  ASSERT_EQ(frames.size(), 1U);
+  ASSERT_EQ(number_at<std::uint32_t>(frames[0], 4), 2U);
+  ASSERT_EQ(frames[0].size(), 16U + 2 * 16U);
+  const auto T_map_base = pose_at(0.3);
+  const Eigen::Vector3d ahead = T_map_base.isometry() * Eigen::Vector3d(3.2, 0, 0.5),
+                        right = T_map_base.isometry() * Eigen::Vector3d(1.2, -0.25, 0.5);
+  for (int k = 0; k < 3; ++k) {
+    const auto at = static_cast<std::size_t>(16 + 4 * k);
+    EXPECT_NEAR(number_at<float>(frames[0], at), ahead[k], 0.02) << k;
+    EXPECT_NEAR(number_at<float>(frames[0], at + 16), right[k], 0.02) << k;
+  }
+  t_ = 0.25;
+  image.bytes.resize(3);
+  take(channel::depth, image);
+  EXPECT_EQ(asks->frames(3).size(), 1U) << "a broken image shows nothing";
+}
+
+TEST_F(FeedTest, ScansCarryWhereTheLaserWasAndWhatTheBeamsHit) {
+  start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
+  const auto page = open();
+  world({body("box_1", "box", AgentKind::box, 1)});
+  for (const Message& each : drive(0.5)) {
+    if (each.channel == channel::odometry || each.channel == channel::pose_cov) feed_->take(each, now());
+  }
+  const Scan scan = scan_at(0.3);
+  take(channel::scan, scan);
+  take(channel::mr_scan, scan);
+  ScanInfo info;
+  info.stamp = scan.stamp;
+  info.live = true;
+  info.agents = {"box_1"};
+  info.beam_agent.assign(scan.ranges.size(), -1);
+  info.beam_agent[3] = 0;
+  take(channel::mr_scan_info, info);
+
+  const auto frames = page->frames(2);
+  ASSERT_EQ(frames.size(), 2U);
+  const std::string& mixed = frames[1];
+  const std::size_t n = scan.ranges.size();
+  ASSERT_EQ(mixed.size(), 40 + 6 * n);
+  EXPECT_EQ(mixed[1], 1);
+  const auto T_map_laser = pose_at(0.3) * robot().laser->T_base_laser;
+  EXPECT_NEAR(number_at<float>(mixed, 16), T_map_laser.translation().x(), 0.01);
+  EXPECT_NEAR(number_at<float>(mixed, 20), T_map_laser.translation().y(), 0.01);
+  EXPECT_NEAR(number_at<float>(mixed, 24), T_map_laser.yaw(), 0.01);
+  EXPECT_EQ(number_at<float>(mixed, 40), scan.ranges[0]);
+  EXPECT_EQ(number_at<std::int16_t>(mixed, 40 + 4 * n + 2 * 2), -1);
+  EXPECT_EQ(number_at<std::int16_t>(mixed, 40 + 4 * n + 2 * 3), 0);
+}
+
+TEST_F(FeedTest, AScanWhosePlaceNobodyKnowsSaysSo) {
+  start(configuration({}));
+  const auto page = open();
+  take(channel::scan, scan_at(0.3));
+  ASSERT_EQ(page->frames(2).size(), 1U);
+  EXPECT_TRUE(std::isnan(number_at<float>(page->frames(2)[0], 16)));
+}
+
+TEST_F(FeedTest, AWorldOfAThousandAgentsIsEncodedOnceForAll) {
+  start(configuration({}));
+  std::vector<std::shared_ptr<ListeningPage>> pages;
+  for (std::uint64_t i = 1; i <= 22; ++i) pages.push_back(open(i));
+  std::vector<WorldMessage::Entry> bodies;
+  for (int i = 0; i < 1000; ++i) bodies.push_back(body("box_" + std::to_string(i), "box", AgentKind::box, i));
+  world(bodies);
+  for (const auto& page : pages) {
+    ASSERT_EQ(page->frames(1).size(), 1U);
+    EXPECT_EQ(page->frames(1)[0].size(), 16U + 32U * 1000U);
+  }
+}
+
+TEST_F(FeedTest, SensorsAreToldWithRateAgeAndLoss) {
+  start(configuration({}));
+  const auto page = open();
+  for (int i = 0; i < 40; ++i) {
+    pass(0.05);
+    if (i % 4 == 3) continue;  // one of four is lost
+    Odometry odometry;
+    odometry.stamp = sensor_time();
+    take(channel::odometry, odometry);
+  }
+  pass(1.0);
+  nlohmann::json odometry, scan;
+  const auto status = page->newest("status");
+  for (const auto& sensor : status["sensors"]) {
+    if (sensor["name"] == "ODOMETRY") odometry = sensor;
+    if (sensor["name"] == "SCAN") scan = sensor;
+  }
+  EXPECT_EQ(scan["state"], "none");
+  EXPECT_TRUE(scan["age_ms"].is_null());
+  EXPECT_EQ(odometry["state"], "lost");
+  EXPECT_NEAR(odometry["age_ms"].get<double>(), 1050, 60);
+  EXPECT_NEAR(odometry["loss"].get<double>(), 0.25, 0.05);
+  EXPECT_NEAR(odometry["rate_hz"].get<double>(), 15, 1);
+}
+
+TEST_F(FeedTest, TasksRunAgainstTheirTimeAndEnd) {
+  tick::Configuration graded = configuration({});
+  Training training;
+  training.pass_mark = 0.5;
+  Task task;
+  task.name = "door";
+  task.text = "Go through the door";
+  task.points = 50;
+  task.limit = 20;
+  training.tasks = {task};
+  graded.scenario.training = training;
+  start(graded);
+  const auto page = open();
+  EXPECT_EQ(page->newest("score")["tasks"][0]["state"], "waiting");
+  say(EventKind::task_started, "robot", "door", 50);
+  pass(5);
+  auto score = page->newest("score");
+  EXPECT_EQ(score["tasks"][0]["state"], "running");
+  EXPECT_NEAR(score["tasks"][0]["left_s"].get<double>(), 15, 0.1);
+  say(EventKind::task_done, "robot", "door", 50);
+  say(EventKind::score_changed, "robot", "door", 50);
+  say(EventKind::grading_ended, "robot", "", 50);
+  pass(0.1);
+  score = page->newest("score");
+  EXPECT_EQ(score["tasks"][0]["state"], "done");
+  EXPECT_EQ(score["score"], 50);
+  EXPECT_EQ(score["possible"], 50);
+  EXPECT_EQ(score["passed"], true);
+}
+
+TEST_F(FeedTest, AnotherSessionHeaderForgetsWhatWasSaid) {
+  start(configuration({}));
+  const auto page = open();
+  world({body("box_1", "box", AgentKind::box, 1)});
+  say(EventKind::movement_started, "box_1");
+  pass(0.1);
+  SessionHeader header;
+  header.stamp = SensorTime::from_utime(start_us);
+  take(channel::mr_session, header);
+  EXPECT_EQ(page->heard("hello").size(), 2U);
+  EXPECT_EQ(page->newest("events")["list"].size(), 0U);
+}
+
+TEST_F(FeedTest, WhatCannotBeReadChangesNothing) {
+  start(configuration({}));
+  const auto page = open();
+  const std::size_t before = page->sent.size();
+  for (const auto& [channel, capacity] : feed_->channels()) {
+    feed_->take({channel, ArrivalTime::from_utime(start_us), {}}, now());
+    feed_->take({channel, ArrivalTime::from_utime(start_us), std::vector<std::uint8_t>(100, 0xA5)}, now());
+  }
+  feed_->take({"MR_AGENT__SCAN", ArrivalTime::from_utime(start_us), {1, 2, 3}}, now());
+  EXPECT_EQ(page->sent.size(), before);
+}
+
+}  // namespace
+}  // namespace parhelion::test

@@ -1,0 +1,117 @@
+// A teleop desk between pages and a bus, on a clock that the test turns.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "server/station/teleop_desk.hpp"
+#include "tests/server/station/stand_in_client.hpp"
+
+namespace parhelion::station {
+
+inline constexpr const char* agent_teleop = "MR_AGENT_robot_2_TELEOP";
+
+class TeleopDeskTest : public testing::Test {
+ protected:
+  TeleopDeskTest() : desk_bus_(hub_.connect()), server_(hub_.connect()) {
+    EXPECT_TRUE(server_->subscribe(".*", 10000).ok());
+    desk_ = std::make_unique<TeleopDesk>(
+        *desk_bus_,
+        TeleopOptions{
+            [this] { return now_; }, [this] { return SensorTime{1'700'000'000'000'000'000 + now_.ns}; },
+            [this](const std::string& who, const std::string& what) { audited_.push_back(who + " " + what); },
+            [this](const std::vector<EmergencyStop>& stops) { stops_ = stops; }});
+    desk_->set_robots(robots());
+  }
+  static std::vector<TeleopRobot> robots() {
+    TeleopRobot trainee;
+    trainee.driven = {"trainee", channel::teleop, channel::joint_cmd};
+    trainee.vx = 1.0, trainee.vy = 0, trainee.wz = 2.0;
+    trainee.joints = {{"arm", "revolute", -1, 1, 0.5}};
+    TeleopRobot agent;
+    agent.driven = {"robot_2", agent_teleop, ""};
+    return {trainee, agent};
+  }
+  std::shared_ptr<StandInClient> open(const std::string& name, Role role = Role::trainee) {
+    auto client = StandInClient::make(++clients_, name, role);
+    handler_.opened(client);
+    return client;
+  }
+  void say(StandInClient& page, const std::string& text) { handler_.received(page, text, false); }
+  void close(StandInClient& page) { handler_.closed(page); }
+  /// The page's clock runs with ours, `left_before` s ahead of the arrival.
+  void twist(StandInClient& page, double vx, double wz = 0, double left_before = 0) {
+    char text[160];
+    std::snprintf(text, sizeof text, R"({"type":"twist","seq":%llu,"at_ms":%.3f,"vx":%g,"vy":0,"wz":%g})",
+                  static_cast<unsigned long long>(++sequence_),
+                  (Duration{now_.ns}.seconds() - left_before) * 1e3, vx, wz);
+    say(page, text);
+  }
+  /// Drives `robot`, its dead-man let go.
+  void drive(StandInClient& page, const std::string& robot = "trainee") {
+    say(page, R"({"type":"drive","robot":")" + robot + "\"}");
+    say(page, R"({"type":"release"})");
+    heard();
+  }
+  void pass(double s) {
+    for (const WallTime end = now_ + seconds(s); now_ < end;) {
+      now_ = std::min(end, now_ + milliseconds(20));
+      desk_->turn();
+    }
+  }
+  /// What went out since the last call, by channel; of twists vx.
+  std::map<std::string, std::vector<double>> heard() {
+    std::map<std::string, std::vector<double>> all;
+    Message message;
+    while (true) {
+      const auto received = server_->receive(message, Duration{0});
+      if (!received.ok() || !*received) return all;
+      TwistCommand command;
+      if (message.channel.ends_with("TELEOP")) {
+        EXPECT_TRUE(decode(message.channel, message.payload, command).ok());
+        all[message.channel].push_back(command.twist.vx);
+        last_ = command.twist;
+      } else if (message.channel == channel::joint_cmd) {
+        Joints joints;
+        EXPECT_TRUE(decode(message.channel, message.payload, joints).ok());
+        all[message.channel].push_back(joints.velocities.at(0));
+      } else if (message.channel == channel::mr_agent_cmd) {
+        AgentCommand order;
+        EXPECT_TRUE(decode(message.channel, message.payload, order).ok());
+        orders_.push_back(order);
+      } else {
+        OperatorWord word;
+        EXPECT_TRUE(decode(message.channel, message.payload, word).ok());
+        words_.push_back(word);
+      }
+    }
+  }
+  static bool moves(const std::vector<double>& speeds) {
+    return std::any_of(speeds.begin(), speeds.end(), [](double v) { return v != 0; });
+  }
+
+  MemoryBusHub hub_;
+  std::unique_ptr<Bus> desk_bus_, server_;
+  WallTime now_{1'000'000'000};
+  std::vector<std::string> audited_;
+  std::vector<EmergencyStop> stops_;
+  std::vector<OperatorWord> words_;
+  std::vector<AgentCommand> orders_;
+  Twist2 last_;
+  std::uint64_t clients_ = 0, sequence_ = 0;
+  std::unique_ptr<TeleopDesk> desk_;
+  SocketHandler handler_{
+      [this](std::shared_ptr<WebClient> c) { desk_->socket().opened(c); },
+      [this](WebClient& c, std::string_view b, bool is) { desk_->socket().received(c, b, is); },
+      [this](WebClient& c) { desk_->socket().closed(c); }};
+};
+
+}  // namespace parhelion::station

@@ -1,0 +1,28 @@
+// The built page in a real browser: tests/browser/headset.mjs says what is looked at.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/tools/process.hpp"
+
+namespace parhelion::station {
+namespace {
+
+const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
+
+TEST(BrowserTest, VirtualThingsStandInAHeadsetWhereTheControllerSaid) {
+  if (!std::filesystem::exists(browser_folder + "/node_modules/iwer")) {
+    // tools/test has installed it: there this is a failure.
+    ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
+    GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
+  }
+  const std::string pictures = testing::TempDir();
+  const auto ran =
+      test::run({browser_folder + "/headset.mjs", pictures}, pictures + "headset.txt", "/usr/bin/node");
+  EXPECT_EQ(ran.exit, 0) << ran.output;
+  EXPECT_NE(ran.output.find("ok  pictures go on while it is worn"), std::string::npos) << ran.output;
+}
+
+}  // namespace
+}  // namespace parhelion::station

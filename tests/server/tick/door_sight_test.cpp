@@ -1,0 +1,212 @@
+// Real doors of level 3 stand as the scans show them; moved doors are where lasers and cameras look.
+#include <gmock/gmock.h>
+
+#include "protocols/door.hpp"
+#include "tests/server/tick/level_1.hpp"
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// The room, and a door that stands free in it, 1 m wide at x = 2, closed across the x axis: hung at y =
+/// -0.5, it opens towards the origin.
+SemanticModel room_with_door() {
+  SemanticModel model = test::room();
+  ModelEntity door;
+  door.name = "door 1";
+  door.label = EntityLabel::door;
+  door.T_map_body = Transform<Map, Body>::planar(2, 0, std::numbers::pi / 2, 1);
+  door.size = {1, 0.04, 2};
+  door.hinge = Hinge{{-0.5, 0}, 0, std::numbers::pi / 2, 0};
+  model.entities.push_back(door);
+  return model;
+}
+
+class DoorSightTest : public test::TickTest {
+ protected:
+  /// The robot stands in the origin and looks along x; `opening`: of the real door, none: taken away.
+  void look(std::optional<double> opening, double duration) {
+    const SemanticModel site = with_leaf(opening);
+    for (const double end = time_ + duration; time_ < end - 1e-9; time_ += 0.1) {
+      const std::int64_t utime = test::start_us + static_cast<std::int64_t>(time_ * 1e6);
+      const SensorTime stamp = SensorTime::from_utime(utime);
+      feed(test::message(channel::odometry, utime + 1000,
+                         Odometry{stamp, Transform<Odom, Base>::planar(0, 0, 0)}));
+      PoseEstimate pose;
+      pose.stamp = stamp;
+      pose.T_map_base = Transform<Map, Base>::planar(0, 0, 0);
+      pose.covariance = PoseCovariance::Identity() * 1e-4;
+      pose.covariance(5, 5) = 1e-6;
+      pose.map_id = "synthetic";
+      pose.state = SlamState::tracking;
+      feed(test::message(channel::pose_cov, utime + 2000, pose));
+      feed(test::message(channel::scan, utime + 8000, scan(stamp, site)));
+    }
+  }
+  void start_at_level_3(const std::vector<AgentDefinition>& agents = {},
+                        const RobotDescription& robot = test::robot()) {
+    Scenario scenario;
+    scenario.name = "doors";
+    scenario.agents = agents;
+    auto made = configure(scenario, robot, room_with_door());
+    ASSERT_TRUE(made) << made.error().message;
+    start(*made);
+  }
+  simulation::DoorState door() { return state_->simulation.doors().at(0); }
+  std::size_t said(EventKind kind) {
+    std::size_t count = 0;
+    for (const Event& event : decoded<Event>(channel::mr_events)) count += event.kind == kind;
+    return count;
+  }
+
+  double time_ = 0;
+
+ private:
+  static SemanticModel with_leaf(std::optional<double> opening) {
+    SemanticModel model = room_with_door();
+    ModelEntity leaf = model.entities.back();
+    model.entities.pop_back();
+    if (!opening) return model;
+    leaf.T_map_body = leaf_at(leaf, *leaf.hinge, *opening);
+    leaf.label = EntityLabel::wall;
+    model.entities.push_back(leaf);
+    return model;
+  }
+  static Scan scan(SensorTime stamp, const SemanticModel& site) {
+    const LaserDescription laser = *test::robot().laser;
+    Scan scan;
+    scan.stamp = stamp;
+    std::vector<float> time;
+    scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
+    std::vector<scan::RangeHit> none(time.size(),
+                                     scan::RangeHit{std::numeric_limits<float>::infinity(), -1, 0});
+    std::vector<scan::RangeHit> hits(time.size());
+    const scan::BeamSet beams{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
+                              time};
+    scan::cast_building_exact({laser_at(), laser_at()}, beams, site, 30, hits);
+    scan::simulate_scan(laser, {9, static_cast<std::uint64_t>(stamp.ns)}, none, hits, stamp, scan);
+    return scan;
+  }
+  static Transform<Map, Laser> laser_at() {
+    return Transform<Map, Base>::planar(0, 0, 0) * test::robot().laser->T_base_laser;
+  }
+};
+
+TEST_F(DoorSightTest, ARealDoorStandsAsTheScansShowItAndIsUnknownUnseen) {
+  start_at_level_3();
+  EXPECT_FALSE(door().known);
+  look(0.0, 0.5);
+  EXPECT_TRUE(door().known);
+  EXPECT_NEAR(door().opening, 0, 2 * kDegree);
+  EXPECT_EQ(said(EventKind::door_opened), 0U);
+  look(55 * kDegree, 1.5);
+  EXPECT_NEAR(door().opening, 55 * kDegree, 2 * kDegree);
+  EXPECT_EQ(said(EventKind::door_opened), 1U);
+  look(0.0, 1.5);
+  EXPECT_NEAR(door().opening, 0, 2 * kDegree);
+  EXPECT_EQ(said(EventKind::door_closed), 1U);
+  look(std::nullopt, 0.4);
+  EXPECT_FALSE(door().known) << "beams pass where it was";
+  look(55 * kDegree, 0.5);
+  EXPECT_TRUE(door().known);
+  EXPECT_EQ(said(EventKind::door_opened), 2U) << "it was closed when it was seen last";
+}
+
+TEST_F(DoorSightTest, TheSameScansGiveTheSameBytes) {
+  std::map<std::string, std::vector<std::vector<std::uint8_t>>> first;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    time_ = 0;
+    out_.clear();
+    start_at_level_3();
+    for (const double opening : {0.0, 0.5, 0.9, 0.3}) look(opening, 0.5);
+    EXPECT_GE(out_[channel::mr_events].size(), 3U);
+    if (repeat == 0) first = out_;
+  }
+  EXPECT_EQ(out_, first);
+}
+
+TEST_F(DoorSightTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
+  for (const double opening : {0.0, 85 * kDegree}) {
+    AgentDefinition robot = test::agent("robot_1", AgentKind::robot, 3.5, 0.2, BehaviourKind::teleop);
+    robot.T_map_base = Transform<Map, Base>::planar(3.5, 0.2, std::numbers::pi);
+    time_ = 0;
+    out_.clear();
+    start_at_level_3({robot});
+    look(opening, 0.5);
+    for (int i = 0; i < 40; ++i) {
+      state_->simulation.teleop("robot_1", {0.5, 0, 0});
+      look(opening, 0.1);
+    }
+    const double x = state_->simulation.pose_of("robot_1")->translation().x();
+    if (opening == 0) {
+      EXPECT_GT(x, 2.1) << "it stands at the closed leaf";
+      EXPECT_GE(said(EventKind::collision_started), 1U);
+    } else {
+      EXPECT_LT(x, 1.95) << "it is through";
+    }
+  }
+}
+
+/// The camera's picture is drawn with the leaf where it is, and what the scan shows of it is explained.
+TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
+  start_at_level_3({}, test::robot_with_camera());
+  look(0.0, 0.5);
+  look(40 * kDegree, 1.5);
+  feed(test::image_at(test::start_us + static_cast<std::int64_t>((time_ - 0.1) * 1e6) + 4000));
+  ASSERT_EQ(outputs_.frames().size(), 1U);
+  const WorldSnapshot& world = outputs_.frames()[0].job.world;
+  bool seen = false;
+  for (const BodyState& body : world.bodies) {
+    const auto definition = std::find_if(world.scene->bodies.begin(), world.scene->bodies.end(),
+                                         [&](const auto& each) { return each->id == body.id; });
+    if ((*definition)->entity != "door 1") continue;
+    seen = true;
+    const ModelEntity drawn = room_with_door().entities.back();
+    const auto expected = leaf_at(drawn, *drawn.hinge, 40 * kDegree);
+    EXPECT_LT((body.T_map_body.translation() - expected.translation()).norm(), 0.03);
+  }
+  EXPECT_TRUE(seen);
+  // What explains real returns stands there too: the leaf is nobody who is in the way.
+  EXPECT_TRUE(state_->obstacles.empty());
+}
+
+/// The rover stands at x = -2 and looks at the door.
+TEST_F(DoorSightTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
+  for (const double opening : {0.0, 80 * kDegree}) {
+    Scenario scenario;
+    scenario.doors.emplace_back().name = "door 1";
+    scenario.doors.back().angle = opening;
+    out_.clear();
+    start(test::level_1({}, scenario, room_with_door()));
+    std::optional<WorldSnapshot> pictured;
+    for (int step = 0; step < 120; ++step) {
+      outputs_.clear();
+      advance(configuration_, ArrivalTime{state_->simulation.next_step().ns}, *state_, outputs_, observer_);
+      for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+      if (!outputs_.frames().empty()) pictured = outputs_.frames().back().job.world;
+    }
+    const Scan scan = decoded<Scan>(channel::scan).back();
+    const double leaf = 4 - 0.02 - configuration_.robot.laser->T_base_laser.translation().x();
+    const double ahead = scan.ranges[scan.ranges.size() / 2];
+    if (opening == 0) {
+      EXPECT_NEAR(ahead, leaf, 0.1);
+    } else {
+      EXPECT_GT(ahead, leaf + 0.5) << "through the opening";
+    }
+    ASSERT_TRUE(pictured.has_value());
+    const auto id = std::find_if(pictured->scene->bodies.begin(), pictured->scene->bodies.end(),
+                                 [](const auto& body) { return body->entity == "door 1"; });
+    ASSERT_NE(id, pictured->scene->bodies.end());
+    const auto body = std::find_if(pictured->bodies.begin(), pictured->bodies.end(),
+                                   [&](const BodyState& each) { return each.id == (*id)->id; });
+    ASSERT_NE(body, pictured->bodies.end());
+    const ModelEntity drawn = room_with_door().entities.back();
+    const auto expected = leaf_at(drawn, *drawn.hinge, opening);
+    EXPECT_LT((body->T_map_body.translation() - expected.translation()).norm(), 0.03);
+  }
+}
+
+}  // namespace
+}  // namespace parhelion::tick

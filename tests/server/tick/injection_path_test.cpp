@@ -1,0 +1,106 @@
+// Nobody virtual is near whom the trainee could not see: who grades is told from the first moment on.
+#include <gtest/gtest.h>
+
+#include "server/tick/grading_path.hpp"
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+using test::agent;
+
+/// The robot stands at (1.5, 0), and all that comes does so as in test::drive().
+class InjectionPath : public test::TickTest {
+ protected:
+  void start_beside_a_person() {
+    Scenario scenario;
+    scenario.agents = {agent("person_1", AgentKind::person, 2.6, 0)};
+    Training& training = scenario.training.emplace();
+    Task task;
+    task.name = "stay";
+    task.points = 10;
+    task.done.kind = Condition::Kind::still;
+    task.done.duration = 60;
+    Penalty near;
+    near.name = "near";
+    near.points = 3;
+    near.when.kind = Condition::Kind::near;
+    near.when.target = "person_1";
+    near.when.distance = 2;
+    training.tasks = {task};
+    training.penalties = {near};
+    auto made = configure(scenario, test::robot(), test::room());
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    start(std::move(*made));
+  }
+  /// From `from` to `to` (s); sigma of the pose (m).
+  void stand(double from, double to, bool scans, double sigma) {
+    for (int i = 0; from + i * 0.05 < to; ++i) {
+      const double t = from + i * 0.05;
+      const std::int64_t utime = test::start_us + std::llround(t * 1e6);
+      feed(test::message(
+          channel::odometry, utime + 2000,
+          Odometry{SensorTime::from_utime(utime), Transform<Odom, Base>(test::pose_at(0).isometry())}));
+      if (i % 2 != 0) continue;
+      Scan scan = test::scan_at(0);
+      scan.stamp = SensorTime::from_utime(utime);
+      if (scans) feed(test::message(channel::scan, utime + 5000, scan));
+      PoseEstimate estimate;
+      estimate.stamp = scan.stamp;
+      estimate.T_map_base = test::pose_at(0);
+      estimate.covariance = PoseCovariance::Identity() * sigma * sigma;
+      estimate.covariance(5, 5) = 1e-6;
+      estimate.map_id = "synthetic";
+      estimate.state = SlamState::tracking;
+      feed(test::message(channel::pose_cov, utime + 25000, estimate));
+    }
+  }
+  std::size_t charges() const { return state_->grading->grader.charges().size(); }
+  std::vector<Event> events(EventKind kind) {
+    std::vector<Event> all = decoded<Event>(channel::mr_events);
+    std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
+    return all;
+  }
+};
+
+TEST_F(InjectionPath, WithoutAScanItIsDegradedFromTheStart) {
+  start_beside_a_person();
+  stand(0, 2, false, 0.01);
+  EXPECT_EQ(charges(), 0U);
+  ASSERT_EQ(events(EventKind::injection_degraded).size(), 1U);
+  EXPECT_EQ(events(EventKind::injection_degraded)[0].text, "no scan yet");
+  EXPECT_TRUE(events(EventKind::injection_restored).empty());
+  stand(2, 3, true, 0.01);
+  EXPECT_EQ(events(EventKind::injection_restored).size(), 1U);
+  EXPECT_EQ(charges(), 1U) << "now it can be seen";
+}
+
+TEST_F(InjectionPath, AnAgentThatIsWithheldFromTheFirstScanIsNotNear) {
+  start_beside_a_person();
+  stand(0, 2, true, 0.5);
+  EXPECT_EQ(charges(), 0U);
+  EXPECT_TRUE(events(EventKind::injection_restored).empty());
+  ASSERT_EQ(events(EventKind::agent_withheld).size(), 1U);
+  EXPECT_EQ(events(EventKind::agent_withheld)[0].object, "person_1");
+  stand(2, 3, true, 0.01);
+  ASSERT_EQ(events(EventKind::agent_shown).size(), 1U);
+  EXPECT_EQ(events(EventKind::agent_shown)[0].object, "person_1");
+  EXPECT_EQ(charges(), 1U);
+}
+
+TEST_F(InjectionPath, AScanThatFallsSilentIsSaidAndSoIsItsReturn) {
+  start_beside_a_person();
+  stand(0, 1, true, 0.01);
+  const std::size_t degraded = events(EventKind::injection_degraded).size();
+  ASSERT_EQ(charges(), 1U);
+  stand(1, 3, false, 0.01);
+  ASSERT_EQ(events(EventKind::injection_degraded).size(), degraded + 1);
+  EXPECT_EQ(events(EventKind::injection_degraded).back().text, "no scan for 0.5 s");
+  const std::size_t restored = events(EventKind::injection_restored).size();
+  stand(3, 4, true, 0.01);
+  EXPECT_EQ(events(EventKind::injection_restored).size(), restored + 1);
+  EXPECT_EQ(charges(), 2U) << "it came into sight anew";
+}
+
+}  // namespace
+}  // namespace parhelion::tick

@@ -1,0 +1,201 @@
+// The other arrangement of level 3: the real robot drives itself on MR_SCAN, and the trainee drives a virtual
+// one. A simulated stand-in of the real robot stops for what it sees or goes round it; a hundred meetings end
+// at its goal and without a contact.
+#include <cstdio>
+#include <random>
+
+#include "tests/long_run.hpp"
+#include "tests/server/tick/stand_in.hpp"
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+using test::TickTest;
+
+constexpr double kPeriod = 0.05;  // s of odometry; each second one comes with a scan
+constexpr double kReached = 0.3;  // m
+constexpr double kPatience = 40;  // s
+const Eigen::Vector2d kGoal(3.2, 0);
+// Sanitizers make each meeting ten times as long.
+#if defined(PARHELION_ADDRESS_SANITIZER) || defined(PARHELION_THREAD_SANITIZER)
+constexpr unsigned kMeetings = 8;
+#else
+constexpr unsigned kMeetings = 100;
+#endif
+constexpr unsigned kLongMeetings = 1000;
+
+enum class Kind { parked, crosses, ahead, head_on };
+constexpr const char* kNames[] = {"parked", "crosses", "ahead", "head on"};
+
+/// How a virtual robot comes into the way of a real one that drives along x from (-3.5, 0).
+struct Meeting {
+  Kind kind = Kind::parked;
+  double speed = 0.5;       ///< m/s that the stand-in would like
+  double trainee = 0;       ///< m/s
+  Transform<Map, Base> at;  ///< where the virtual robot starts
+};
+
+Meeting meeting(unsigned n) {
+  std::minstd_rand random(n + 1);
+  random.discard(10);
+  const auto within = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() - 1) / (random.max() - 1);
+  };
+  Meeting one;
+  one.kind = static_cast<Kind>(n % 4);
+  one.speed = within(0.4, 0.7);
+  const double side = n % 8 < 4 ? 1 : -1;
+  switch (one.kind) {
+    case Kind::parked:
+      one.at = Transform<Map, Base>::planar(within(-1.5, 0.5), within(-0.4, 0.4), within(-3, 3));
+      break;
+    case Kind::crosses: {
+      one.trainee = within(0.5, 0.8);
+      const double x = -3.5 + one.speed * (2.5 / one.trainee + within(0.2, 1.0));
+      one.at = Transform<Map, Base>::planar(x, 2.5 * side, -side * std::numbers::pi / 2);
+      break;
+    }
+    case Kind::ahead:
+      one.trainee = within(0.05, 0.2);
+      one.at = Transform<Map, Base>::planar(-2, within(-0.3, 0.3), 0);
+      break;
+    case Kind::head_on:
+      one.trainee = within(0.2, 0.5);
+      one.at = Transform<Map, Base>::planar(within(0, 1), within(-0.3, 0.3), std::numbers::pi);
+      break;
+  }
+  return one;
+}
+
+class Meetings : public TickTest {
+ protected:
+  struct Outcome {
+    bool touched = false, arrived = false;
+    double closest = 10, took = 0;  ///< m, s
+  };
+
+  /// `sees`: it drives on MR_SCAN; else on its own SCAN, which shows nothing virtual.
+  Outcome hold(const Meeting& one, bool sees) {
+    AgentDefinition robot = test::agent("robot_1", AgentKind::robot, 0, 0, BehaviourKind::teleop);
+    robot.T_map_base = one.at;
+    start(test::configuration({robot}));
+    out_.clear();
+    test::StandIn driver(configuration_.robot,
+                         *simulation::Simulation::prepare_building(configuration_.model), kGoal, one.speed);
+    Outcome outcome;
+    Pose2 pose{-3.5, 0, 0};
+    Twist2 twist, wanted;
+    for (int i = 0; i * kPeriod < kPatience && !outcome.arrived; ++i) {
+      const std::int64_t utime = test::start_us + static_cast<std::int64_t>(i * kPeriod * 1e6);
+      const auto T_map_base = Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw);
+      feed(test::message(
+          channel::odometry, utime + 2000,
+          Odometry{SensorTime::from_utime(utime), Transform<Odom, Base>(T_map_base.isometry())}));
+      if (i % 2 == 0) {
+        const Scan real = scan_from(T_map_base, utime);
+        feed(test::message(channel::scan, utime + 5000, real));
+        wanted = driver.drive(pose, twist, sees ? newest_scan() : real);
+        give_pose(T_map_base, utime);
+        drive_virtual(one, pose, utime);
+      }
+      const double most = test::StandIn::kAcceleration * kPeriod;
+      twist.vx += std::clamp(wanted.vx - twist.vx, -most, most);
+      twist.wz += std::clamp(wanted.wz - twist.wz, -3 * kPeriod, 3 * kPeriod);
+      pose = advance(pose, twist, kPeriod);
+      outcome.arrived = (kGoal - pose.position()).norm() < kReached;
+      outcome.closest = std::min(outcome.closest, state_->simulation.clearance(T_map_base, {}, 10).distance);
+      outcome.took = i * kPeriod;
+    }
+    for (const Event& event : decoded<Event>(channel::mr_events)) {
+      const bool both = event.subject == "synthetic" && event.object == "robot_1";
+      outcome.touched = outcome.touched || (event.kind == EventKind::collision_started && both);
+    }
+    return outcome;
+  }
+
+ private:
+  Scan scan_from(const Transform<Map, Base>& T_map_base, std::int64_t utime) const {
+    const LaserDescription& laser = *configuration_.robot.laser;
+    Scan scan;
+    scan.stamp = SensorTime::from_utime(utime);
+    scan.angle_first = static_cast<float>(laser.angle_first);
+    scan.angle_step = static_cast<float>(laser.angle_step);
+    std::vector<float> time;
+    scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
+    std::vector<scan::RangeHit> hits(time.size());
+    const auto T_map_laser = T_map_base * laser.T_base_laser;
+    scan::cast_building_exact({T_map_laser, T_map_laser}, {scan.angle_first, scan.angle_step, time},
+                              configuration_.model, 30, hits);
+    for (const scan::RangeHit& hit : hits)
+      scan.ranges.push_back(std::isinf(hit.range) ? laser.convention.no_return_sentinel() : hit.range);
+    return scan;
+  }
+
+  Scan newest_scan() {
+    Scan scan;
+    const Status read = decode(channel::mr_scan, out_[channel::mr_scan].back(), scan);
+    EXPECT_TRUE(read.ok());
+    return scan;
+  }
+
+  void give_pose(const Transform<Map, Base>& T_map_base, std::int64_t utime) {
+    PoseEstimate estimate;
+    estimate.stamp = SensorTime::from_utime(utime);
+    estimate.T_map_base = T_map_base;
+    estimate.covariance = PoseCovariance::Identity() * 1e-4;
+    estimate.covariance(5, 5) = 1e-6;
+    estimate.map_id = "synthetic";
+    estimate.state = SlamState::tracking;
+    feed(test::message(channel::pose_cov, utime + 25000, estimate));
+  }
+
+  /// The trainee keeps going until the other robot is right before them.
+  void drive_virtual(const Meeting& one, const Pose2& stand_in, std::int64_t utime) {
+    WorldSnapshot world;
+    ASSERT_TRUE(state_->simulation.at(state_->simulation.now(), world));
+    Transform<Map, Body> T_map_own;
+    for (const BodyState& body : world.bodies) {
+      for (const auto& definition : world.scene->bodies) {
+        if (definition->id == body.id && definition->entity == "robot_1") T_map_own = body.T_map_body;
+      }
+      if (T_map_own.translation().norm() > 0) break;
+    }
+    const Eigen::Vector3d other =
+        T_map_own.isometry().inverse() * Eigen::Vector3d(stand_in.x, stand_in.y, T_map_own.translation().z());
+    const bool before = other.x() > 0 && other.x() < 1.3 && std::abs(other.y()) < 0.7;
+    feed(test::message("MR_AGENT_robot_1_TELEOP", utime + 27000,
+                       TwistCommand{SensorTime::from_utime(utime), {before ? 0 : one.trainee, 0, 0}}));
+  }
+};
+
+TEST_F(Meetings, ARobotThatStopsOrGoesRoundReachesItsGoalAndTouchesNoVirtualOneInAHundred) {
+  const unsigned meetings = test::long_run() ? kLongMeetings : kMeetings;
+  unsigned met = 0;
+  double closest[4] = {10, 10, 10, 10}, longest = 0;
+  for (unsigned n = 0; n < meetings; ++n) {
+    const Meeting one = meeting(n);
+    const Outcome outcome = hold(one, true);
+    const auto kind = static_cast<std::size_t>(one.kind);
+    EXPECT_FALSE(outcome.touched) << n << ", " << kNames[kind];
+    EXPECT_GT(outcome.closest, 0.02) << n << ", " << kNames[kind];
+    EXPECT_TRUE(outcome.arrived) << n << ", " << kNames[kind];
+    met += outcome.closest < 1.0;
+    closest[kind] = std::min(closest[kind], outcome.closest);
+    longest = std::max(longest, outcome.took);
+  }
+  std::printf(
+      "%u meetings, %u nearer than 1 m, the longest %.0f s; nearest: parked %.2f, crosses %.2f, ahead %.2f, "
+      "head on %.2f m\n",
+      meetings, met, longest, closest[0], closest[1], closest[2], closest[3]);
+  EXPECT_GE(met, meetings * 8 / 10);
+}
+
+TEST_F(Meetings, OneThatDrivesOnItsOwnScanHitsThem) {
+  int touched = 0;
+  for (unsigned n = 0; n < 8; ++n) touched += hold(meeting(n), false).touched;
+  EXPECT_GE(touched, 4);
+}
+
+}  // namespace
+}  // namespace parhelion::tick

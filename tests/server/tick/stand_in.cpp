@@ -1,0 +1,188 @@
+#include "tests/server/tick/stand_in.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+
+namespace parhelion::test {
+namespace {
+
+constexpr double kSight = 4.0;       // m
+constexpr double kMapped = 0.15;     // m from a wall of the map: a return is that wall's
+constexpr double kGoes = 0.25;       // m/s: what is slower counts as standing
+constexpr double kStood = 0.8;       // s that something stands before a way leads round it
+constexpr double kRoom = 0.14;       // m that a way keeps beyond the disc about the robot, of what stands...
+constexpr double kClosed = 0.04;     // ...and with less than this it is closed
+constexpr double kFromMoving = 0.3;  // m between the outlines
+constexpr double kFromStanding = 0.10, kLeast = 0.08;
+constexpr double kYawRate = 0.9;  // rad/s
+constexpr double kCell = 0.08;    // m
+constexpr double kHorizon = 2.5;  // s
+
+/// Of the polyline `way`: how far p is from it, and the point `ahead` m further on from the one nearest to p.
+std::pair<double, Eigen::Vector2d> ahead_on(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p,
+                                            double ahead) {
+  double nearest = std::numeric_limits<double>::infinity(), part = 0;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i + 1 < way.size(); ++i) {
+    const Eigen::Vector2d along = way[i + 1] - way[i];
+    const double length = std::max(1e-9, along.squaredNorm());
+    const double s = std::clamp((p - way[i]).dot(along) / length, 0.0, 1.0);
+    const double distance = (way[i] + s * along - p).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    at = i;
+    part = s;
+  }
+  Eigen::Vector2d point = way[at] + part * (way[at + 1] - way[at]);
+  for (std::size_t i = at + 1; i < way.size() && ahead > 0; ++i) {
+    const Eigen::Vector2d to = way[i] - point;
+    const double step = std::min(ahead, to.norm());
+    if (step > 0) point += step * to.normalized();
+    ahead -= step;
+  }
+  return {nearest, point};
+}
+
+}  // namespace
+
+StandIn::StandIn(const RobotDescription& robot, const std::shared_ptr<const simulation::Building>& building,
+                 const Eigen::Vector2d& goal, double speed)
+    : laser_(*robot.laser), grid_(building, 0, robot.height), goal_(goal), speed_(speed) {
+  for (const Eigen::Vector2d& corner : robot.footprint) outline_.extend(corner);
+}
+
+StandIn::Points StandIn::unmapped(const Pose2& pose, const Scan& scan) {
+  const auto T_map_laser = Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw) * laser_.T_base_laser;
+  Points seen;
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    const double range = scan.ranges[i];
+    if (laser_.convention.classify(scan.ranges[i]) != BeamKind::hit || range > kSight) continue;
+    const double angle = scan.angle_first + static_cast<double>(i) * scan.angle_step;
+    const Eigen::Vector2d p =
+        (T_map_laser * Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0)).head<2>();
+    if (grid_.clearance(p) > kMapped) seen.push_back(p);
+  }
+  return seen;
+}
+
+/// Whether what is seen moves: both of its edges do, while the one of a thing that stands may be one that
+/// comes into sight or leaves it.
+void StandIn::watch(const Points& seen) {
+  velocity_.setZero();
+  moves_ = false;
+  if (seen.empty()) {
+    edges_.clear();
+    return;
+  }
+  if (edges_.empty()) stood_since_ = t_;
+  edges_.push_back({t_, seen.front(), seen.back()});
+  while (t_ - edges_.front().t > 0.55) edges_.pop_front();
+  const double time = t_ - edges_.front().t;
+  if (time < 0.25) return;
+  const Eigen::Vector2d first = (seen.front() - edges_.front().first) / time;
+  const Eigen::Vector2d last = (seen.back() - edges_.front().last) / time;
+  const Eigen::Vector2d slower = first.norm() < last.norm() ? first : last;
+  if (slower.norm() < kGoes || first.dot(last) <= 0) return;
+  velocity_ = slower;
+  moves_ = true;
+  stood_since_ = t_;
+}
+
+/// What stands is kept in mind when it is out of sight, until a beam goes through its place.
+void StandIn::remember(const Pose2& pose, const Scan& scan, const Points& seen) {
+  if (moves_) {
+    remembered_.clear();
+    return;
+  }
+  const auto T_laser_map =
+      (Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw) * laser_.T_base_laser).isometry().inverse();
+  std::erase_if(remembered_, [&](const auto& each) {
+    const Eigen::Vector3d p = T_laser_map * Eigen::Vector3d(each.second.x(), each.second.y(), 0);
+    const long beam = std::lround((std::atan2(p.y(), p.x()) - scan.angle_first) / scan.angle_step);
+    if (beam < 0 || beam >= static_cast<long>(scan.ranges.size())) return false;
+    return static_cast<double>(scan.ranges[static_cast<std::size_t>(beam)]) > p.head<2>().norm() + 0.15;
+  });
+  for (const Eigen::Vector2d& p : seen)
+    remembered_[{std::lround(p.x() / kCell), std::lround(p.y() / kCell)}] = p;
+}
+
+void StandIn::plan(const Pose2& pose) {
+  planned_ = t_;
+  const double radius = outline_.max().cwiseAbs().cwiseMax(outline_.min().cwiseAbs()).norm();
+  simulation::RouteQuery query{pose.position(), goal_, radius + kRoom, {}, {}};
+  for (const auto& [cell, p] : remembered_) query.blocked.push_back(simulation::make_disc(p, 0));
+  simulation::RouteSearch search(grid_, query, ++searches_);
+  std::size_t work = 1'000'000;
+  if (search.work(work) == simulation::RouteSearch::Result::found) way_ = search.smooth();
+}
+
+bool StandIn::way_is_closed(const Pose2& pose) const {
+  const double radius = outline_.max().cwiseAbs().cwiseMax(outline_.min().cwiseAbs()).norm();
+  for (double s = 0.2; s < 3; s += 0.1) {
+    const Eigen::Vector2d point = ahead_on(way_, pose.position(), s).second;
+    for (const auto& [cell, p] : remembered_) {
+      if ((p - point).norm() < radius + kClosed) return true;
+    }
+  }
+  return false;
+}
+
+/// Pure pursuit (Coulter 1992), with a turn on the spot where the way leads elsewhere.
+Twist2 StandIn::along_way(const Pose2& pose, double speed) const {
+  if (speed <= 0 || way_.size() < 2) return {};
+  const Eigen::Vector2d to = ahead_on(way_, pose.position(), 0.45).second - pose.position();
+  const double off = wrap_angle(std::atan2(to.y(), to.x()) - pose.yaw);
+  if (std::abs(off) > 0.6) return {0, 0, std::copysign(kYawRate, off)};
+  const double kappa = 2 * std::sin(off) / std::max(0.1, to.norm());
+  double v = std::min(speed, std::max(0.15, (goal_ - pose.position()).norm()));
+  if (kappa != 0) v = std::min(v, kYawRate / std::abs(kappa));
+  return {v, 0, kappa * v};
+}
+
+/// m from the outline at `pose` to the nearest of `things`, each `moved` on.
+double StandIn::gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& moved) const {
+  double nearest = kSight;
+  const Eigen::Rotation2Dd R_base_map(-pose.yaw);
+  for (const Eigen::Vector2d& p : things)
+    nearest = std::min(
+        nearest, outline_.exteriorDistance(Eigen::Vector2d(R_base_map * (p + moved - pose.position()))));
+  return nearest;
+}
+
+/// The least gap of the next seconds if it goes on along its way with `speed`, or brakes.
+double StandIn::least_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const {
+  constexpr double dt = 0.1;
+  double least = kSight;
+  for (double t = dt; t < kHorizon; t += dt) {
+    const Twist2 wanted = along_way(pose, speed);
+    now.vx += std::clamp(wanted.vx - now.vx, -kAcceleration * dt, kAcceleration * dt);
+    now.wz = wanted.wz;
+    pose = advance(pose, now, dt);
+    least = std::min(least, gap(pose, things, t * velocity_));
+  }
+  return least;
+}
+
+Twist2 StandIn::drive(const Pose2& pose, const Twist2& now, const Scan& scan) {
+  t_ += kPeriod;
+  const Points seen = unmapped(pose, scan);
+  watch(seen);
+  remember(pose, scan, seen);
+  const bool standing = !moves_ && t_ - stood_since_ > kStood;
+  if (way_.empty() || (standing && t_ - planned_ > 1 && way_is_closed(pose))) plan(pose);
+  Points things = seen;
+  for (const auto& [cell, p] : remembered_) things.push_back(p);
+  const double here = gap(pose, things, {0, 0});
+  const double needed =
+      standing || seen.empty() ? std::clamp(0.8 * here, kLeast, kFromStanding) : kFromMoving;
+  // Where no speed keeps far enough from all, it brakes.
+  for (const double speed : {speed_, speed_ / 2, 0.15}) {
+    if (least_gap(pose, now, speed, things) >= needed) return along_way(pose, speed);
+  }
+  return {};
+}
+
+}  // namespace parhelion::test

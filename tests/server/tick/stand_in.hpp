@@ -1,0 +1,58 @@
+// A stand-in of a real robot that drives itself: all that it knows is its map, its pose and its scans. It
+// keeps to a way until that is closed, stops for what moves across it, and goes round what stands on it.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "protocols/robot.hpp"
+#include "protocols/scan.hpp"
+#include "server/simulation/route_search.hpp"
+
+namespace parhelion::test {
+
+class StandIn {
+ public:
+  static constexpr double kAcceleration = 1.0;  ///< m/s^2
+  static constexpr double kPeriod = 0.1;        ///< s between two scans
+
+  /// `speed`, m/s, is what it drives where nothing is in its way.
+  StandIn(const RobotDescription& robot, const std::shared_ptr<const simulation::Building>& building,
+          const Eigen::Vector2d& goal, double speed);
+
+  /// What it does next, from a scan taken at `pose`, while it moves with `now`.
+  Twist2 drive(const Pose2& pose, const Twist2& now, const Scan& scan);
+
+ private:
+  using Points = std::vector<Eigen::Vector2d>;  ///< m, map
+  Points unmapped(const Pose2& pose, const Scan& scan);
+  void watch(const Points& seen);
+  void remember(const Pose2& pose, const Scan& scan, const Points& seen);
+  void plan(const Pose2& pose);
+  bool way_is_closed(const Pose2& pose) const;
+  Twist2 along_way(const Pose2& pose, double speed) const;
+  double gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& moved) const;
+  double least_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const;
+
+  LaserDescription laser_;
+  Eigen::AlignedBox2d outline_;
+  simulation::RouteGrid grid_;
+  Eigen::Vector2d goal_;
+  double speed_;
+  Points way_;
+  std::uint32_t searches_ = 0;
+  double t_ = 0, planned_ = -10, stood_since_ = 0;  // s
+  struct Edges {
+    double t;
+    Eigen::Vector2d first, last;
+  };
+  std::deque<Edges> edges_;                             // of what is seen, in the half second before
+  Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();  // m/s, of what moves
+  bool moves_ = false;
+  std::map<std::pair<long, long>, Eigen::Vector2d> remembered_;  // one point of each cell
+};
+
+}  // namespace parhelion::test

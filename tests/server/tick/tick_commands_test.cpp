@@ -1,0 +1,151 @@
+// What the tick makes of commands: the instructor's, the trainee's, and an emergency stop (promise 3).
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/server/tick/tick_fixture.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+using test::agent;
+using test::TickTest;
+
+TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
+  start(test::configuration({}));
+  feed(test::drive(2));
+  AgentCommand command;
+  command.request = 42;
+  command.agent = agent("box_1", AgentKind::box, 3, 2);
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
+  command.request = 43;  // the same name again
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'100, command));
+  command.request = 44;  // cannot be read
+  command.agent.name = "box/2";
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'200, command));
+  std::map<std::uint64_t, EventKind> answers;
+  std::map<std::uint64_t, std::string> reasons;
+  for (const Event& event : decoded<Event>(channel::mr_events)) {
+    if (event.request == 0) continue;
+    answers[event.request] = event.kind;
+    reasons[event.request] = event.text;
+  }
+  EXPECT_EQ(answers[42], EventKind::command_accepted);
+  EXPECT_EQ(answers[43], EventKind::command_refused);
+  EXPECT_EQ(answers[44], EventKind::command_refused);
+  EXPECT_NE(reasons[44].find("name"), std::string::npos) << reasons[44];
+}
+
+TEST_F(TickTest, TickRefusesAnAgentOnTheRealRobotAndSaysWhereThereIsRoom) {
+  start(test::configuration({}));
+  feed(test::drive(2));
+  AgentCommand command;
+  command.request = 1;
+  const auto here = test::pose_at(2).translation();
+  command.agent = agent("box_1", AgentKind::box, here.x(), here.y());
+  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
+  const auto events = decoded<Event>(channel::mr_events);
+  const auto answer =
+      std::find_if(events.begin(), events.end(), [](const Event& e) { return e.request == 1; });
+  ASSERT_NE(answer, events.end());
+  EXPECT_EQ(answer->kind, EventKind::command_refused);
+  EXPECT_NE(answer->text.find_first_of("0123456789"), std::string::npos) << answer->text;
+}
+
+TEST_F(TickTest, TickOnlyEverReducesTheTraineesCommand) {
+  start(test::configuration({agent("box_1", AgentKind::box, 1.5, 1.6)}));
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> component(-1.5, 1.5);
+  auto log = test::drive(10);
+  std::vector<TwistCommand> asked;
+  for (int i = 0; i < 190; ++i) {
+    TwistCommand command;
+    const std::int64_t utime = test::start_us + 50'000 * i + 11'000;
+    command.stamp = SensorTime::from_utime(utime);
+    command.twist = {component(random), 0, component(random)};
+    log.push_back(test::message(channel::teleop, utime, command));
+  }
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  int reduced = 0;
+  for (const Message& each : log) {
+    out_.clear();
+    feed(each);
+    if (each.channel != channel::teleop) continue;
+    TwistCommand command;
+    ASSERT_TRUE(decode(each.channel, each.payload, command).ok());
+    const auto given = decoded<TwistCommand>(channel::mr_cmd);
+    ASSERT_EQ(given.size(), 1U);
+    const Twist2 &in = command.twist, &out = given[0].twist;
+    ASSERT_LE(std::abs(out.vx), std::abs(in.vx) + 1e-9);
+    ASSERT_LE(std::abs(out.wz), std::abs(in.wz) + 1e-9);
+    ASSERT_GE(out.vx * in.vx, 0);
+    ASSERT_NEAR(out.vx * in.wz, out.wz * in.vx, 1e-6) << "a curve stays the same curve";
+    reduced += std::abs(out.vx) < std::abs(in.vx) - 1e-6 ? 1 : 0;
+  }
+  EXPECT_GT(reduced, 0) << "the box stands on the way";
+}
+
+TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
+  start(test::configuration({}));
+  auto log = test::drive(4);
+  TwistCommand command;
+  command.stamp = SensorTime::from_utime(test::start_us + 1'000'000);
+  command.twist = {0.5, 0, 0};
+  log.push_back(test::message(channel::teleop, test::start_us + 1'000'000, command));
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  feed(log);
+  const auto given = decoded<TwistCommand>(channel::mr_cmd);
+  ASSERT_GE(given.size(), 2U);
+  EXPECT_EQ(given.back().twist.vx, 0);
+  EXPECT_EQ(given.back().twist.wz, 0);
+}
+
+/// Whoever goes on driving: a frozen robot stands until it is let go and the dead-man was released.
+TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
+  start(test::configuration({}));
+  auto log = test::drive(8);
+  const auto add = [&](double s, double vx) {
+    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6) + 7;
+    log.push_back(
+        test::message(channel::teleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, 0}}));
+  };
+  const auto order = [&](double s, AgentCommand::Action action, std::uint64_t request) {
+    const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6);
+    AgentCommand command;
+    command.stamp = SensorTime::from_utime(utime);
+    command.request = request;
+    command.action = action;
+    command.agent.name = configuration_.robot.name;
+    log.push_back(test::message(channel::mr_agent_cmd, utime, command));
+  };
+  for (int i = 20; i < 60; ++i) add(0.1 * i, 0.3);  // a stick that is held all the time
+  add(6.0, 0);
+  for (int i = 61; i < 70; ++i) add(0.1 * i, 0.3);
+  order(3, AgentCommand::Action::freeze, 7);
+  order(5, AgentCommand::Action::unfreeze, 8);
+  std::stable_sort(log.begin(), log.end(),
+                   [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
+  double moved[4] = {};  // before, while it holds, until the stick is let go, afterwards
+  for (const Message& each : log) {
+    out_.clear();
+    feed(each);
+    const double s = (each.arrival.utime() - test::start_us) * 1e-6;
+    const int part = s < 3 ? 0 : s < 5 ? 1 : s < 6 ? 2 : 3;
+    for (const TwistCommand& command : decoded<TwistCommand>(channel::mr_cmd))
+      moved[part] = std::max(moved[part], std::abs(command.twist.vx));
+    for (const Event& event : decoded<Event>(channel::mr_events)) {
+      if (event.request == 7 || event.request == 8) {
+        EXPECT_EQ(event.kind, EventKind::command_accepted);
+      }
+    }
+  }
+  EXPECT_GT(moved[0], 0);
+  EXPECT_EQ(moved[1], 0);
+  EXPECT_EQ(moved[2], 0) << "held through the stop: it must be let go first";
+  EXPECT_GT(moved[3], 0);
+}
+
+}  // namespace
+}  // namespace parhelion::tick

@@ -1,0 +1,72 @@
+// A tick that is fed messages, for the tests of the ways of the data.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/tick/tick.hpp"
+#include "tests/server/tick/synthetic.hpp"
+
+namespace parhelion::test {
+
+/// The synthetic robot with a small camera that looks forwards.
+inline RobotDescription robot_with_camera() {
+  RobotDescription description = robot();
+  CameraDescription camera;
+  camera.intrinsics = {64, 48, 60, 60, 32, 24, {}, {}};
+  camera.T_base_optical = {Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5), {0.2, 0, 1}};
+  description.camera = camera;
+  return description;
+}
+
+/// A grey image of that camera, which arrives 5 ms after its stamp.
+inline Message image_at(std::int64_t us) {
+  Image image;
+  image.stamp = SensorTime::from_utime(us);
+  image.width = 64;
+  image.height = 48;
+  image.format = PixelFormat::gray;
+  image.row_stride = 64;
+  image.bytes.assign(64 * 48, 100);
+  return message(channel::camera, us + 5000, image);
+}
+
+/// Feeds messages to a tick and keeps what comes out.
+class TickTest : public testing::Test {
+ protected:
+  void start(Configuration configuration) {
+    configuration_ = std::move(configuration);
+    auto made = make_state(configuration_, ArrivalTime::from_utime(start_us - 2000));
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    state_ = std::move(*made);
+  }
+  void feed(const Message& input) {
+    outputs_.clear();
+    tick(configuration_, input, *state_, outputs_, observer_);
+    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+  }
+  void feed(const std::vector<Message>& log) {
+    for (const Message& each : log) feed(each);
+  }
+  template <class T>
+  std::vector<T> decoded(const std::string& channel) {
+    std::vector<T> all;
+    for (const auto& payload : out_[channel]) {
+      T item;
+      const Status read = decode(channel, payload, item);
+      EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
+      all.push_back(std::move(item));
+    }
+    return all;
+  }
+
+  Configuration configuration_;
+  std::unique_ptr<State> state_;
+  Outputs outputs_;
+  StageObserver observer_;
+  std::map<std::string, std::vector<std::vector<std::uint8_t>>> out_;
+};
+
+}  // namespace parhelion::test
