@@ -50,14 +50,14 @@ struct Kitchen {
   }
 
   /// Frame 0 to 99 (every second one of the original) with the bodies of `world`.
-  RenderJob job(int frame, const WorldSnapshot& world) const {
+  render::RenderJob job(int frame, const WorldSnapshot& world) const {
     char stem[32];
     std::snprintf(stem, sizeof stem, "frame-%06d", 2 * frame);
     Eigen::Isometry3d T_world_depth = Eigen::Isometry3d::Identity();
     std::ifstream pose(folder / (std::string(stem) + ".pose.txt"));
     for (int r = 0; r < 4; ++r)
       for (int c = 0; c < 4; ++c) pose >> T_world_depth.matrix()(r, c);
-    RenderJob job;
+    render::RenderJob job;
     job.image.stamp = SensorTime::from_utime(1'000'000 + frame * 66'667);
     job.image.width = 640, job.image.height = 480;
     job.image.bytes = bytes(std::string(stem) + ".color.jpg");

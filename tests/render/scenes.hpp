@@ -108,9 +108,10 @@ inline Image raw_image(PixelFormat format, int width = 640, int height = 480, in
   return image;
 }
 
-inline Image jpeg_image(int width = 640, int height = 480, int quality = 85,
-                        JpegFormat::Subsampling subsampling = JpegFormat::Subsampling::yuv420) {
-  JpegCodec codec;
+inline Image jpeg_image(
+    int width = 640, int height = 480, int quality = 85,
+    render::JpegFormat::Subsampling subsampling = render::JpegFormat::Subsampling::yuv420) {
+  render::JpegCodec codec;
   std::vector<std::uint8_t> bgr(3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (std::size_t i = 0; i < bgr.size(); ++i)
     bgr[i] = static_cast<std::uint8_t>(90 + i / 3 % static_cast<std::size_t>(width) / 8 + i % 3 * 20);
@@ -123,10 +124,10 @@ inline Image jpeg_image(int width = 640, int height = 480, int quality = 85,
 }
 
 /// A corridor with a robot 3 m ahead of the camera.
-inline RenderJob robot_job(Image image, double distance = 3) {
+inline render::RenderJob robot_job(Image image, double distance = 3) {
   World world;
   world.add("red", robot_shapes(), Transform<Map, Body>::planar(distance, 0, 0.6));
-  RenderJob job;
+  render::RenderJob job;
   job.image = std::move(image);
   job.camera = pinhole();
   job.T_map_optical = look({0, 0, 0.9}, 0, 0.15);

@@ -85,7 +85,7 @@ inline double enter_shape(const Shape& shape, const Eigen::Vector3d& o, const Ei
   const double r = shape.size.x();
   switch (shape.kind) {
     case ShapeKind::box:
-      return enter_box(o, d, 0.5 * shape.size, edge_bevel(shape));
+      return enter_box(o, d, 0.5 * shape.size, render::edge_bevel(shape));
     case ShapeKind::cylinder:
       return enter_cylinder(o, d, r, 0.5 * shape.size.z());
     case ShapeKind::sphere:
@@ -115,7 +115,7 @@ struct Twin {
 };
 
 /// One ray a pixel; hidden where the model is nearer by more than the bias.
-inline Twin cast(const RenderJob& job, const SemanticModel& model, const CameraIntrinsics& intrinsics,
+inline Twin cast(const render::RenderJob& job, const SemanticModel& model, const CameraIntrinsics& intrinsics,
                  const Transform<Map, CameraOptical>& T_map_optical) {
   Twin twin;
   twin.width = intrinsics.width, twin.height = intrinsics.height;
@@ -131,14 +131,14 @@ inline Twin cast(const RenderJob& job, const SemanticModel& model, const CameraI
   for (std::size_t i = 0; i < job.world.bodies.size(); ++i)
     for (const Shape& s : job.world.scene->bodies[i]->shapes)
       placed.push_back({s, (job.world.bodies[i].T_map_body * s.T_body_shape).inverse() * T_map_optical, true,
-                        bounding_radius(s)});
+                        render::bounding_radius(s)});
   for (const ModelEntity& entity : model.entities) {
     Shape box;
     box.size = entity.size;
     placed.push_back({box, Transform<Map, ShapeFrame>(entity.T_map_body.isometry()).inverse() * T_map_optical,
-                      false, bounding_radius(box)});
+                      false, render::bounding_radius(box)});
   }
-  const Lens lens(intrinsics);
+  const render::Lens lens(intrinsics);
   for (int y = 0; y < twin.height; ++y) {
     for (int x = 0; x < twin.width; ++x) {
       const auto ray = lens.unproject({x, y});
@@ -155,7 +155,7 @@ inline Twin cast(const RenderJob& job, const SemanticModel& model, const CameraI
       const std::size_t i = twin.at(x, y);
       if (body < kMiss) twin.body_z[i] = body * ray->z();
       if (real < kMiss) twin.model_z[i] = real * ray->z();
-      twin.visible[i] = body < kMiss && !(real < body - kOcclusionBias);
+      twin.visible[i] = body < kMiss && !(real < body - render::kOcclusionBias);
     }
   }
   return twin;
@@ -163,11 +163,11 @@ inline Twin cast(const RenderJob& job, const SemanticModel& model, const CameraI
 
 /// The depth image in the colour camera: nearest of the squares that the depth pixels cover; kNothing where
 /// none.
-inline std::vector<double> register_depth(const RenderJob& job, const DepthPixels& depth) {
+inline std::vector<double> register_depth(const render::RenderJob& job, const render::DepthPixels& depth) {
   const CameraIntrinsics &c = job.camera.intrinsics, &d = job.depth_camera.intrinsics;
   std::vector<double> z(static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height),
-                        DepthRule::kNothing);
-  const Lens colour_lens(c), depth_lens(d);
+                        render::DepthRule::kNothing);
+  const render::Lens colour_lens(c), depth_lens(d);
   const auto T_optical_depth = job.T_map_optical.inverse() * job.T_map_depth;
   for (int v = 0; v < depth.height; ++v) {
     for (int u = 0; u < depth.width; ++u) {
@@ -191,9 +191,9 @@ inline std::vector<double> register_depth(const RenderJob& job, const DepthPixel
 }
 
 /// The rule's steps 2 to 5 at every pixel that a body covers.
-inline void hide_by_depth(Twin& twin, const RenderJob& job, const std::vector<std::uint8_t>& bgr) {
-  using Rule = DepthRule;
-  const auto depth = decode_depth(*job.depth);
+inline void hide_by_depth(Twin& twin, const render::RenderJob& job, const std::vector<std::uint8_t>& bgr) {
+  using Rule = render::DepthRule;
+  const auto depth = render::decode_depth(*job.depth);
   std::vector<double> z = register_depth(job, *depth);
   const std::vector<double> measured = z;
   std::vector<double> confidence(z.size(), 0);

@@ -25,29 +25,29 @@ struct Blob {
 namespace ros {
 namespace message_traits {
 template <>
-struct MD5Sum<parhelion::Blob> {
+struct MD5Sum<parhelion::tools::Blob> {
   static const char* value() { return "0123456789abcdef0123456789abcdef"; }
-  static const char* value(const parhelion::Blob&) { return value(); }
+  static const char* value(const parhelion::tools::Blob&) { return value(); }
 };
 template <>
-struct DataType<parhelion::Blob> {
+struct DataType<parhelion::tools::Blob> {
   static const char* value() { return "test_msgs/Blob"; }
-  static const char* value(const parhelion::Blob&) { return value(); }
+  static const char* value(const parhelion::tools::Blob&) { return value(); }
 };
 template <>
-struct Definition<parhelion::Blob> {
+struct Definition<parhelion::tools::Blob> {
   static const char* value() { return "uint8[] bytes"; }
-  static const char* value(const parhelion::Blob&) { return value(); }
+  static const char* value(const parhelion::tools::Blob&) { return value(); }
 };
 }  // namespace message_traits
 namespace serialization {
 template <>
-struct Serializer<parhelion::Blob> {
-  static void write(OStream& stream, const parhelion::Blob& blob) {
+struct Serializer<parhelion::tools::Blob> {
+  static void write(OStream& stream, const parhelion::tools::Blob& blob) {
     std::copy(blob.bytes.begin(), blob.bytes.end(),
               stream.advance(static_cast<std::uint32_t>(blob.bytes.size())));
   }
-  static std::uint32_t serializedLength(const parhelion::Blob& blob) {
+  static std::uint32_t serializedLength(const parhelion::tools::Blob& blob) {
     return static_cast<std::uint32_t>(blob.bytes.size());
   }
 };

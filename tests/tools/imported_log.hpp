@@ -87,8 +87,9 @@ struct ImportedLog {
   }
 };
 
-inline ImportOptions import_options(const std::filesystem::path& input, const std::filesystem::path& output) {
-  ImportOptions options;
+inline tools::ImportOptions import_options(const std::filesystem::path& input,
+                                           const std::filesystem::path& output) {
+  tools::ImportOptions options;
   options.input = input;
   options.output = output;
   return options;

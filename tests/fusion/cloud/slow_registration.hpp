@@ -45,21 +45,21 @@ class SlowRegistrar {
  private:
   /// Points with the planes of what is within 1.5 sizes along each axis.
   struct Planes {
-    BucketGrid grid;
+    cloud::BucketGrid grid;
     std::vector<Eigen::Vector3d> normals;
     std::vector<double> slack;  ///< as in Surfels
     std::vector<double> share;  ///< of its cube's one say: surface counts by its area, not by how near it was
 
     Planes(const std::vector<Eigen::Vector3f>& points, double size)
         : grid(points, 0.5 * size), normals(points.size()), slack(points.size(), 1), share(points.size()) {
-      const BucketGrid cubes(points, size);
+      const cloud::BucketGrid cubes(points, size);
       for (std::size_t i = 0; i < points.size(); ++i) {
         const Eigen::Vector3i cube =
             cubes.bucket_of(grid.sorted()[i]).cwiseMin(cubes.buckets() - Eigen::Vector3i::Ones());
-        const BucketGrid::Range all = cubes.row(cube.x(), cube.x(), cube.y(), cube.z());
+        const cloud::BucketGrid::Range all = cubes.row(cube.x(), cube.x(), cube.y(), cube.z());
         share[i] = 1.0 / (all.end - all.begin);
       }
-      for_each_chunk(points.size(), 512, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
+      cloud::for_each_chunk(points.size(), 512, 0, [&](std::size_t, std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) fit(i, 1.5 * size);
       });
     }
@@ -95,7 +95,7 @@ class SlowRegistrar {
           grid.bucket_of(p.array() + around).cwiseMin(grid.buckets() - Eigen::Vector3i::Ones());
       for (int z = low.z(); z <= high.z(); ++z) {
         for (int y = low.y(); y <= high.y(); ++y) {
-          const BucketGrid::Range run = grid.row(low.x(), high.x(), y, z);
+          const cloud::BucketGrid::Range run = grid.row(low.x(), high.x(), y, z);
           for (std::size_t j = run.begin; j < run.end; ++j) visit_one(j);
         }
       }
@@ -131,27 +131,28 @@ class SlowRegistrar {
   }
 
   Sum round(const Eigen::Isometry3d& T, double gate, double kernel) const {
-    return sum_over_chunks<Sum>(source_.normals.size(), 512, 0, [&](std::size_t begin, std::size_t end) {
-      Sum sum;
-      for (std::size_t i = begin; i < end; ++i) {
-        const Eigen::Vector3d p = T * source_.grid.sorted()[i].cast<double>();
-        const Eigen::Vector3d n = T.linear() * source_.normals[i];
-        const std::ptrdiff_t found = partner(p.cast<float>(), n, source_.slack[i] < 0.25, gate);
-        if (found < 0) continue;
-        const auto j = static_cast<std::size_t>(found);
-        if (target_.slack[j] >= 0.25) continue;
-        const Eigen::Vector3d& a = target_.normals[j];
-        const double e = a.dot(target_.grid.sorted()[j].cast<double>() - p);
-        const double say = kernel * kernel / (kernel * kernel + e * e);
-        Eigen::Matrix<double, 6, 1> row;
-        row << a, (p - T.translation()).cross(a);
-        const double weight = source_.share[i] * say * say;
-        sum.H += weight * row * row.transpose();
-        sum.b += weight * e * row;
-        sum.residuals.push_back(std::abs(e));
-      }
-      return sum;
-    });
+    return cloud::sum_over_chunks<Sum>(
+        source_.normals.size(), 512, 0, [&](std::size_t begin, std::size_t end) {
+          Sum sum;
+          for (std::size_t i = begin; i < end; ++i) {
+            const Eigen::Vector3d p = T * source_.grid.sorted()[i].cast<double>();
+            const Eigen::Vector3d n = T.linear() * source_.normals[i];
+            const std::ptrdiff_t found = partner(p.cast<float>(), n, source_.slack[i] < 0.25, gate);
+            if (found < 0) continue;
+            const auto j = static_cast<std::size_t>(found);
+            if (target_.slack[j] >= 0.25) continue;
+            const Eigen::Vector3d& a = target_.normals[j];
+            const double e = a.dot(target_.grid.sorted()[j].cast<double>() - p);
+            const double say = kernel * kernel / (kernel * kernel + e * e);
+            Eigen::Matrix<double, 6, 1> row;
+            row << a, (p - T.translation()).cross(a);
+            const double weight = source_.share[i] * say * say;
+            sum.H += weight * row * row.transpose();
+            sum.b += weight * e * row;
+            sum.residuals.push_back(std::abs(e));
+          }
+          return sum;
+        });
   }
 
   double fitted_kernel(const Eigen::Isometry3d& T, double gate) const {

@@ -42,11 +42,11 @@ class Draw {
 
 /// Everything that one cast depends on. `bodies` point into `definitions`.
 struct RandomScene {
-  LaserMotion laser;
-  BeamSet beams;
+  scan::LaserMotion laser;
+  scan::BeamSet beams;
   std::vector<float> time;
   std::deque<BodyDefinition> definitions;
-  std::vector<BodyMotion> bodies;
+  std::vector<scan::BodyMotion> bodies;
   SemanticModel building;
   double max_range = 80;
 };
@@ -89,7 +89,7 @@ inline void random_beams(Draw& draw, int n, RandomScene& scene) {
   lidar.passes = draw.integer(1, 3);
   lidar.beam_interval = draw.chance(0.1) ? 0 : 37e-6;
   lidar.pass_period = 13.3e-3;
-  beam_times(lidar, static_cast<std::size_t>(n), scene.time);
+  scan::beam_times(lidar, static_cast<std::size_t>(n), scene.time);
   scene.beams.time = scene.time;
 }
 
@@ -127,7 +127,7 @@ inline RandomScene random_scene(std::uint64_t seed, int beams, int bodies, int w
     const double far = draw.chance(0.1) ? 0.5 : draw.chance(0.5) ? 6 : 30;
     const double z = draw.real(-0.8, 0.8), y = draw.real(-far, far), x = draw.real(-far, far);
     const Eigen::Vector3d offset(x, y, z);
-    BodyMotion motion{&body, {draw.rotation(3), middle + q * offset}, {}};
+    scan::BodyMotion motion{&body, {draw.rotation(3), middle + q * offset}, {}};
     motion.T_map_body_end = moved(draw, motion.T_map_body_start);
     scene.bodies.push_back(motion);
   }

@@ -75,7 +75,7 @@ inline LevelledSite levelled_site(std::uint64_t seed) {
   options.yaw = uniform(-3, 3);
   options.viewpoints = uniform(0, 1) < 0.8;
   result.scanned = scan(result.site, options, seed + 1);
-  const auto T_map_cloud = level(result.scanned.cloud);
+  const auto T_map_cloud = semantic::level(result.scanned.cloud);
   if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
   result.cloud = cloud::transformed(*T_map_cloud, result.scanned.cloud);
   result.T_site_map =
@@ -197,14 +197,15 @@ inline std::size_t seen_treads(const LevelledSite& levelled, const std::vector<d
   return rises.size();
 }
 
-inline void score_stairs(const LevelledSite& levelled, const std::vector<StairsFlight>& found,
+inline void score_stairs(const LevelledSite& levelled, const std::vector<semantic::StairsFlight>& found,
                          SiteScore& score) {
   score.flight.found += static_cast<double>(found.size());
-  for (const StairsFlight& flight : found) score.step.found += static_cast<double>(flight.rises.size());
+  for (const semantic::StairsFlight& flight : found)
+    score.step.found += static_cast<double>(flight.rises.size());
   for (std::vector<double> rises : levelled.site.flights) {
     const std::size_t seen = seen_treads(levelled, rises);
     double most = 0;
-    for (const StairsFlight& flight : found) {
+    for (const semantic::StairsFlight& flight : found) {
       double same = 0;
       for (std::size_t i = 0; i < std::min(rises.size(), flight.rises.size()); ++i)
         same += std::abs(rises[i] - flight.rises[i]) < 0.01;
@@ -219,7 +220,7 @@ inline void score_stairs(const LevelledSite& levelled, const std::vector<StairsF
 
 }  // namespace site_score
 
-inline SiteScore score_site(const LevelledSite& levelled, const SemanticNet& net) {
+inline SiteScore score_site(const LevelledSite& levelled, const semantic::SemanticNet& net) {
   SiteScore score;
   site_score::score_points(levelled.scanned.cloud, net.labels, score);
   site_score::score_walls(levelled.site, levelled.T_site_map, net.entities, score);
@@ -232,9 +233,9 @@ inline SiteScore score_site(const LevelledSite& levelled, const SemanticNet& net
 /// Segments and labels what was measured in a random building.
 inline SiteScore score_random_site(std::uint64_t seed) {
   const LevelledSite levelled = levelled_site(seed);
-  const auto surfaces = segment(levelled.cloud);
+  const auto surfaces = semantic::segment(levelled.cloud);
   if (!surfaces) throw std::runtime_error(surfaces.error().message);
-  const auto net = label_entities(levelled.cloud, *surfaces);
+  const auto net = semantic::label_entities(levelled.cloud, *surfaces);
   if (!net) throw std::runtime_error(net.error().message);
   return score_site(levelled, *net);
 }

@@ -39,9 +39,10 @@ class LoopTest : public testing::Test {
       said_.push_back(news);
       started_ = true;
     };
-    thread_ = std::thread([this] { report_.emplace(serve(*server_bus_, configuration_, options_)); });
-    const WallTime deadline = steady_now() + seconds(20);
-    while (!started_ && steady_now() < deadline) std::this_thread::yield();
+    thread_ =
+        std::thread([this] { report_.emplace(runtime::serve(*server_bus_, configuration_, options_)); });
+    const WallTime deadline = runtime::steady_now() + seconds(20);
+    while (!started_ && runtime::steady_now() < deadline) std::this_thread::yield();
     ASSERT_TRUE(started_);
   }
   void stop() {
@@ -51,10 +52,10 @@ class LoopTest : public testing::Test {
   }
   /// Plays a recording at `rate` times real time.
   void play(const std::vector<Message>& log, double rate) {
-    const WallTime begun = steady_now();
+    const WallTime begun = runtime::steady_now();
     for (const Message& each : log) {
       const Duration due = seconds((each.arrival - log.front().arrival).seconds() / rate);
-      while (steady_now() - begun < due) std::this_thread::sleep_for(std::chrono::microseconds(200));
+      while (runtime::steady_now() - begun < due) std::this_thread::sleep_for(std::chrono::microseconds(200));
       ASSERT_TRUE(robot_->publish(each.channel, each.payload).ok());
     }
   }
@@ -90,7 +91,7 @@ class LoopTest : public testing::Test {
   void open_gate() { gate_shut_ = false; }
   /// Receives until the physics has got so far beyond the input that came last.
   bool await_timer(Duration beyond) {
-    const WallTime from = wall_now();
+    const WallTime from = runtime::wall_now();
     Message message;
     while (true) {
       const auto received = robot_->receive(message, seconds(20));
@@ -120,11 +121,11 @@ class LoopTest : public testing::Test {
     }
     return all;
   }
-  void expect_same_bytes_again(const Report& live) {
-    ReplayOptions again;
+  void expect_same_bytes_again(const runtime::Report& live) {
+    runtime::ReplayOptions again;
     again.log = folder_ / "session.lcm";
     again.session = folder_ / "again.lcm";
-    const auto replayed = replay(again);
+    const auto replayed = runtime::replay(again);
     ASSERT_TRUE(replayed.ok()) << replayed.error().message;
     EXPECT_EQ(replayed->arrivals_corrected, 0U) << "each decision of the loop has a stamp of its own";
     EXPECT_EQ(replayed->tally.scans_in, live.tally.scans_in);
@@ -138,12 +139,12 @@ class LoopTest : public testing::Test {
   MemoryBusHub hub_;
   std::unique_ptr<Bus> server_bus_, robot_;
   tick::Configuration configuration_;
-  ServeOptions options_;
+  runtime::ServeOptions options_;
   std::atomic<bool> stop_ = false, started_ = false;
   std::atomic<bool> gate_shut_ = false, at_gate_ = false;
   std::vector<Message> heard_;     ///< MR_SCAN, by await_scan()
   std::vector<std::string> said_;  ///< to a person; whole after stop()
-  std::optional<Result<Report>> report_;
+  std::optional<Result<runtime::Report>> report_;
   std::thread thread_;
 };
 

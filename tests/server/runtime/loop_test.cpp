@@ -1,4 +1,5 @@
 // The live server over a memory bus: every scan answered, and its session log replays to the same bytes.
+#include "server/tick/foreign_publisher.hpp"
 #include "tests/server/runtime/loop_fixture.hpp"
 #include "tests/server/tick/level_1.hpp"
 
@@ -162,14 +163,14 @@ TEST_F(LoopTest, AnotherServerOnTheBusIsToldOfOnceAndOnesOwnWordsAreNot) {
   await_own_status(1);
   stop();
   ASSERT_TRUE(report_->ok()) << report_->error().message;
-  EXPECT_EQ(std::count(said_.begin(), said_.end(), another_server_text), 1);
+  EXPECT_EQ(std::count(said_.begin(), said_.end(), tick::another_server_text), 1);
   std::vector<std::string> told;
   for (const Message& each : session_log()) {
     Event event;
     if (each.channel != channel::mr_events || !decode("", each.payload, event)) continue;
     if (event.kind == EventKind::foreign_publisher) told.push_back(event.object + ": " + event.text);
   }
-  EXPECT_EQ(told, std::vector<std::string>{std::string("MR_STATUS: ") + another_server_text});
+  EXPECT_EQ(told, std::vector<std::string>{std::string("MR_STATUS: ") + tick::another_server_text});
   expect_same_bytes_again(**report_);
 }
 

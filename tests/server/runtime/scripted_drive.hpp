@@ -20,7 +20,7 @@ class ScriptedDrive : public TickTest {
 
   /// `change`: what the test has differently.
   void load(const std::string& scenario, const std::function<void(Scenario&)>& change = {}) {
-    auto files = load_session_files(scenario, "");
+    auto files = runtime::load_session_files(scenario, "");
     ASSERT_TRUE(files.ok()) << files.error().message;
     if (change) change(files->scenario);
     auto robot = tick::trainee_description(files->scenario, files->robot_models);

@@ -66,7 +66,7 @@ std::vector<std::string> due(tick::Scripts& scripts, double t,
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-TEST(tick::Scripts, StartAtTheirTimeOnceOrAgainAndAgain) {
+TEST(Scripts, StartAtTheirTimeOnceOrAgainAndAgain) {
   tick::Scripts scripts({at_time("once", 2), at_time("each 1.5 s", 1.5, true)}, {"robot"}, kStart);
   EXPECT_THAT(due(scripts, 1.4), IsEmpty());
   EXPECT_THAT(due(scripts, 1.5), ElementsAre("each 1.5 s"));
@@ -77,7 +77,7 @@ TEST(tick::Scripts, StartAtTheirTimeOnceOrAgainAndAgain) {
   EXPECT_THAT(due(scripts, 10.5), ElementsAre("each 1.5 s"));
 }
 
-TEST(tick::Scripts, HearOfTheTraineeByAnyOfItsNamesAndOfNobodyElse) {
+TEST(Scripts, HearOfTheTraineeByAnyOfItsNamesAndOfNobodyElse) {
   tick::Scripts scripts({on_event("door", EventKind::door_space_left, kTrainee, "door 2")},
                         {"rover", "pupil"}, kStart);
   scripts.hear(happened(EventKind::door_space_left, 1, "person_1", "door 2"));
@@ -90,7 +90,7 @@ TEST(tick::Scripts, HearOfTheTraineeByAnyOfItsNamesAndOfNobodyElse) {
   EXPECT_THAT(due(scripts, 3), IsEmpty()) << "it runs once";
 }
 
-TEST(tick::Scripts, WaitAsLongAsTheySayAndComeInTheOrderOfTheirInstants) {
+TEST(Scripts, WaitAsLongAsTheySayAndComeInTheOrderOfTheirInstants) {
   Script late = on_event("late", EventKind::agent_spawned), soon = on_event("soon", EventKind::agent_spawned);
   late.after = 0.5;
   soon.after = 0.2;
@@ -100,7 +100,7 @@ TEST(tick::Scripts, WaitAsLongAsTheySayAndComeInTheOrderOfTheirInstants) {
   EXPECT_THAT(due(scripts, 2), ElementsAre("soon", "late"));
 }
 
-TEST(tick::Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
+TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
   Script late = on_event("late", EventKind::agent_spawned);
   late.after = 0.5;
   tick::Scripts scripts({at_time("once", 1), late}, {}, kStart);
@@ -114,7 +114,7 @@ TEST(tick::Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
   EXPECT_THAT(due(scripts, 62), IsEmpty()) << "it has run";
 }
 
-TEST(tick::Scripts, ThatDoNotExistAreRefusedByName) {
+TEST(Scripts, ThatDoNotExistAreRefusedByName) {
   tick::Scripts scripts({at_time("door slams", 100)}, {}, kStart), none({}, {}, kStart);
   const Status unknown = scripts.set_off("dor slams", kStart);
   ASSERT_FALSE(unknown);
@@ -123,7 +123,7 @@ TEST(tick::Scripts, ThatDoNotExistAreRefusedByName) {
   ASSERT_FALSE(none.set_off("door slams", kStart));
 }
 
-TEST(tick::Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
+TEST(Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
   Script again = on_event("again", EventKind::command_refused);
   again.repeat = true;
   tick::Scripts scripts({again}, {}, kStart);
@@ -136,7 +136,7 @@ TEST(tick::Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
   }
 }
 
-TEST(tick::Scripts, NearnessBeginsOnceAndEndsAStepFartherAway) {
+TEST(Scripts, NearnessBeginsOnceAndEndsAStepFartherAway) {
   tick::Scripts scripts({near("near", "guide", 2, true)}, {}, kStart);
   double distance = 3;
   const auto place = [&](const std::string& who) -> std::optional<Eigen::Vector3d> {

@@ -83,13 +83,13 @@ inline void soak(const tick::Configuration& configuration, Laps laps, Duration l
   auto made = tick::make_state(configuration, laps.first().front().arrival - milliseconds(1));
   ASSERT_TRUE(made.ok()) << made.error().message;
   tick::State& state = **made;
-  Outbox outbox(nullptr, std::nullopt);
+  runtime::Outbox outbox(nullptr, std::nullopt);
   tick::Outputs outputs;
   const int count = std::max(parts, static_cast<int>(log_time.seconds() / laps.length().seconds()));
   [[maybe_unused]] double after_warm_up = 0;
   int lap = 0;
   for (int part = 0; part < parts; ++part) {
-    StageClock stages;
+    runtime::StageClock stages;
     for (; lap < count * (part + 1) / parts; ++lap) {
       for (const Message& each : laps.lap(lap)) {
         outputs.clear();

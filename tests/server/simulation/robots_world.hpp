@@ -9,18 +9,18 @@
 
 namespace parhelion::test {
 
-inline std::shared_ptr<const RobotModel> shipped(const std::string& name) {
-  static std::map<std::string, std::shared_ptr<const RobotModel>> loaded;
+inline std::shared_ptr<const simulation::RobotModel> shipped(const std::string& name) {
+  static std::map<std::string, std::shared_ptr<const simulation::RobotModel>> loaded;
   auto& model = loaded[name];
   if (model) return model;
-  auto read = load_robot_model(name);
+  auto read = simulation::load_robot_model(name);
   EXPECT_TRUE(read.ok()) << (read ? "" : read.error().message);
-  model = std::make_shared<const RobotModel>(std::move(read).value());
+  model = std::make_shared<const simulation::RobotModel>(std::move(read).value());
   return model;
 }
 
-inline SimulationOptions with_robots(const std::vector<std::string>& names) {
-  SimulationOptions options;
+inline simulation::SimulationOptions with_robots(const std::vector<std::string>& names) {
+  simulation::SimulationOptions options;
   for (const std::string& name : names) options.robot_models.push_back(shipped(name));
   return options;
 }
@@ -52,8 +52,9 @@ inline SemanticModel flight(int steps, double rise, double run) {
 }
 
 /// Drives for a time, the twist said again at each step.
-inline void drive(Simulation& simulation, const std::string& name, const Twist2& twist, double duration) {
-  std::vector<LaserRequest> requests;
+inline void drive(simulation::Simulation& simulation, const std::string& name, const Twist2& twist,
+                  double duration) {
+  std::vector<simulation::LaserRequest> requests;
   const auto end = simulation.now() + seconds(duration);
   while (simulation.now() < end) {
     simulation.teleop(name, twist);
@@ -62,8 +63,9 @@ inline void drive(Simulation& simulation, const std::string& name, const Twist2&
   }
 }
 
-inline const RobotMotion& motion(const Simulation& simulation, const std::string& name) {
-  const RobotMotion* found = simulation.robot_motion(name);
+inline const simulation::RobotMotion& motion(const simulation::Simulation& simulation,
+                                             const std::string& name) {
+  const simulation::RobotMotion* found = simulation.robot_motion(name);
   EXPECT_NE(found, nullptr) << name;
   return *found;
 }

@@ -28,7 +28,7 @@ class MovementWitness {
       expected.push_back({EventKind::movement_stopped, t, "", who_});
     }
   }
-  void see(const RobotMotion& motion, double t, std::vector<Expected>& expected) {
+  void see(const simulation::RobotMotion& motion, double t, std::vector<Expected>& expected) {
     see(motion.velocity, motion.rotation_rate, t, expected);
   }
 
@@ -69,14 +69,15 @@ class ContactWitness {
   int said_ = 0, apart_ = 0;  // steps
 };
 
-inline Run with_robot(RobotModel model, SemanticModel site, double duration) {
+inline Run with_robot(simulation::RobotModel model, SemanticModel site, double duration) {
   Run run{.name = "robot", .duration = duration};
   run.model = std::move(site);
-  run.options.robot_models.push_back(std::make_shared<const RobotModel>(std::move(model)));
+  run.options.robot_models.push_back(std::make_shared<const simulation::RobotModel>(std::move(model)));
   return run;
 }
 
-inline void joint(Simulation& simulation, const std::vector<std::string>& names, double position) {
+inline void joint(simulation::Simulation& simulation, const std::vector<std::string>& names,
+                  double position) {
   Joints command;
   command.names = names;
   command.positions.assign(names.size(), position);

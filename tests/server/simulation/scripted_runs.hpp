@@ -22,14 +22,14 @@ struct Expected {
 struct Run {
   std::string name;
   double duration = 1;
-  std::function<std::optional<RealRobotState>(double)> robot_at = {};
+  std::function<std::optional<simulation::RealRobotState>(double)> robot_at = {};
   std::vector<Expected> expected = {};
   SemanticModel model = {};
-  SimulationOptions options = {};
+  simulation::SimulationOptions options = {};
   /// What a run shows by itself, step by step: the facts that its events are about, by rules of its own.
-  std::function<void(const Simulation&, double, std::vector<Expected>&)> witness = {};
+  std::function<void(const simulation::Simulation&, double, std::vector<Expected>&)> witness = {};
   bool limits = false;  ///< the robot has limits of attitude
-  std::function<void(Simulation&, double)> before_step = {};
+  std::function<void(simulation::Simulation&, double)> before_step = {};
   /// When this happens hangs on how the solver pushes what fell out of the floor again: neither asked nor
   /// counted.
   std::optional<EventKind> uncounted = {};
@@ -40,9 +40,9 @@ struct Run {
 inline std::vector<Event> events_of(const Run& run, std::vector<Expected>& expected) {
   RobotDescription description = robot();
   if (run.limits) description.attitude = AttitudeLimits{};
-  auto simulation = Simulation::create(run.options, run.model, description, kStart);
+  auto simulation = simulation::Simulation::create(run.options, run.model, description, kStart);
   EXPECT_TRUE(simulation.ok());
-  std::vector<LaserRequest> requests;
+  std::vector<simulation::LaserRequest> requests;
   for (int i = 1; i <= std::lround(run.duration / kStep); ++i) {
     if (run.before_step) run.before_step(*simulation, i * kStep);
     simulation->step(run.robot_at ? run.robot_at(i * kStep) : std::nullopt, requests);

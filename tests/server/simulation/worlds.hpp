@@ -53,28 +53,29 @@ inline AgentDefinition moving(const std::string& name, AgentKind kind, double x,
   return definition;
 }
 
-inline RealRobotState real_at(double x, double y, double yaw = 0, Twist2 twist = {}) {
-  RealRobotState state;
+inline simulation::RealRobotState real_at(double x, double y, double yaw = 0, Twist2 twist = {}) {
+  simulation::RealRobotState state;
   state.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
   state.twist = twist;
   return state;
 }
 
-inline Simulation make(const SemanticModel& model = {}, const SimulationOptions& options = {}) {
-  auto simulation = Simulation::create(options, model, robot(), kStart);
+inline simulation::Simulation make(const SemanticModel& model = {},
+                                   const simulation::SimulationOptions& options = {}) {
+  auto simulation = simulation::Simulation::create(options, model, robot(), kStart);
   EXPECT_TRUE(simulation.ok()) << (simulation ? "" : simulation.error().message);
   return std::move(simulation).value();
 }
 
-inline void spawn(Simulation& simulation, const AgentDefinition& definition,
-                  const std::optional<RealRobotState>& real = std::nullopt) {
+inline void spawn(simulation::Simulation& simulation, const AgentDefinition& definition,
+                  const std::optional<simulation::RealRobotState>& real = std::nullopt) {
   const Status status = simulation.spawn(definition, real);
   ASSERT_TRUE(status.ok()) << status.error().message;
 }
 
-inline void run(Simulation& simulation, double seconds_of_it,
-                const std::optional<RealRobotState>& real = std::nullopt) {
-  std::vector<LaserRequest> requests;
+inline void run(simulation::Simulation& simulation, double seconds_of_it,
+                const std::optional<simulation::RealRobotState>& real = std::nullopt) {
+  std::vector<simulation::LaserRequest> requests;
   const auto end = simulation.now() + seconds(seconds_of_it);
   while (simulation.now() < end) {
     requests.clear();
@@ -83,7 +84,8 @@ inline void run(Simulation& simulation, double seconds_of_it,
 }
 
 /// The body `part` of `entity` now; fails where there is none.
-inline BodyState body(const Simulation& simulation, const std::string& entity, const std::string& part = "") {
+inline BodyState body(const simulation::Simulation& simulation, const std::string& entity,
+                      const std::string& part = "") {
   WorldSnapshot world;
   EXPECT_TRUE(simulation.at(simulation.now(), world));
   for (const BodyState& state : world.bodies) {
@@ -97,7 +99,7 @@ inline BodyState body(const Simulation& simulation, const std::string& entity, c
   return {};
 }
 
-inline bool has_body(const Simulation& simulation, SimulationTime t, const std::string& entity) {
+inline bool has_body(const simulation::Simulation& simulation, SimulationTime t, const std::string& entity) {
   WorldSnapshot world;
   EXPECT_TRUE(simulation.at(t, world));
   for (const BodyState& state : world.bodies) {

@@ -14,7 +14,7 @@ Event lesson(EventKind kind, const std::string& name, double amount) {
 }
 
 TEST(CameraLessons, OneThatEndsLeavesAnotherOfItsKindAsItIs) {
-  CameraLessons lessons;
+  station::CameraLessons lessons;
   EXPECT_TRUE(lessons.hear(lesson(EventKind::lesson_started, "camera_delay", 0.2)));
   EXPECT_TRUE(lessons.hear(lesson(EventKind::lesson_started, "camera_delay", 0.4)));
   EXPECT_EQ(lessons.delay(), 0.4);
@@ -25,7 +25,7 @@ TEST(CameraLessons, OneThatEndsLeavesAnotherOfItsKindAsItIs) {
 }
 
 TEST(CameraLessons, LossesAddUpToWhatIsLeftOutByAny) {
-  CameraLessons lessons;
+  station::CameraLessons lessons;
   lessons.hear(lesson(EventKind::lesson_started, "camera_loss", 0.5));
   lessons.hear(lesson(EventKind::lesson_started, "camera_loss", 0.5));
   EXPECT_EQ(lessons.loss(), 0.75);
@@ -33,7 +33,7 @@ TEST(CameraLessons, LossesAddUpToWhatIsLeftOutByAny) {
 }
 
 TEST(CameraLessons, OthersAndEndsOfWhatWasNotHeardOfAreNothing) {
-  CameraLessons lessons;
+  station::CameraLessons lessons;
   EXPECT_FALSE(lessons.hear(lesson(EventKind::lesson_started, "laser_dropouts", 0.5)));
   EXPECT_FALSE(lessons.hear(lesson(EventKind::movement_started, "camera_loss", 0.5)));
   lessons.hear(lesson(EventKind::lesson_ended, "camera_loss", 0.5));

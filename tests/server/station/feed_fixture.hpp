@@ -10,15 +10,16 @@ namespace parhelion::test {
 class FeedTest : public testing::Test {
  protected:
   void start(const tick::Configuration& configuration, bool recorded = false) {
-    FeedOptions options;
+    station::FeedOptions options;
     options.words.recorded = recorded;
     options.clock = [this] { return ArrivalTime::from_utime(start_us) + seconds(t_); };
-    feed_ = std::make_unique<StateFeed>(std::make_shared<const tick::Configuration>(configuration), options);
+    feed_ = std::make_unique<station::StateFeed>(std::make_shared<const tick::Configuration>(configuration),
+                                                 options);
     SessionHeader header;
     header.stamp = SensorTime::from_utime(start_us);
     take(channel::mr_session, header);
   }
-  std::shared_ptr<ListeningPage> open(std::uint64_t id = 1, Role role = Role::instructor,
+  std::shared_ptr<ListeningPage> open(std::uint64_t id = 1, station::Role role = station::Role::instructor,
                                       const std::string& name = "ada") {
     auto page = std::make_shared<ListeningPage>(id, role, name);
     feed_->open(page);
@@ -62,7 +63,7 @@ class FeedTest : public testing::Test {
   }
 
   double t_ = 0;  // s of the session
-  std::unique_ptr<StateFeed> feed_;
+  std::unique_ptr<station::StateFeed> feed_;
 };
 
 }  // namespace parhelion::test

@@ -14,15 +14,16 @@ using testing::HasSubstr;
 
 class InstructorDeskTest : public FeedTest {
  protected:
-  void begin(const tick::Configuration& configuration, DeskOptions options = {}, bool recorded = false) {
+  void begin(const tick::Configuration& configuration, station::DeskOptions options = {},
+             bool recorded = false) {
     start(configuration, recorded);
     EXPECT_TRUE(server_->subscribe("MR_AGENT_CMD", 1000).ok());
-    options.audit = [this](const Identity& who, const std::string&, const std::string& what,
+    options.audit = [this](const station::Identity& who, const std::string&, const std::string& what,
                            const std::string& outcome) {
       audit_.push_back(who.name + ": " + what + ": " + outcome);
     };
-    desk_ = std::make_unique<InstructorDesk>(*bus_, *feed_, *SessionNotes::open(folder_ / "notes.jsonl"),
-                                             std::move(options));
+    desk_ = std::make_unique<station::InstructorDesk>(
+        *bus_, *feed_, *station::SessionNotes::open(folder_ / "notes.jsonl"), std::move(options));
     feed_->heard_event = [this](const Event& event) { desk_->hear(event); };
   }
   std::vector<AgentCommand> commands() {
@@ -49,7 +50,7 @@ class InstructorDeskTest : public FeedTest {
   Folder folder_;
   MemoryBusHub hub_;
   std::unique_ptr<Bus> bus_ = hub_.connect(), server_ = hub_.connect();
-  std::unique_ptr<InstructorDesk> desk_;
+  std::unique_ptr<station::InstructorDesk> desk_;
   std::vector<std::string> audit_;
 };
 
@@ -114,7 +115,7 @@ TEST_F(InstructorDeskTest, AServerThatDoesNotAnswerIsSaidToBeSilent) {
 
 TEST_F(InstructorDeskTest, ATraineeMayReportButNotCommandAndBothAreWrittenDown) {
   begin(configuration({}));
-  const auto trainee = open(1, Role::trainee, "tom");
+  const auto trainee = open(1, station::Role::trainee, "tom");
   for (const char* text :
        {R"({"type":"agent","request":1,"action":"remove_all"})", R"({"type":"end","request":1})",
         R"({"type":"save","request":1,"name":"mine"})", R"({"type":"mark","request":1,"text":"x"})",
@@ -134,12 +135,16 @@ TEST_F(InstructorDeskTest, ATraineeMayReportButNotCommandAndBothAreWrittenDown) 
 }
 
 TEST_F(InstructorDeskTest, AnObserverOnlyLooks) {
-  for (int kind = 0; kind <= static_cast<int>(PageMessage::Kind::estop_reset); ++kind) {
-    const auto each = static_cast<PageMessage::Kind>(kind);
-    EXPECT_EQ(may(Role::observer, each, false), each == PageMessage::Kind::subscribe) << to_string(each);
-    EXPECT_EQ(may(Role::observer, each, true), each == PageMessage::Kind::subscribe) << to_string(each);
-    EXPECT_TRUE(may(Role::instructor, each, false)) << to_string(each);
-    EXPECT_TRUE(may(Role::admin, each, false)) << to_string(each);
+  for (int kind = 0; kind <= static_cast<int>(station::PageMessage::Kind::estop_reset); ++kind) {
+    const auto each = static_cast<station::PageMessage::Kind>(kind);
+    EXPECT_EQ(station::may(station::Role::observer, each, false),
+              each == station::PageMessage::Kind::subscribe)
+        << to_string(each);
+    EXPECT_EQ(station::may(station::Role::observer, each, true),
+              each == station::PageMessage::Kind::subscribe)
+        << to_string(each);
+    EXPECT_TRUE(station::may(station::Role::instructor, each, false)) << to_string(each);
+    EXPECT_TRUE(station::may(station::Role::admin, each, false)) << to_string(each);
   }
 }
 
@@ -161,7 +166,7 @@ TEST_F(InstructorDeskTest, NothingIsPlacedInARecording) {
 
 TEST_F(InstructorDeskTest, PauseRateSeekAndEndAreTheCommandsToDo) {
   std::vector<std::string> done;
-  DeskOptions options;
+  station::DeskOptions options;
   options.controls.pause = [&](bool paused) { return done.push_back(paused ? "pause" : "resume"), Status(); };
   options.controls.rate = [&](double) { return Status(Error{"too fast"}); };
   options.controls.seek = [&](double s) { return done.push_back("seek " + std::to_string(s)), Status(); };
@@ -182,15 +187,15 @@ TEST_F(InstructorDeskTest, PauseRateSeekAndEndAreTheCommandsToDo) {
 
 TEST_F(InstructorDeskTest, WordsReachThoseTheyAreForAndAreKeptBesideTheSession) {
   begin(configuration({}));
-  const auto ada = open(1, Role::instructor, "ada"), tom = open(2, Role::trainee, "tom"),
-             bo = open(3, Role::observer, "bo");
+  const auto ada = open(1, station::Role::instructor, "ada"), tom = open(2, station::Role::trainee, "tom"),
+             bo = open(3, station::Role::observer, "bo");
   desk_->receive(*ada, R"({"type":"chat","to":"trainee","text":"mind the <b>door</b>"})", now());
   EXPECT_EQ(tom->newest("chat")["text"], "mind the <b>door</b>");
   EXPECT_EQ(ada->heard("chat").size(), 1U);
   EXPECT_TRUE(bo->heard("chat").empty());
   desk_->receive(*ada, R"({"type":"mark","text":"first hesitation"})", now());
   EXPECT_EQ(bo->newest("mark")["by"], "ada");
-  ListeningPage later(4, Role::trainee, "tim");
+  ListeningPage later(4, station::Role::trainee, "tim");
   desk_->greet(later);
   EXPECT_EQ(later.heard("chat").size(), 1U);
   EXPECT_EQ(later.heard("mark").size(), 1U);
@@ -205,7 +210,7 @@ TEST_F(InstructorDeskTest, WordsReachThoseTheyAreForAndAreKeptBesideTheSession) 
 }
 
 TEST_F(InstructorDeskTest, WhatWasPlacedIsSavedAsAScenarioThatReadsBack) {
-  DeskOptions options;
+  station::DeskOptions options;
   options.scenarios = folder_ / "scenarios";
   begin(configuration({agent("box_1", AgentKind::box, 1, 0)}), options);
   const auto page = open();
@@ -239,7 +244,7 @@ TEST_F(InstructorDeskTest, APageThatTalksWithoutEndIsClosed) {
 
 TEST_F(InstructorDeskTest, OneTraineeNeitherFillsTheNotesNorDrownsTheOthersWords) {
   begin(configuration({}));
-  const auto tom = open(1, Role::trainee, "tom"), ada = open(2);
+  const auto tom = open(1, station::Role::trainee, "tom"), ada = open(2);
   const std::string words(2000, 'x');
   const std::string chat = R"({"type":"chat","request":1,"to":"all","text":")" + words + "\"}";
   for (int i = 0; i < 20; ++i) desk_->receive(*tom, chat, now());

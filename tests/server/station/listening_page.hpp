@@ -13,15 +13,16 @@
 
 namespace parhelion::test {
 
-class ListeningPage : public WebClient {
+class ListeningPage : public station::WebClient {
  public:
   struct Sent {
     std::string bytes;
     bool binary = false;
     int slot = in_order;
   };
-  explicit ListeningPage(std::uint64_t id, Role role = Role::instructor, std::string name = "ada")
-      : WebClient({id, {std::move(name), role}, "127.0.0.1", "/ws/state", ""}) {}
+  explicit ListeningPage(std::uint64_t id, station::Role role = station::Role::instructor,
+                         std::string name = "ada")
+      : station::WebClient({id, {std::move(name), role}, "127.0.0.1", "/ws/state", ""}) {}
 
   void send(std::shared_ptr<const std::string> bytes, bool binary, int slot) override {
     sent.push_back({*bytes, binary, slot});

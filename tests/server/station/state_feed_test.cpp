@@ -16,7 +16,7 @@ TEST_F(FeedTest, APageIsToldHowThingsStandWhenItOpens) {
   start(configuration({agent("box_1", AgentKind::box, 1, 0)}));
   world({body("box_1", "box", AgentKind::box, 1)});
   say(EventKind::movement_started, "box_1");
-  const auto page = open(1, Role::observer, "bo");
+  const auto page = open(1, station::Role::observer, "bo");
   const auto hello = page->newest("hello");
   EXPECT_EQ(hello["who"]["name"], "bo");
   EXPECT_EQ(hello["who"]["role"], "observer");
@@ -28,10 +28,10 @@ TEST_F(FeedTest, APageIsToldHowThingsStandWhenItOpens) {
 
 TEST_F(FeedTest, WhoDrivesGoesByTheNameOfTheAccountOnPagesAlone) {
   start(configuration({}));
-  const auto page = open(1, Role::trainee, "tess");
+  const auto page = open(1, station::Role::trainee, "tess");
   OperatorWord word;
   word.stamp = sensor_time();
-  word.name = operator_name({"tess", Role::trainee});
+  word.name = station::operator_name({"tess", station::Role::trainee});
   word.robot = "trainee";
   word.state = OperatorWord::State::drives;
   word.text = "browser";
@@ -103,7 +103,7 @@ TEST_F(FeedTest, ATableThatChangesOftenIsToldFourTimesASecondAndFramesKeepToIt) 
 TEST_F(FeedTest, APageGetsTheWorldAtItsOwnRate) {
   start(configuration({}));
   const auto fast = open(1), slow = open(2);
-  Subscription wanted;
+  station::Subscription wanted;
   wanted.world_hz = 10;
   feed_->subscribe(2, wanted);
   for (int i = 0; i < 60; ++i) {
@@ -130,7 +130,7 @@ TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
   configuration.robot.depth = camera;
   start(configuration);
   const auto asks = open(1), other = open(2);
-  Subscription points;
+  station::Subscription points;
   points.points = true;
   feed_->subscribe(1, points);
   for (const Message& each : drive(0.5)) {

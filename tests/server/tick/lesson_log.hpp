@@ -33,7 +33,7 @@ inline std::vector<Message> lesson(int number, int collisions, bool yard, int wo
   training.penalties.emplace_back();
   training.penalties[0].name = "collision";
   training.penalties[0].points = 7;
-  auto configured = configure(scenario, robot(), room());
+  auto configured = tick::configure(scenario, robot(), room());
   EXPECT_TRUE(configured.ok()) << configured.error().message;
   const auto event = [](double t, EventKind kind, const std::string& object) {
     Event happened;
@@ -44,8 +44,8 @@ inline std::vector<Message> lesson(int number, int collisions, bool yard, int wo
     return message(channel::mr_events, happened.stamp.utime(), happened);
   };
   std::vector<Message> log;
-  log.push_back(
-      message(channel::mr_session, start_us, session_header(*configured, SensorTime::from_utime(start_us))));
+  log.push_back(message(channel::mr_session, start_us,
+                        tick::session_header(*configured, SensorTime::from_utime(start_us))));
   log.push_back(event(1, EventKind::zone_entered, "hall"));
   for (int i = 0; i < collisions; ++i)
     log.push_back(event(1.1 + 0.01 * i, EventKind::collision_started, "wall 1"));

@@ -6,8 +6,8 @@
 namespace parhelion::test {
 
 /// The rover at (-2, 0), looking along x; what else there is, `scenario` says.
-inline Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario scenario = {},
-                             const SemanticModel& model = room()) {
+inline tick::Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario scenario = {},
+                                   const SemanticModel& model = room()) {
   scenario.name = "practice";
   scenario.level = 1;
   scenario.agents = std::move(agents);
@@ -16,8 +16,8 @@ inline Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario 
   scenario.trainee->T_map_base = Transform<Map, Base>::planar(-2, 0, 0);
   auto rover = simulation::load_robot_model("rover");
   EXPECT_TRUE(rover) << rover.error().message;
-  auto made =
-      configure(scenario, {}, model, {std::make_shared<const simulation::RobotModel>(std::move(*rover))});
+  auto made = tick::configure(scenario, {}, model,
+                              {std::make_shared<const simulation::RobotModel>(std::move(*rover))});
   EXPECT_TRUE(made) << made.error().message;
   return *made;
 }

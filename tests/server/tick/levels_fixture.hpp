@@ -43,8 +43,9 @@ class LevelsTest : public TickTest {
         continue;
       }
       outputs_.clear();
-      advance(configuration_, teleop_at(time_, 0).arrival, *state_, outputs_, observer_);
-      for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+      tick::advance(configuration_, teleop_at(time_, 0).arrival, *state_, outputs_, observer_);
+      for (const tick::Outputs::Entry& entry : outputs_.entries())
+        out_[entry.channel].push_back(entry.payload);
     }
   }
   const simulation::RobotMotion& motion() { return *state_->simulation.robot_motion("trainee"); }

@@ -102,7 +102,7 @@ class Meetings : public TickTest {
       const double most = test::StandIn::kAcceleration * kPeriod;
       twist.vx += std::clamp(wanted.vx - twist.vx, -most, most);
       twist.wz += std::clamp(wanted.wz - twist.wz, -3 * kPeriod, 3 * kPeriod);
-      pose = advance(pose, twist, kPeriod);
+      pose = simulation::advance(pose, twist, kPeriod);
       outcome.arrived = (kGoal - pose.position()).norm() < kReached;
       outcome.closest = std::min(outcome.closest, state_->simulation.clearance(T_map_base, {}, 10).distance);
       outcome.took = i * kPeriod;

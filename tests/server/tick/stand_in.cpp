@@ -160,7 +160,7 @@ double StandIn::least_gap(Pose2 pose, Twist2 now, double speed, const Points& th
     const Twist2 wanted = along_way(pose, speed);
     now.vx += std::clamp(wanted.vx - now.vx, -kAcceleration * dt, kAcceleration * dt);
     now.wz = wanted.wz;
-    pose = advance(pose, now, dt);
+    pose = simulation::advance(pose, now, dt);
     least = std::min(least, gap(pose, things, t * velocity_));
   }
   return least;

@@ -73,11 +73,11 @@ inline AgentDefinition agent(const std::string& name, AgentKind kind, double x, 
   return agent;
 }
 
-inline Configuration configuration(std::vector<AgentDefinition> agents) {
+inline tick::Configuration configuration(std::vector<AgentDefinition> agents) {
   Scenario scenario;
   scenario.name = "synthetic";
   scenario.agents = std::move(agents);
-  return *configure(scenario, robot(), room());
+  return *tick::configure(scenario, robot(), room());
 }
 
 constexpr std::int64_t start_us = 1'700'000'000'000'000;

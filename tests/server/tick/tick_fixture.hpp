@@ -36,16 +36,16 @@ inline Message image_at(std::int64_t us) {
 /// Feeds messages to a tick and keeps what comes out.
 class TickTest : public testing::Test {
  protected:
-  void start(Configuration configuration) {
+  void start(tick::Configuration configuration) {
     configuration_ = std::move(configuration);
-    auto made = make_state(configuration_, ArrivalTime::from_utime(start_us - 2000));
+    auto made = tick::make_state(configuration_, ArrivalTime::from_utime(start_us - 2000));
     ASSERT_TRUE(made.ok()) << made.error().message;
     state_ = std::move(*made);
   }
   void feed(const Message& input) {
     outputs_.clear();
-    tick(configuration_, input, *state_, outputs_, observer_);
-    for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
+    tick::tick(configuration_, input, *state_, outputs_, observer_);
+    for (const tick::Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
   }
   void feed(const std::vector<Message>& log) {
     for (const Message& each : log) feed(each);
@@ -62,10 +62,10 @@ class TickTest : public testing::Test {
     return all;
   }
 
-  Configuration configuration_;
-  std::unique_ptr<State> state_;
-  Outputs outputs_;
-  StageObserver observer_;
+  tick::Configuration configuration_;
+  std::unique_ptr<tick::State> state_;
+  tick::Outputs outputs_;
+  tick::StageObserver observer_;
   std::map<std::string, std::vector<std::vector<std::uint8_t>>> out_;
 };
 

@@ -11,7 +11,7 @@ namespace parhelion::test {
 
 inline const std::string kMbox(40, 'c');
 
-inline std::vector<TraineeHistory> group() {
+inline std::vector<training::TraineeHistory> group() {
   return {{{"t-0123456789ab", "Anna \"Nan\" Schmidt, B", ""}, {recorded_session(1), recorded_session(2)}},
           {{"t-ba9876543210", "", kMbox}, {recorded_session(3)}},
           {{"t-000000000000", "Nobody yet", ""}, {}}};

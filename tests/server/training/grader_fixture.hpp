@@ -124,12 +124,12 @@ class GraderTest : public testing::Test {
     }
     grader_->take(world);
   }
-  TaskOutcome outcome(std::size_t i = 0) { return grader_->grade().tasks[i].outcome; }
+  training::TaskOutcome outcome(std::size_t i = 0) { return grader_->grade().tasks[i].outcome; }
 
   Training training_;
   SemanticModel model_ = site();
   RobotDescription robot_ = robot_with_wide_camera();
-  std::optional<Grader> grader_;
+  std::optional<training::Grader> grader_;
 };
 
 }  // namespace parhelion::test

@@ -26,8 +26,8 @@ inline Event recorded_event(int number) {
 }
 
 /// `number` is its identity.
-inline SessionRecord recorded_session(int number) {
-  SessionRecord session;
+inline training::SessionRecord recorded_session(int number) {
+  training::SessionRecord session;
   session.identity = std::to_string(number);
   session.scenario = "first lesson";
   session.programme = number % 2 == 0 ? "" : "doors";
@@ -35,19 +35,20 @@ inline SessionRecord recorded_session(int number) {
   session.log = "session-" + std::to_string(number) + ".lcm";
   session.level = 1 + number % 3;
   session.damaged_bytes = static_cast<std::uint64_t>(number) * 7;
-  Grade& grade = session.grade;
+  training::Grade& grade = session.grade;
   grade.begin = SimulationTime{1'700'000'000'000'000'001 + number * 1'000'000'000'000};
   grade.end = grade.begin + seconds(600.1);
-  for (const TaskOutcome outcome : {TaskOutcome::done, TaskOutcome::failed, TaskOutcome::waiting}) {
-    TaskGrade& task = grade.tasks.emplace_back();
+  for (const training::TaskOutcome outcome :
+       {training::TaskOutcome::done, training::TaskOutcome::failed, training::TaskOutcome::waiting}) {
+    training::TaskGrade& task = grade.tasks.emplace_back();
     task.name = "task " + std::to_string(grade.tasks.size());
     task.required = grade.tasks.size() == 1;
     task.outcome = outcome;
-    task.points = outcome == TaskOutcome::done ? 50.1 : 0;
-    if (outcome == TaskOutcome::waiting) continue;
+    task.points = outcome == training::TaskOutcome::done ? 50.1 : 0;
+    if (outcome == training::TaskOutcome::waiting) continue;
     task.began = grade.begin;
     task.ended = grade.begin + seconds(30);
-    if (outcome == TaskOutcome::done) task.cause = recorded_event(number);
+    if (outcome == training::TaskOutcome::done) task.cause = recorded_event(number);
   }
   session.skills = {{"doors", "driving"}, {}, {"stairs"}};
   grade.charges = {{grade.begin + seconds(1), "collision", 5 + 0.1 * number, recorded_event(number + 1)},
@@ -74,23 +75,23 @@ inline std::string text_of(const std::optional<Event>& event) {
 }
 
 /// Everything, numbers to the bit.
-inline std::string text_of(const SessionRecord& session) {
+inline std::string text_of(const training::SessionRecord& session) {
   const auto at = [](const std::optional<SimulationTime>& t) { return t ? std::to_string(t->ns) : "-"; };
-  const Grade& grade = session.grade;
+  const training::Grade& grade = session.grade;
   std::ostringstream text;
   text << std::hexfloat << session.identity << '|' << session.scenario << '|' << session.programme << '|'
        << session.robot << '|' << session.log << '|' << session.level << ' ' << session.damaged_bytes << ' '
        << grade.begin.ns << ' ' << grade.end.ns << ' ' << grade.earned << ' ' << grade.charged << ' '
        << grade.most << ' ' << grade.score << ' ' << grade.share << ' ' << grade.grade << ' ' << grade.passed
        << grade.ended << grade.complete << '\n';
-  for (const TaskGrade& task : grade.tasks)
+  for (const training::TaskGrade& task : grade.tasks)
     text << task.name << '|' << task.required << ' ' << to_string(task.outcome) << ' ' << task.points << ' '
          << at(task.began) << ' ' << at(task.ended) << ' ' << text_of(task.cause) << '\n';
   for (const auto& skills : session.skills) {
     for (const std::string& skill : skills) text << skill << ' ';
     text << '\n';
   }
-  for (const Charge& charge : grade.charges)
+  for (const training::Charge& charge : grade.charges)
     text << charge.at.ns << ' ' << charge.rule << ' ' << charge.points << ' ' << text_of(charge.cause)
          << '\n';
   return text.str();

@@ -22,12 +22,12 @@ class RecordsTest : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  Records open(bool create = true) {
-    auto records = Records::open(path_, create);
+  training::Records open(bool create = true) {
+    auto records = training::Records::open(path_, create);
     EXPECT_TRUE(records.ok()) << records.error().message;
     return std::move(*records);
   }
-  TraineeRecord add(Records& records, const std::string& name) {
+  training::TraineeRecord add(training::Records& records, const std::string& name) {
     auto trainee = records.add({"", name, ""});
     EXPECT_TRUE(trainee.ok()) << trainee.error().message;
     return *trainee;

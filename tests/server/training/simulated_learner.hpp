@@ -19,7 +19,7 @@ namespace parhelion::test {
 
 /// Six skills at three levels, in rising order; true difficulties lie about those of the order.
 struct Curriculum {
-  std::vector<TaskOffer> offers;
+  std::vector<training::TaskOffer> offers;
   std::vector<double> true_difficulty;
 
   explicit Curriculum(unsigned seed, double spread = 0.3) {
@@ -39,10 +39,10 @@ struct Curriculum {
                             0});
       }
     }
-    rank_difficulties(offers);
+    training::rank_difficulties(offers);
     std::mt19937_64 random(seed);
     std::normal_distribution<double> off(0, spread);
-    for (const TaskOffer& offer : offers) true_difficulty.push_back(offer.difficulty + off(random));
+    for (const training::TaskOffer& offer : offers) true_difficulty.push_back(offer.difficulty + off(random));
   }
 };
 
@@ -60,7 +60,7 @@ class SimulatedLearner {
       : curriculum_(curriculum), population_(population), random_(seed) {
     const double person = population.ability + population.ability_spread * normal_(random_);
     rate_ = population.rate * std::exp(population.rate_spread * normal_(random_));
-    for (const TaskOffer& offer : curriculum.offers)
+    for (const training::TaskOffer& offer : curriculum.offers)
       for (const std::string& skill : offer.skills)
         if (ability_.emplace(skill, 0).second)
           ability_[skill] = person + population.own_spread * normal_(random_);
@@ -68,7 +68,7 @@ class SimulatedLearner {
 
   /// Does the task (and learns); whether it was a success.
   bool attempt(std::size_t task) {
-    const TaskOffer& offer = curriculum_.offers[task];
+    const training::TaskOffer& offer = curriculum_.offers[task];
     form_ = 0.8 * form_ + population_.form * 0.6 * normal_(random_);
     const bool done = uniform_(random_) < chance(task, form_);
     for (auto& [skill, ability] : ability_) {
@@ -148,9 +148,10 @@ enum class Order {
 
 /// What `learners` did in the fixed order, at most `most` tasks each: what the choice learns difficulties
 /// from.
-inline std::vector<std::vector<Attempt>> history(const Curriculum& curriculum, const Population& population,
-                                                 std::uint64_t seed, int learners, int most = 150) {
-  std::vector<std::vector<Attempt>> all;
+inline std::vector<std::vector<training::Attempt>> history(const Curriculum& curriculum,
+                                                           const Population& population, std::uint64_t seed,
+                                                           int learners, int most = 150) {
+  std::vector<std::vector<training::Attempt>> all;
   for (int i = 0; i < learners; ++i) {
     SimulatedLearner learner(curriculum, population, seed + static_cast<std::uint64_t>(i));
     auto& attempts = all.emplace_back();
@@ -163,31 +164,31 @@ inline std::vector<std::vector<Attempt>> history(const Curriculum& curriculum, c
 }
 
 inline Course run_course(const Curriculum& curriculum, const Population& population, std::uint64_t seed,
-                         Order order, const SkillParameters& parameters = {},
+                         Order order, const training::SkillParameters& parameters = {},
                          Calibration* calibration = nullptr, int most = 600) {
-  const ChoiceParameters choice;
+  const training::ChoiceParameters choice;
   SimulatedLearner learner(curriculum, population, seed);
-  Skills skills(parameters);
+  training::Skills skills(parameters);
   Course course{most, most, 0, false};
   std::size_t place = 0;
   int level = 1;
   bool said = false, mastered = false;
   for (int tasks = 0; tasks < most && !(said && mastered); ++tasks) {
-    const NextTask next = next_task(skills, curriculum.offers, level, parameters);
+    const training::NextTask next = training::next_task(skills, curriculum.offers, level, parameters);
     if (!mastered && learner.mastered(choice.able)) {
       mastered = true;
       course.until_mastered = tasks;
     }
-    if (!said && next.kind == NextTask::Kind::complete) {
+    if (!said && next.kind == training::NextTask::Kind::complete) {
       said = true;
       course.until_complete = tasks;
       course.confidence = next.confidence;
       course.truly = learner.mastered(choice.able);
     }
     // Who is said to be complete without being so goes on in the order.
-    const bool by_choice = order == Order::chosen && next.kind != NextTask::Kind::complete;
+    const bool by_choice = order == Order::chosen && next.kind != training::NextTask::Kind::complete;
     const std::size_t task = by_choice ? next.offer : place;
-    const TaskOffer& offer = curriculum.offers[task];
+    const training::TaskOffer& offer = curriculum.offers[task];
     const double chance = skills.success(offer.skills, offer.difficulty);
     const bool done = learner.attempt(task);
     if (calibration != nullptr && !said) calibration->add(chance, done);

@@ -38,7 +38,7 @@ class ToldSession {
     EXPECT_TRUE(scenario.ok()) << scenario.error().message;
     if (!scenario) return;
     scenario_ = std::make_unique<Scenario>(std::move(*scenario));
-    grader_ = std::make_unique<Grader>(*scenario_->training, model_, robot_, "rover", at(0));
+    grader_ = std::make_unique<training::Grader>(*scenario_->training, model_, robot_, "rover", at(0));
   }
 
   static SimulationTime at(double t) { return SimulationTime{1'000'000'000'000} + seconds(t); }
@@ -71,9 +71,9 @@ class ToldSession {
     grader_->close(at(t));
     return *this;
   }
-  Grade grade() const { return grader_->grade(); }
+  training::Grade grade() const { return grader_->grade(); }
   double score() const { return grade().score; }
-  TaskOutcome outcome(std::size_t task = 0) const { return grade().tasks[task].outcome; }
+  training::TaskOutcome outcome(std::size_t task = 0) const { return grade().tasks[task].outcome; }
 
  private:
   /// Two rooms with a door between them at x = 0, a window in the wall beside it, and two flights of stairs.
@@ -110,7 +110,7 @@ class ToldSession {
   const SemanticModel model_ = site();
   const RobotDescription robot_ = rover();
   std::unique_ptr<Scenario> scenario_;
-  std::unique_ptr<Grader> grader_;
+  std::unique_ptr<training::Grader> grader_;
 };
 
 }  // namespace parhelion::test

@@ -13,7 +13,7 @@ class Server : public SiteTest {
  protected:
   void SetUp() override {
     SiteTest::SetUp();
-    make_accounts({{"anna", Role::trainee}});
+    make_accounts({{"anna", station::Role::trainee}});
   }
 };
 
@@ -132,20 +132,21 @@ TEST_F(Server, TakesNoMoreConnectionsThanItMayAndTakesOthersAfterwards) {
 }
 
 TEST_F(Server, IsNotHeldUpByAnAnswerThatTakesLong) {
-  WebSiteOptions options{.folder = folder_, .plain = true};
-  auto site = WebSite::open(std::move(options));
+  station::WebSiteOptions options{.folder = folder_, .plain = true};
+  auto site = station::WebSite::open(std::move(options));
   ASSERT_TRUE(site);
   site_ = *std::move(site);
-  std::promise<HttpServer::Answer> asked;
-  site_->server().on_late(
-      "GET", "/late", Access::everyone(),
-      [&](const HttpRequest&, HttpServer::Answer answer) { asked.set_value(std::move(answer)); });
-  site_->server().on_late("GET", "/never", Access::everyone(),
-                          [](const HttpRequest&, const HttpServer::Answer&) {});
+  std::promise<station::HttpServer::Answer> asked;
+  site_->server().on_late("GET", "/late", station::Access::everyone(),
+                          [&](const station::HttpRequest&, station::HttpServer::Answer answer) {
+                            asked.set_value(std::move(answer));
+                          });
+  site_->server().on_late("GET", "/never", station::Access::everyone(),
+                          [](const station::HttpRequest&, const station::HttpServer::Answer&) {});
   site_->run();
   RawClient waiting(port());
   std::thread other([&] {
-    const HttpServer::Answer answer = asked.get_future().get();
+    const station::HttpServer::Answer answer = asked.get_future().get();
     EXPECT_EQ(RawClient(port()).get("/healthz").status, 200);
     answer({.status = 200, .body = "at last"});
     answer({.status = 200, .body = "twice"});
@@ -156,16 +157,17 @@ TEST_F(Server, IsNotHeldUpByAnAnswerThatTakesLong) {
 }
 
 TEST_F(Server, EndsWhileAnAnswerIsStillToCome) {
-  WebSiteOptions options{.folder = folder_, .plain = true};
-  site_ = *WebSite::open(std::move(options));
-  std::promise<HttpServer::Answer> asked;
-  site_->server().on_late(
-      "GET", "/late", Access::everyone(),
-      [&](const HttpRequest&, HttpServer::Answer answer) { asked.set_value(std::move(answer)); });
+  station::WebSiteOptions options{.folder = folder_, .plain = true};
+  site_ = *station::WebSite::open(std::move(options));
+  std::promise<station::HttpServer::Answer> asked;
+  site_->server().on_late("GET", "/late", station::Access::everyone(),
+                          [&](const station::HttpRequest&, station::HttpServer::Answer answer) {
+                            asked.set_value(std::move(answer));
+                          });
   site_->run();
   RawClient waiting(port());
   waiting.send("GET /late HTTP/1.1\r\nHost: " + waiting.host() + "\r\n\r\n");
-  const HttpServer::Answer answer = asked.get_future().get();
+  const station::HttpServer::Answer answer = asked.get_future().get();
   site_.reset();
   answer({.status = 200, .body = "nobody is there"});
   EXPECT_EQ(waiting.answer().status, 0);
@@ -207,8 +209,8 @@ TEST_F(Server, KeepsItsCertificate) {
 }
 
 TEST(ServerOptions, ThatDoNotWorkAreSaid) {
-  const auto said = [](HttpOptions options) {
-    const auto server = HttpServer::open(std::move(options));
+  const auto said = [](station::HttpOptions options) {
+    const auto server = station::HttpServer::open(std::move(options));
     return server ? std::string("opened") : server.error().message;
   };
   EXPECT_NE(said({.address = "0.0.0.0"}).find("give a certificate"), std::string::npos);
@@ -216,22 +218,23 @@ TEST(ServerOptions, ThatDoNotWorkAreSaid) {
   EXPECT_NE(said({.certificate = "/nowhere/c.pem", .key = "/nowhere/k.pem"}).find("/nowhere/c.pem"),
             std::string::npos);
   EXPECT_NE(said({.certificate = "c.pem"}).find("belong together"), std::string::npos);
-  const auto first = HttpServer::open({});
+  const auto first = station::HttpServer::open({});
   ASSERT_TRUE(first);
   EXPECT_NE(said({.port = (*first)->port()}).find("cannot listen"), std::string::npos);
 }
 
 TEST_F(Server, OutlivesAHandlerThatThrows) {
-  auto server = HttpServer::open({.address = "localhost"});
+  auto server = station::HttpServer::open({.address = "localhost"});
   ASSERT_TRUE(server);
   const auto fail = [] { throw std::runtime_error("a fault"); };
-  (*server)->on("GET", "/fails", Access::everyone(), [&](const HttpRequest&) {
+  (*server)->on("GET", "/fails", station::Access::everyone(), [&](const station::HttpRequest&) {
     fail();
-    return HttpResponse{};
+    return station::HttpResponse{};
   });
-  (*server)->on("GET", "/works", Access::everyone(), [](const HttpRequest&) { return HttpResponse{}; });
-  (*server)->on_socket("/ws", Access::everyone(),
-                       {.received = [&](WebClient&, std::string_view, bool) { fail(); }});
+  (*server)->on("GET", "/works", station::Access::everyone(),
+                [](const station::HttpRequest&) { return station::HttpResponse{}; });
+  (*server)->on_socket("/ws", station::Access::everyone(),
+                       {.received = [&](station::WebClient&, std::string_view, bool) { fail(); }});
   (*server)->run();
   const std::uint16_t at = (*server)->port();
   EXPECT_EQ(RawClient(at).get("/fails").status, 0);

@@ -9,7 +9,7 @@ namespace {
 using LogIn = SiteTest;
 
 TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   const RawAnswer answer = log_in("anna", password);
   ASSERT_EQ(answer.status, 204);
@@ -25,7 +25,7 @@ TEST_F(LogIn, GivesACookieThatOnlyTheBrowserSeesAndOnlyThisSiteSends) {
 }
 
 TEST_F(LogIn, RefusesWrongPasswordAndUnknownNameAlike) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   const RawAnswer wrong = log_in("anna", "not that one"), unknown = log_in("nobody", "not that one");
   EXPECT_EQ(wrong.status, 401);
@@ -52,7 +52,9 @@ TEST_F(LogIn, IsNeededForAllThatIsNotPublic) {
 }
 
 TEST_F(LogIn, OfOneRoleOpensNothingOfAnother) {
-  make_accounts({{"anna", Role::trainee}, {"olga", Role::observer}, {"ivan", Role::instructor}});
+  make_accounts({{"anna", station::Role::trainee},
+                 {"olga", station::Role::observer},
+                 {"ivan", station::Role::instructor}});
   open();
   for (const char* name : {"anna", "olga"}) {
     const std::string cookie = cookie_of(name);
@@ -72,7 +74,7 @@ TEST_F(LogIn, OfOneRoleOpensNothingOfAnother) {
 }
 
 TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
   RawClient socket(port());
@@ -90,7 +92,7 @@ TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
 }
 
 TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
   for (int hour = 0; hour < 11; ++hour) {
@@ -108,7 +110,7 @@ TEST_F(LogIn, ExpiresWhenUnusedAndInAnyCaseAfterADay) {
 }
 
 TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
-  make_accounts({{"ivan", Role::instructor}});
+  make_accounts({{"ivan", station::Role::instructor}});
   open();
   const std::string root = cookie_of("root"), instructor = cookie_of("ivan");
   EXPECT_EQ(RawClient(port()).post("/api/v1/accounts", R"({"name":"ivan","role":"observer"})", root).status,
@@ -127,7 +129,7 @@ TEST_F(LogIn, OfAnAccountThatChangesIsOver) {
 }
 
 TEST_F(LogIn, OfOthersPagesIsRefused) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
   const std::string own = "http://127.0.0.1:" + std::to_string(port());
@@ -152,7 +154,7 @@ TEST_F(LogIn, OfOthersPagesIsRefused) {
 }
 
 TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   RawClient attacker(port());
   int hashed = 0, held = 0;
@@ -230,7 +232,7 @@ TEST_F(LogIn, KeepsScriptInANameOutOfPagesAndLines) {
 }
 
 TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
-  make_accounts({{"anna", Role::trainee}, {"tom", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}, {"tom", station::Role::trainee}});
   open();
   const std::string here = cookie_of("anna"), elsewhere = cookie_of("anna"), other = cookie_of("tom");
   RawClient socket(port());
@@ -263,7 +265,7 @@ TEST_F(LogIn, PasswordIsChangedByItsOwnerAndEndsAllOtherSessionsOfTheAccount) {
 }
 
 TEST_F(LogIn, PasswordIsNotGuessedThroughAnOpenPage) {
-  make_accounts({{"anna", Role::trainee}});
+  make_accounts({{"anna", station::Role::trainee}});
   open();
   const std::string cookie = cookie_of("anna");
   RawClient page(port());
@@ -301,7 +303,7 @@ TEST_F(FirstStart, MakesTheFirstAdminByALinkThatWorksOnce) {
 
 TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
   open();
-  const std::string link = site_->link(Role::instructor, "demo");
+  const std::string link = site_->link(station::Role::instructor, "demo");
   const std::string target = link.substr(link.find("/enter"));
   const RawAnswer entered = RawClient(port()).get(target);
   EXPECT_EQ(entered.status, 303);
@@ -318,7 +320,7 @@ TEST_F(FirstStart, LinksLogInAsLongAsTheProcessLives) {
 
 TEST_F(FirstStart, PeopleWhoComeByOneLinkAreToldApart) {
   open();
-  const std::string link = site_->link(Role::trainee, "trainee"), token = site_->setup_link();
+  const std::string link = site_->link(station::Role::trainee, "trainee"), token = site_->setup_link();
   const std::string target = link.substr(link.find("/enter"));
   const RawAnswer admin = RawClient(port()).post(
       "/api/v1/setup", body(token.substr(token.find("token=") + 6), "trainee_2", "12345678"));

@@ -27,31 +27,34 @@ class SiteTest : public ::testing::Test {
   }
 
   /// Accounts of the given names, each with `password`.
-  void make_accounts(const std::vector<Identity>& all) {
+  void make_accounts(const std::vector<station::Identity>& all) {
     std::filesystem::create_directory(folder_);
-    auto accounts = Accounts::open(folder_ / "accounts.json");
+    auto accounts = station::Accounts::open(folder_ / "accounts.json");
     ASSERT_TRUE(accounts) << accounts.error().message;
-    const auto hash = hash_password(password);
+    const auto hash = station::hash_password(password);
     ASSERT_TRUE(hash);
-    ASSERT_TRUE((*accounts)->put("root", Role::admin, *hash));
-    for (const Identity& who : all) ASSERT_TRUE((*accounts)->put(who.name, who.role, *hash));
+    ASSERT_TRUE((*accounts)->put("root", station::Role::admin, *hash));
+    for (const station::Identity& who : all) ASSERT_TRUE((*accounts)->put(who.name, who.role, *hash));
   }
 
-  void open(HttpOptions http = {}, bool plain = true) {
-    WebSiteOptions options{.http = std::move(http), .folder = folder_, .plain = plain};
+  void open(station::HttpOptions http = {}, bool plain = true) {
+    station::WebSiteOptions options{.http = std::move(http), .folder = folder_, .plain = plain};
     options.steady = [this] { return WallTime{now_ns.load()}; };
-    auto site = WebSite::open(std::move(options));
+    auto site = station::WebSite::open(std::move(options));
     ASSERT_TRUE(site) << site.error().message;
     site_ = *std::move(site);
-    const SocketHandler echo{
-        .opened = [this](std::shared_ptr<WebClient> client) { ++opened, client_ = std::move(client); },
-        .received = [](WebClient& client, std::string_view bytes,
+    const station::SocketHandler echo{
+        .opened =
+            [this](std::shared_ptr<station::WebClient> client) { ++opened, client_ = std::move(client); },
+        .received = [](station::WebClient& client, std::string_view bytes,
                        bool binary) { client.send(std::make_shared<const std::string>(bytes), binary); },
-        .closed = [this](WebClient&) { ++closed; }};
-    site_->server().on_socket("/ws/echo", Access::logged_in(), echo);
-    site_->server().on_socket("/ws/desk", Access::only({Role::instructor, Role::admin}), echo);
-    site_->server().on("GET", "/desk", Access::only({Role::instructor, Role::admin}),
-                       [](const HttpRequest&) { return HttpResponse{.status = 200, .body = "{}"}; });
+        .closed = [this](station::WebClient&) { ++closed; }};
+    site_->server().on_socket("/ws/echo", station::Access::logged_in(), echo);
+    site_->server().on_socket("/ws/desk",
+                              station::Access::only({station::Role::instructor, station::Role::admin}), echo);
+    site_->server().on(
+        "GET", "/desk", station::Access::only({station::Role::instructor, station::Role::admin}),
+        [](const station::HttpRequest&) { return station::HttpResponse{.status = 200, .body = "{}"}; });
     site_->run();
   }
 
@@ -81,8 +84,8 @@ class SiteTest : public ::testing::Test {
   }
 
   std::filesystem::path folder_;
-  std::unique_ptr<WebSite> site_;
-  std::shared_ptr<WebClient> client_;  ///< the last that was opened
+  std::unique_ptr<station::WebSite> site_;
+  std::shared_ptr<station::WebClient> client_;  ///< the last that was opened
   std::atomic<int> opened{0}, closed{0};
   std::atomic<std::int64_t> now_ns{1'000'000'000'000};
 };

@@ -28,26 +28,26 @@ class Folder : public SiteTest {
 TEST_F(Folder, KeepsAccountsForItsOwnerAlone) {
   const fs::path file = folder_ / "accounts.json";
   {
-    auto accounts = Accounts::open(file);
+    auto accounts = station::Accounts::open(file);
     ASSERT_TRUE(accounts);
     EXPECT_TRUE((*accounts)->empty());
-    ASSERT_TRUE((*accounts)->put_first("root", *hash_password("12345678")));
+    ASSERT_TRUE((*accounts)->put_first("root", *station::hash_password("12345678")));
     EXPECT_FALSE((*accounts)->put_first("eve", "hash"));
-    ASSERT_TRUE((*accounts)->put("anna", Role::trainee, "some hash"));
-    EXPECT_FALSE((*accounts)->put("new", Role::trainee, std::nullopt)) << "without a password";
-    EXPECT_FALSE((*accounts)->put("root", Role::observer, std::nullopt)) << "the only admin";
+    ASSERT_TRUE((*accounts)->put("anna", station::Role::trainee, "some hash"));
+    EXPECT_FALSE((*accounts)->put("new", station::Role::trainee, std::nullopt)) << "without a password";
+    EXPECT_FALSE((*accounts)->put("root", station::Role::observer, std::nullopt)) << "the only admin";
     EXPECT_FALSE((*accounts)->remove("root")) << "the only admin";
     EXPECT_FALSE((*accounts)->remove("nobody"));
   }
   EXPECT_EQ(fs::status(file).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   EXPECT_EQ(text_of("accounts.json").find("12345678"), std::string::npos);
-  auto again = Accounts::open(file);
+  auto again = station::Accounts::open(file);
   ASSERT_TRUE(again);
   EXPECT_EQ((*again)->list().size(), 2U);
-  EXPECT_EQ((*again)->find("anna")->role, Role::trainee);
-  EXPECT_TRUE(password_matches((*again)->hash("root"), "12345678"));
-  EXPECT_FALSE(password_matches((*again)->hash("root"), "12345679"));
-  EXPECT_FALSE(password_matches((*again)->hash("anna"), "some hash")) << "no hash at all";
+  EXPECT_EQ((*again)->find("anna")->role, station::Role::trainee);
+  EXPECT_TRUE(station::password_matches((*again)->hash("root"), "12345678"));
+  EXPECT_FALSE(station::password_matches((*again)->hash("root"), "12345679"));
+  EXPECT_FALSE(station::password_matches((*again)->hash("anna"), "some hash")) << "no hash at all";
 }
 
 TEST_F(Folder, SaysWhatIsWrongWithAFileOfAccounts) {
@@ -57,12 +57,12 @@ TEST_F(Folder, SaysWhatIsWrongWithAFileOfAccounts) {
                              R"({"accounts":[{"name":"<a>","role":"admin","password":"x"}]})"}) {
     std::ofstream(file) << broken;
     fs::permissions(file, fs::perms::owner_all);
-    const auto accounts = Accounts::open(file);
+    const auto accounts = station::Accounts::open(file);
     ASSERT_FALSE(accounts) << broken;
     EXPECT_NE(accounts.error().message.find("accounts.json"), std::string::npos);
   }
   fs::permissions(file, fs::perms::owner_all | fs::perms::others_read);
-  const auto open_to_others = Accounts::open(file);
+  const auto open_to_others = station::Accounts::open(file);
   ASSERT_FALSE(open_to_others);
   EXPECT_NE(open_to_others.error().message.find("chmod 600"), std::string::npos);
 }
@@ -70,7 +70,7 @@ TEST_F(Folder, SaysWhatIsWrongWithAFileOfAccounts) {
 TEST_F(Folder, AddsToTheAuditLogAndLeavesWhatIsThere) {
   const auto clock = [] { return WallTime{1'700'000'000'123'000'000}; };
   for (int start = 0; start < 2; ++start) {
-    auto audit = Audit::open(folder_ / "audit.jsonl", clock);
+    auto audit = station::Audit::open(folder_ / "audit.jsonl", clock);
     ASSERT_TRUE(audit);
     (*audit)->say({"anna", "10.0.0.1", "spawn \"box\"\n", "done", "\xff"});
   }
@@ -78,38 +78,38 @@ TEST_F(Folder, AddsToTheAuditLogAndLeavesWhatIsThere) {
       "{\"time\":\"2023-11-14T22:13:20.123Z\",\"who\":\"anna\",\"from\":\"10.0.0.1\","
       "\"what\":\"spawn \\\"box\\\"\\n\",\"outcome\":\"done\",\"detail\":\"\xef\xbf\xbd\"}\n";
   EXPECT_EQ(text_of("audit.jsonl"), line + line);
-  EXPECT_FALSE(Audit::open(folder_ / "no" / "audit.jsonl", clock));
+  EXPECT_FALSE(station::Audit::open(folder_ / "no" / "audit.jsonl", clock));
 }
 
 TEST_F(Folder, MakesACertificateThatIsReplacedOnlyWhenItEnds) {
   const fs::path certificate = folder_ / "c.pem", key = folder_ / "k.pem";
   const WallTime now{1'800'000'000'000'000'000};
-  ASSERT_TRUE(make_certificate(certificate, key, {"localhost", "127.0.0.1", "::1", "base"}, now));
+  ASSERT_TRUE(station::make_certificate(certificate, key, {"localhost", "127.0.0.1", "::1", "base"}, now));
   EXPECT_EQ(fs::status(key).permissions(), fs::perms::owner_read | fs::perms::owner_write);
-  const auto first = certificate_fingerprint(certificate);
+  const auto first = station::certificate_fingerprint(certificate);
   ASSERT_TRUE(first);
-  ASSERT_TRUE(make_certificate(certificate, key, {"localhost"}, now + seconds(699 * 86400.0)));
-  EXPECT_EQ(*certificate_fingerprint(certificate), *first);
-  ASSERT_TRUE(make_certificate(certificate, key, {"localhost"}, now + seconds(701 * 86400.0)));
-  EXPECT_NE(*certificate_fingerprint(certificate), *first);
+  ASSERT_TRUE(station::make_certificate(certificate, key, {"localhost"}, now + seconds(699 * 86400.0)));
+  EXPECT_EQ(*station::certificate_fingerprint(certificate), *first);
+  ASSERT_TRUE(station::make_certificate(certificate, key, {"localhost"}, now + seconds(701 * 86400.0)));
+  EXPECT_NE(*station::certificate_fingerprint(certificate), *first);
   fs::remove(key);
-  const Status half = make_certificate(certificate, key, {"localhost"}, now);
+  const Status half = station::make_certificate(certificate, key, {"localhost"}, now);
   ASSERT_FALSE(half);
   EXPECT_NE(half.error().message.find("without"), std::string::npos);
   std::ofstream(certificate) << "rubbish";
-  EXPECT_FALSE(certificate_fingerprint(certificate));
+  EXPECT_FALSE(station::certificate_fingerprint(certificate));
 }
 
 TEST(RequestTargets, AreDecodedOnceAndStayInside) {
-  EXPECT_EQ(parse_target("/a%20b?c=%20")->path, "/a b");
-  EXPECT_EQ(parse_target("/a%20b?c=%20")->query, "c=%20");
-  EXPECT_EQ(parse_target("/%252e%252e")->path, "/%2e%2e") << "once";
+  EXPECT_EQ(station::parse_target("/a%20b?c=%20")->path, "/a b");
+  EXPECT_EQ(station::parse_target("/a%20b?c=%20")->query, "c=%20");
+  EXPECT_EQ(station::parse_target("/%252e%252e")->path, "/%2e%2e") << "once";
   for (const char* bad : {"", "a", "/..", "/%2e.", "/a\\b", "/%00", "/\x7f", "/%f", "?a"})
-    EXPECT_FALSE(parse_target(bad)) << bad;
+    EXPECT_FALSE(station::parse_target(bad)) << bad;
 }
 
 TEST(Hosts, AreAddressesAndTheNamesThatAreGiven) {
-  const HostNames names({"Base.Example"});
+  const station::HostNames names({"Base.Example"});
   for (const char* known : {"localhost", "localhost:8443", "127.0.0.1:1", "[::1]:8443", "192.168.1.5",
                             "base.example:80", "BASE.EXAMPLE"}) {
     EXPECT_TRUE(names.knows(known)) << known;
@@ -119,13 +119,13 @@ TEST(Hosts, AreAddressesAndTheNamesThatAreGiven) {
         "127.0.0.1:1:1", "127.0.0.1.evil.example", "base.example@evil.example", "localhost\t"}) {
     EXPECT_FALSE(names.knows(unknown)) << unknown;
   }
-  EXPECT_EQ(network_of("192.168.1.5"), "192.168.1.5");
-  EXPECT_EQ(network_of("2001:db8:1:2:3:4:5:6"), network_of("2001:db8:1:2::1"));
-  EXPECT_NE(network_of("2001:db8:1:2::1"), network_of("2001:db8:1:3::1"));
+  EXPECT_EQ(station::network_of("192.168.1.5"), "192.168.1.5");
+  EXPECT_EQ(station::network_of("2001:db8:1:2:3:4:5:6"), station::network_of("2001:db8:1:2::1"));
+  EXPECT_NE(station::network_of("2001:db8:1:2::1"), station::network_of("2001:db8:1:3::1"));
 }
 
 TEST(LoginGuard, DoublesTheWaitAndForgets) {
-  LoginGuard guard;
+  station::LoginGuard guard;
   WallTime now{1'000'000'000'000};
   for (int i = 0; i < 5; ++i) EXPECT_EQ(guard.admit("a", "anna", now).ns, 0) << i;
   for (const double wait : {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 60.0, 60.0}) {
@@ -142,7 +142,7 @@ TEST(LoginGuard, DoublesTheWaitAndForgets) {
 }
 
 TEST(LoginGuard, IsNotWornOutByNamesWithoutEnd) {
-  LoginGuard guard;
+  station::LoginGuard guard;
   WallTime now{1'000'000'000'000};
   for (int i = 0; i < 6; ++i) (void)guard.admit("x", "anna", now);
   for (int i = 0; i < 3000; ++i) (void)guard.admit("n" + std::to_string(i), "u" + std::to_string(i), now);
@@ -151,13 +151,13 @@ TEST(LoginGuard, IsNotWornOutByNamesWithoutEnd) {
 
 TEST(ClientQueue, ReplacesWaitingMessagesOfASlotWhereTheyWait) {
   int woken = 0;
-  ClientQueue queue({}, 1000, [&] { ++woken; });
+  station::ClientQueue queue({}, 1000, [&] { ++woken; });
   const auto send = [&](const char* text, int slot) {
     queue.send(std::make_shared<const std::string>(text), false, slot);
   };
-  send("a", WebClient::in_order);
+  send("a", station::WebClient::in_order);
   send("old", 3);
-  send("b", WebClient::in_order);
+  send("b", station::WebClient::in_order);
   send("new!", 3);
   EXPECT_EQ(woken, 1);
   EXPECT_EQ(queue.waiting_bytes(), 6U);
@@ -171,9 +171,9 @@ TEST(ClientQueue, ReplacesWaitingMessagesOfASlotWhereTheyWait) {
 }
 
 TEST(ClientQueue, ClosesOnceAndKeepsNothingAfterwards) {
-  ClientQueue queue({}, 200, [] {});
+  station::ClientQueue queue({}, 200, [] {});
   for (int i = 0; i < 5; ++i)
-    queue.send(std::make_shared<const std::string>("0123456789"), false, WebClient::in_order);
+    queue.send(std::make_shared<const std::string>("0123456789"), false, station::WebClient::in_order);
   const auto next = queue.take();
   ASSERT_TRUE(next.closing);
   EXPECT_EQ(next.closing->code, 1013);
@@ -184,22 +184,22 @@ TEST(ClientQueue, ClosesOnceAndKeepsNothingAfterwards) {
 }
 
 TEST(KeptContent, IsPackedOnceAndNotSentAgain) {
-  const KeptContent content = keep_content("text/plain", std::string(10'000, 'x'));
-  HttpRequest request;
-  const HttpResponse plain = answer_with(request, content);
+  const station::KeptContent content = station::keep_content("text/plain", std::string(10'000, 'x'));
+  station::HttpRequest request;
+  const station::HttpResponse plain = station::answer_with(request, content);
   EXPECT_EQ(plain.shared_body->size(), 10'000U);
   request.accept_encoding = "br, gzip";
-  const HttpResponse packed = answer_with(request, content);
+  const station::HttpResponse packed = station::answer_with(request, content);
   EXPECT_LT(packed.shared_body->size(), 100U);
   request.if_none_match = content.etag;
-  const HttpResponse known = answer_with(request, content);
+  const station::HttpResponse known = station::answer_with(request, content);
   EXPECT_EQ(known.status, 304);
   EXPECT_FALSE(known.shared_body);
-  EXPECT_NE(keep_content("text/plain", "x").etag, content.etag);
+  EXPECT_NE(station::keep_content("text/plain", "x").etag, content.etag);
 }
 
 TEST(MetricsText, PutsValuesOfANameUnderOneHeading) {
-  MetricsText text;
+  station::MetricsText text;
   text.gauge("a_seconds", "How long\nit takes.", 0.5, {{"stage", "x\"y\\"}});
   text.counter("b_total", "Of b.", 3);
   text.gauge("a_seconds", "", 1e-7, {{"stage", "z"}, {"q", "0.5"}});

@@ -8,8 +8,8 @@ namespace {
 
 class Socket : public SiteTest {
  protected:
-  void open_logged_in(HttpOptions http = {}) {
-    make_accounts({{"anna", Role::trainee}});
+  void open_logged_in(station::HttpOptions http = {}) {
+    make_accounts({{"anna", station::Role::trainee}});
     open(std::move(http));
     cookie_ = cookie_of("anna");
   }
@@ -35,7 +35,7 @@ TEST_F(Socket, CarriesMessagesBothWays) {
   EXPECT_EQ(frame->opcode, 2);
   EXPECT_EQ(frame->payload.size(), 60'000U);
   EXPECT_EQ(client_->who().name, "anna");
-  EXPECT_EQ(query_value(client_->query(), "robot"), "big rover");
+  EXPECT_EQ(station::query_value(client_->query(), "robot"), "big rover");
 }
 
 TEST_F(Socket, ClosesWhoBreaksTheProtocolAndSaysWhy) {
@@ -172,9 +172,9 @@ TEST_F(Socket, IsClosedWithTheCodeAndReasonThatAreGiven) {
 }
 
 TEST_F(Socket, SpeaksTheSubprotocolThatBothKnowAndIsOpenToAllPagesWhereItSaysSo) {
-  auto server = HttpServer::open({});
+  auto server = station::HttpServer::open({});
   ASSERT_TRUE(server);
-  (*server)->on_socket("/", Access::everyone(), {},
+  (*server)->on_socket("/", station::Access::everyone(), {},
                        {.protocols = {"second.v2", "first.v1"}, .any_origin = true});
   (*server)->run();
   const auto ask = [&](const std::string& more) {
@@ -188,14 +188,14 @@ TEST_F(Socket, SpeaksTheSubprotocolThatBothKnowAndIsOpenToAllPagesWhereItSaysSo)
 }
 
 TEST_F(Socket, OrStreamWritesWhatItIsGivenAsItIs) {
-  auto server = HttpServer::open({});
+  auto server = station::HttpServer::open({});
   ASSERT_TRUE(server);
-  std::promise<std::shared_ptr<WebClient>> opened_stream;
+  std::promise<std::shared_ptr<station::WebClient>> opened_stream;
   std::promise<void> left;
   (*server)->on_stream(
-      "/video", Access::everyone(), "multipart/x-mixed-replace; boundary=frame",
-      {.opened = [&](std::shared_ptr<WebClient> c) { opened_stream.set_value(std::move(c)); },
-       .closed = [&](WebClient&) { left.set_value(); }});
+      "/video", station::Access::everyone(), "multipart/x-mixed-replace; boundary=frame",
+      {.opened = [&](std::shared_ptr<station::WebClient> c) { opened_stream.set_value(std::move(c)); },
+       .closed = [&](station::WebClient&) { left.set_value(); }});
   (*server)->run();
   {
     RawClient viewer((*server)->port());
