@@ -1,4 +1,4 @@
-// The pictures of the page in README.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER (server/station/web/pictures). It asserts nothing.
+// The pictures of the page in docs/base-station.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER (server/station/web/pictures). It asserts nothing.
 // SCANS: room_scan1.pcd and room_scan2.pcd are there. On a machine that does nothing else: the pictures say how old their video is.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -1,5 +1,5 @@
-// The pictures of the shipped robots in the README: the four of them, and the crawler on stairs, simulated
-// and rendered as they are.
+// The pictures of the shipped robots in server/robots/README.md: the four of them, and the crawler on stairs,
+// simulated and rendered as they are.
 //   parhelion_robot_pictures FOLDER    writes robots.jpg and stairs.jpg there
 #include <cmath>
 #include <cstdio>

@@ -1,5 +1,4 @@
-// The page "Add your own robot" (server/robots/README.md): its two files are a robot that drives, and it says
-// each key there is.
+// The guide "Add a simulated robot": its two files are a robot that drives, and it names each key there is.
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -18,7 +17,7 @@ std::string text_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::string page() { return text_of("server/robots/README.md"); }
+std::string page() { return text_of("docs/add-a-robot.md"); }
 
 /// The first block of the page in that language.
 std::string block(const std::string& language) {
