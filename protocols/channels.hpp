@@ -1,36 +1,73 @@
-// The names on the bus; every one can be remapped by the scenario.
+// The names on the bus; every one can be remapped by the scenario. docs/reference/messages.md is written from
+// the comments here: message type, direction as the server sees it, meaning.
 #pragma once
 
 namespace parhelion::channel {
 
+/// robot_t, in or out: description of the real robot, as YAML; out where the robot is simulated.
 inline constexpr const char* robot = "ROBOT";
+/// planar_lidar_t, in or out: scans of the robot's laser, as the sensor wrote them.
 inline constexpr const char* scan = "SCAN";
+/// planar_lidar_t, in: scans of a second laser that is swept over the site, to build a model of it.
 inline constexpr const char* lines = "LINES";
+/// pose2D_t, in or out: wheel odometry.
 inline constexpr const char* odometry = "ODOMETRY";
+/// pose_cov_t, in or out: pose of the robot in the map with its covariance, from SLAM or another
+/// localization.
 inline constexpr const char* pose_cov = "POSE_COV";
+/// pose_t, in or out: pose without covariance, used where the scenario asks for it.
 inline constexpr const char* pose = "POSE";
+/// pose_t, in: pose that estimates are compared with, such as of a motion capture system. Not used while
+/// driving.
 inline constexpr const char* reference_pose = "REFERENCE_POSE";
+/// image_t, in or out: images of the robot's camera.
 inline constexpr const char* camera = "CAMERA";
+/// image_t, in or out: images of the robot's depth camera.
 inline constexpr const char* depth = "DEPTH";
+/// imu_t or mbot_imu_t, in or out: samples of the inertial sensor.
 inline constexpr const char* imu = "IMU";
+/// twist2D_t, in: velocity that the trainee commands.
 inline constexpr const char* teleop = "TELEOP";
+/// joints_t, in or out: positions of the joints, from encoders.
 inline constexpr const char* joint_state = "JOINT_STATE";
+/// joints_t, in: motion of the joints that the trainee commands.
 inline constexpr const char* joint_cmd = "JOINT_CMD";
+/// joints_t, out: bumpers of a simulated robot by their links; position 1: touches something, 0: does not.
 inline constexpr const char* bumper = "BUMPER";
+/// operator_t, in: which operator drives which robot.
 inline constexpr const char* operators = "OPERATOR";
+/// hazard_reading_t, out: what the robot's hazard sensor measures.
 inline constexpr const char* hazard = "HAZARD";
+/// loop_t, out: decisions that only wall time could make, for replay.
 inline constexpr const char* loop = "LOOP";
+/// agent_cmd_t, in: the instructor's commands to agents, doors and scripts.
 inline constexpr const char* mr_agent_cmd = "MR_AGENT_CMD";
+/// planar_lidar_t, out: SCAN with the virtual objects in it. Same utime, same beams.
 inline constexpr const char* mr_scan = "MR_SCAN";
+/// scan_info_t, out: which agent each beam of MR_SCAN hit, or why nothing was injected.
 inline constexpr const char* mr_scan_info = "MR_SCAN_INFO";
+/// image_t, out: CAMERA with the virtual objects in it. Same utime, same size.
 inline constexpr const char* mr_camera = "MR_CAMERA";
+/// image_t, out: DEPTH with the virtual objects in it. Same utime, same size.
 inline constexpr const char* mr_depth = "MR_DEPTH";
+/// session_t, out: configuration of the session; the first event of its log.
 inline constexpr const char* mr_session = "MR_SESSION";
+/// model_t, out: a new version of the semantic model.
 inline constexpr const char* mr_model = "MR_MODEL";
+/// world_t, out: poses of all bodies.
 inline constexpr const char* mr_world = "MR_WORLD";
+/// event_t, out: what happened: collisions, doors, tasks, replies to commands.
 inline constexpr const char* mr_events = "MR_EVENTS";
+/// status_t, out: measured durations, loads and drops.
 inline constexpr const char* mr_status = "MR_STATUS";
+/// twist2D_t, out: velocity command to the real robot: TELEOP, reduced where needed.
 inline constexpr const char* mr_cmd = "MR_CMD";
+/// joints_t, out: joint command to the real robot.
 inline constexpr const char* mr_joint_cmd = "MR_JOINT_CMD";
+
+// One of each for every agent (see channel_map.hpp):
+/// MR_AGENT_<name>_TELEOP: twist2D_t, in: velocity command to a virtual robot that an operator drives.
+/// MR_AGENT_<name>_SCAN: planar_lidar_t, out: scans of the agent's simulated laser.
+/// MR_AGENT_<name>_CAMERA: image_t, out: images of the agent's simulated camera.
 
 }  // namespace parhelion::channel

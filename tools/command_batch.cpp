@@ -76,9 +76,8 @@ void add_batch(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("batch", "Score many sessions, a line each");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("places", arguments->places, "Session logs, and folders of them")->required();
-  command->add_option("--threads", arguments->threads, "At once")
-      ->check(CLI::Range(1U, 1024U))
-      ->capture_default_str();
+  command->add_option("--threads", arguments->threads, "At once; default: one for each processor")
+      ->check(CLI::Range(1U, 1024U));
   command->add_option("-o,--output", arguments->output, "Table, .csv or .json; default: CSV on the terminal");
   command->add_option("--shard", arguments->shard, "Only this part of them, as 2/8, for many machines")
       ->check(check_shard);

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "tools/command.hpp"
+#include "tools/command_line.hpp"
 #include "tools/export/export_mcap.hpp"
 #include "tools/progress.hpp"
 #include "tools/stop_signal.hpp"
@@ -53,8 +54,9 @@ void add_export(CLI::App& app, Exit& exit) {
   command->add_option("log", options->log, "Session log; with --raw any LCM log")->required();
   command->add_option("--mcap", options->output, "MCAP file to write")->required();
   command->add_option("--compression", options->compression, "zstd (the default), lz4 or none")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, McapCompression>{
-          {"zstd", McapCompression::zstd}, {"lz4", McapCompression::lz4}, {"none", McapCompression::none}}));
+      ->transform(one_of(std::map<std::string, McapCompression>{
+          {"zstd", McapCompression::zstd}, {"lz4", McapCompression::lz4}, {"none", McapCompression::none}}))
+      ->type_name("TEXT");
   command->add_flag("--raw", options->raw, "The LCM messages as they are, too, on lcm/CHANNEL");
   command->add_flag("--force", options->overwrite, "Overwrite the file if it exists");
   command->footer(

@@ -8,10 +8,13 @@
 namespace parhelion::tools {
 namespace {
 
+std::vector<const CLI::App*> subcommands(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
 std::vector<std::string> subcommand_names(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const CLI::App* each : app.get_subcommands([](const CLI::App*) { return true; }))
-    names.push_back(each->get_name());
+  for (const CLI::App* each : subcommands(app)) names.push_back(each->get_name());
   return names;
 }
 
@@ -38,11 +41,20 @@ std::string unknown_word(const CLI::App& command, const std::vector<std::string>
     const std::string name = option->substr(0, option->find('='));
     return "unknown option '" + name + "'" + suggestion(name, option_names(command));
   }
-  const auto subcommands = subcommand_names(command);
-  if (subcommands.empty()) return "'" + rest.front() + "' is one argument too many";
-  const std::string hint = suggestion(rest.front(), subcommands);
-  return "unknown subcommand '" + rest.front() + "'" +
-         (hint.empty() ? "; there are " + joined(subcommands) : hint);
+  const auto names = subcommand_names(command);
+  if (names.empty()) return "'" + rest.front() + "' is one argument too many";
+  const std::string hint = suggestion(rest.front(), names);
+  return "unknown subcommand '" + rest.front() + "'" + (hint.empty() ? "; there are " + joined(names) : hint);
+}
+
+/// `parents`: the words before the command's own name.
+void add_help(const CLI::App& command, const std::string& parents, std::string& text) {
+  const std::string words = parents + (parents.empty() ? "" : " ") + command.get_name();
+  text += "== " + words + " ==\n" + command.help(parents) + "\n";
+  for (const CLI::App* each : subcommands(command)) {
+    const bool is_group_of_options = each->get_name().empty();
+    if (!is_group_of_options) add_help(*each, words, text);
+  }
 }
 
 }  // namespace
@@ -51,6 +63,7 @@ std::vector<std::string> typed_words(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   if (!words.empty() && words.front() == "help") {
     words.erase(words.begin());
+    if (words == std::vector<std::string>{"--all"}) return {"--help-all"};
     words.emplace_back("--help");
   }
   std::reverse(words.begin(), words.end());
@@ -75,6 +88,12 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
     what = "which of " + joined(subcommand_names(*command)) + "?";
   }
   return name + ": " + what + "\nSee " + name + " --help.\n";
+}
+
+std::string help_of_all(const CLI::App& app) {
+  std::string text;
+  add_help(app, "", text);
+  return text;
 }
 
 }  // namespace parhelion::tools

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <string_view>
 
 #include "tools/command.hpp"
 #include "tools/command_line.hpp"
@@ -20,8 +21,14 @@ int main(int argc, char** argv) try {
   Exit exit = Exit::done;
   const AddCommand commands[] = {PARHELION_COMMANDS};
   for (const AddCommand add : commands) add(app, exit);
+  app.set_help_all_flag("--help-all", "Print the help of all commands and exit");
+  // `parhelion --parse-only COMMAND...`: the documents' test asks whether a command line is right.
+  const int parse_only = argc > 1 && std::string_view(argv[1]) == "--parse-only" ? 1 : 0;
+  if (parse_only != 0) app.parse_complete_callback([] { throw CLI::Success(); });  // before the command acts
   try {
-    app.parse(typed_words(argc, argv));
+    app.parse(typed_words(argc - parse_only, argv + parse_only));
+  } catch (const CLI::CallForAllHelp&) {
+    std::fputs(help_of_all(app).c_str(), stdout);
   } catch (const CLI::Success& request) {
     const bool asks_of_nothing = app.get_subcommands().empty() && !app.remaining().empty();
     if (!asks_of_nothing) return app.exit(request);

@@ -10,6 +10,7 @@
 #include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/keep_corrections.hpp"
 #include "fusion/semantic/slice.hpp"
+#include "tools/command_line.hpp"
 #include "tools/gltf.hpp"
 #include "tools/map_commands.hpp"
 #include "tools/model_pictures.hpp"
@@ -197,7 +198,8 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_flag("--floor-to-zero", a.model.floor_to_zero,
                    "Move the model so that its ground floor is z = 0");
   command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
-      ->transform(CLI::CheckedTransformer(units));
+      ->transform(one_of(units))
+      ->type_name("TEXT");
   CLI::Option* flip = command.add_flag("--flip", a.flip, "The cloud is upside down: turn it over");
   command.add_flag("--no-flip", a.no_flip, "It is the right way up, whatever it looks like")->excludes(flip);
   command.add_option("--memory", a.memory, "Memory that may be used, GB (default: what is available)")

@@ -7,6 +7,7 @@
 
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/write_cloud.hpp"
+#include "tools/command_line.hpp"
 #include "tools/map_commands.hpp"
 #include "tools/progress.hpp"
 #include "tools/scan_guess.hpp"
@@ -175,9 +176,11 @@ void add_options(CLI::App& command, Arguments& arguments) {
       "x y z yaw, or 16 numbers of a matrix by rows");
   command
       .add_option("--unit", arguments.source.read.unit, "Unit of the files: m, cm, mm (default: by format)")
-      ->transform(CLI::CheckedTransformer(units));
+      ->transform(one_of(units))
+      ->type_name("TEXT");
   command.add_option("--axes", arguments.source.read.axes, "Axes of the files (default: by format)")
-      ->transform(CLI::CheckedTransformer(axes));
+      ->transform(one_of(axes))
+      ->type_name("TEXT");
   command.add_option("--robot", arguments.source.robot, "Robot description instead of a log's own");
   command.add_option(
       "--tilt-joint", arguments.source.tilt_joint,
@@ -190,7 +193,8 @@ void add_options(CLI::App& command, Arguments& arguments) {
           "--method", arguments.registration.method,
           "Kind of ICP: point-to-plane (default), point-to-point or generalised, of surfels from coarse "
           "to fine; or paper: point to point over all points in a grid of 28 x 28 x 28 cubes, slow")
-      ->transform(CLI::CheckedTransformer(methods).description("METHOD"));
+      ->transform(one_of(methods))
+      ->type_name("TEXT");
   command
       .add_option("--iterations", arguments.registration.max_iterations,
                   "Most rounds of ICP for a scan; still moving then, it counts as failed")

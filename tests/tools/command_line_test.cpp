@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "tests/server/tick/synthetic.hpp"
 #include "tests/tools/process.hpp"
 #include "tools/place_argument.hpp"
@@ -37,6 +39,38 @@ TEST(CommandLine, HelpIsAskedForInEitherWay) {
   EXPECT_EQ(ran.exit, 0);
   EXPECT_EQ(ran.output, say({"map", "extrude", "--help"}).output);
   EXPECT_EQ(say({"help", "frobnicate"}).exit, 2);
+}
+
+TEST(CommandLine, HelpOfAllIsThatOfEachCommandByItself) {
+  const auto all = say({"help", "--all"});
+  EXPECT_EQ(all.exit, 0);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{}, {"serve"}, {"map"}, {"map", "extrude"}, {"records", "add"}}) {
+    std::string name = "parhelion";
+    for (const std::string& word : words) name += " " + word;
+    std::vector<std::string> asked = words;
+    asked.emplace_back("--help");
+    EXPECT_THAT(all.output, HasSubstr("== " + name + " ==\n" + say(asked).output));
+  }
+}
+
+TEST(CommandLine, ParseOnlyChecksTheWordsAndRunsNothing) {
+  const test::Folder folder;
+  const std::string log = folder / "session.lcm";
+  const auto right = say({"--parse-only", "import", "missing.bag", "-o", log});
+  EXPECT_EQ(right.exit, 0);
+  EXPECT_EQ(right.output, "");
+  EXPECT_FALSE(std::filesystem::exists(log));
+  EXPECT_EQ(say({"--parse-only", "records", "list"}).output, "");
+  const auto wrong = say({"--parse-only", "replay", "x.lcm", "--scenari", "lab.yaml"});
+  EXPECT_EQ(wrong.exit, 2);
+  EXPECT_THAT(wrong.output, HasSubstr("unknown option '--scenari', did you mean '--scenario'?"));
+}
+
+TEST(CommandLine, AWordThatIsNoneOfThoseThatAnOptionTakesIsAnsweredWithThem) {
+  const auto ran = say({"export", "s.lcm", "--mcap", "s.mcap", "--compression", "zip"});
+  EXPECT_EQ(ran.exit, 2);
+  EXPECT_THAT(ran.output, HasSubstr("expected one of lz4,none,zstd, found 'zip'"));
 }
 
 TEST(CommandLine, WithoutASubcommandItAsksWhich) {
