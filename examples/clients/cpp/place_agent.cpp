@@ -1,0 +1,105 @@
+// Places a virtual box in front of a robot, and says whether the server has done it.
+//
+//   place_agent NAME X Y      m, in the map
+//
+// The server answers on MR_EVENTS. It refuses a place on the robot or inside its stopping distance, and a
+// name that is taken; the answer says why, and where there is room.
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <lcm/lcm-cpp.hpp>
+#include <random>
+#include <string>
+
+#include "parhelion/agent_cmd_t.hpp"
+#include "parhelion/event_t.hpp"
+
+namespace {
+
+using std::chrono::milliseconds;
+
+// event_t.kind
+constexpr int command_accepted = 0;
+constexpr int command_refused = 1;
+
+constexpr milliseconds answer_timeout{2000};
+
+std::int64_t now_us() {
+  using namespace std::chrono;
+  return duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+/// `utime` is when it was asked for, on this machine's clock. `request` is any number: the answer carries it.
+parhelion::agent_cmd_t spawn_box(const std::string& name, double x, double y) {
+  parhelion::agent_cmd_t command{};
+  command.utime = now_us();
+  command.request = std::random_device{}();
+  command.action = 0;  // spawn
+  command.name = name;
+  command.kind = 0;  // box
+  command.x = x;
+  command.y = y;
+  command.size[0] = command.size[1] = 0.4;
+  command.size[2] = 0.6;
+  command.behaviour = 0;  // stay
+  return command;
+}
+
+/// The event that answers one request.
+class Answer {
+ public:
+  explicit Answer(std::int64_t request) : request_(request) {}
+  void handle_event(const lcm::ReceiveBuffer*, const std::string&, const parhelion::event_t* event) {
+    if (event->request != request_) return;
+    if (event->kind != command_accepted && event->kind != command_refused) return;
+    received_ = true;
+    event_ = *event;
+  }
+  bool received() const { return received_; }
+  bool accepted() const { return event_.kind == command_accepted; }
+  const std::string& reason() const { return event_.text; }
+
+ private:
+  std::int64_t request_;
+  bool received_ = false;
+  parhelion::event_t event_{};
+};
+
+/// False where LCM fails or no answer comes in time.
+bool wait_for(const Answer& answer, lcm::LCM& lcm) {
+  const std::int64_t deadline = now_us() + std::chrono::microseconds(answer_timeout).count();
+  while (!answer.received()) {
+    const std::int64_t left_ms = (deadline - now_us()) / 1000;
+    if (left_ms <= 0 || lcm.handleTimeout(static_cast<int>(left_ms)) <= 0) return answer.received();
+  }
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4) {
+    std::fprintf(stderr, "usage: place_agent NAME X Y\n");
+    return 2;
+  }
+  lcm::LCM lcm;  // at LCM_DEFAULT_URL, else on this machine only
+  if (!lcm.good()) {
+    std::fprintf(stderr, "place_agent: cannot open LCM; is there a multicast route?\n");
+    return 1;
+  }
+  const auto command = spawn_box(argv[1], std::atof(argv[2]), std::atof(argv[3]));
+  Answer answer(command.request);
+  lcm.subscribe("MR_EVENTS", &Answer::handle_event, &answer);
+  lcm.publish("MR_AGENT_CMD", &command);
+  if (!wait_for(answer, lcm)) {
+    std::fprintf(stderr, "place_agent: no server answered; is `parhelion serve` running?\n");
+    return 1;
+  }
+  if (!answer.accepted()) {
+    std::fprintf(stderr, "place_agent: refused: %s\n", answer.reason().c_str());
+    return 1;
+  }
+  std::printf("%s is placed\n", argv[1]);
+  return 0;
+}

@@ -1,0 +1,79 @@
+// Publishes what a robot tells the server: where it is (POSE_COV) and what its laser sees (SCAN).
+//
+//   publish_scan        until it is stopped with ^C
+//
+// The robot stands still in the middle of a square room. For a real robot, put the pose of your localization
+// and the ranges of your laser driver in the place of the made-up ones. A robot that moves also publishes its
+// wheel odometry on ODOMETRY (pose2D_t), 20 times a second or more.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <lcm/lcm-cpp.hpp>
+#include <thread>
+
+#include "parhelion/planar_lidar_t.hpp"
+#include "parhelion/pose_cov_t.hpp"
+
+namespace {
+
+using Clock = std::chrono::system_clock;
+
+// The laser of examples/robot/turtlebot4_lite.yaml. It turns clockwise, so the angles decrease.
+constexpr double pi = 3.14159265358979323846;
+constexpr int beams = 720;
+constexpr double angle_min = pi;  // rad, of the first beam that is measured
+constexpr double angle_increment = -359.0 / (beams - 1) * pi / 180;  // rad
+constexpr std::chrono::milliseconds scan_period{130};
+
+constexpr double wall_distance = 3;  // m, from the laser to each of the four walls
+
+/// `utime` is the instant for which the pose holds. A localization gives the stamp of the scan that it
+/// matched.
+parhelion::pose_cov_t localize(std::int64_t utime) {
+  parhelion::pose_cov_t pose{};
+  pose.utime = utime;
+  pose.orientation[0] = 1;  // w, x, y, z: at the map's origin, facing along its x axis
+  for (int i = 0; i < 3; ++i) pose.covariance[7 * i] = 1e-4;  // m^2: 1 cm
+  for (int i = 3; i < 6; ++i) pose.covariance[7 * i] = 1e-6;  // rad^2: 1 mrad
+  pose.map_id = "";  // the id of the model's map, as its file has it; without a model any
+  pose.state = 1;    // tracking
+  pose.causal = 1;   // made of nothing that is newer than utime
+  return pose;
+}
+
+/// `utime` is the instant of one beam: the first, the middle or the last, as `stamp_beam` of the robot
+/// description says. Beams are in the order in which they were measured.
+parhelion::planar_lidar_t measure(std::int64_t utime) {
+  parhelion::planar_lidar_t scan{};
+  scan.utime = utime;
+  scan.rad0 = static_cast<float>(angle_min);
+  scan.radstep = static_cast<float>(angle_increment);
+  for (int i = 0; i < beams; ++i) {
+    const double angle = angle_min + i * angle_increment;
+    const double range = wall_distance / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+    scan.ranges.push_back(static_cast<float>(range));
+  }
+  scan.nranges = static_cast<std::int32_t>(scan.ranges.size());
+  return scan;
+}
+
+}  // namespace
+
+int main() {
+  lcm::LCM lcm;  // at LCM_DEFAULT_URL, else on this machine only
+  if (!lcm.good()) {
+    std::fprintf(stderr, "publish_scan: cannot open LCM; is there a multicast route?\n");
+    return 1;
+  }
+  for (auto next = Clock::now();; next += scan_period) {
+    std::this_thread::sleep_until(next);
+    const std::int64_t now =
+        std::chrono::duration_cast<std::chrono::microseconds>(Clock::now().time_since_epoch()).count();
+    const auto pose = localize(now);
+    const auto scan = measure(now);
+    lcm.publish("POSE_COV", &pose);
+    lcm.publish("SCAN", &scan);
+  }
+}
