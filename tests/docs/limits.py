@@ -22,7 +22,7 @@ def check_lengths(documents):
 
 def read_modules(root):
     with open(os.path.join(root, MODULE_LIST), encoding="utf-8") as file:
-        lines = [line.partition("#")[0].strip() for line in file]
+        lines = [line.partition("#")[0].partition("<-")[0].strip() for line in file]
     return [line for line in lines if line]
 
 
