@@ -55,7 +55,6 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> owners = {
     {"boost/", {"server/station/"}},
     {"SDL2/", {"server/station/"}},
     {"CLI/", {"tools/"}},
-    {"spdlog/", {"tools/"}},
     {"ros", {"tools/import/"}},
 };
 
