@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "server/simulation/base_body.hpp"
+
 namespace parhelion::simulation {
 namespace {
 
@@ -53,7 +55,7 @@ void ArticulatedRobot::start_again() {
 
 std::vector<Transform<Map, Body>> ArticulatedRobot::part_poses(const Transform<Map, Base>& T_map_base) const {
   std::vector<Transform<Map, Body>> poses(layout_.parts.size());
-  poses[0] = Transform<Map, Body>(T_map_base.isometry());
+  poses[0] = body_of(T_map_base);
   for (const RobotLayout::Joint& joint : layout_.joints) {
     const RobotJoint& its = model_->joints[joint.joint];
     const Eigen::Isometry3d T_a_b = joint.definition.T_a_joint *
@@ -125,7 +127,7 @@ void ArticulatedRobot::observe(Physics& physics, SimulationTime, double dt,
                                std::vector<JointIncident>& incidents) {
   for (std::size_t i = 0; i < handles_.size(); ++i) parts_[i] = physics.state(handles_[i]);
   const RigidState& base_state = parts_[0];
-  motion_.T_map_base = Transform<Map, Base>(base_state.T_map_body.isometry());
+  motion_.T_map_base = base_of(base_state.T_map_body);
   motion_.acceleration = (base_state.velocity - motion_.velocity) / dt;
   motion_.velocity = base_state.velocity;
   motion_.rotation_rate = base_state.rotation_rate;

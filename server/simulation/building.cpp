@@ -151,7 +151,7 @@ void Building::move_leaf(const Door& door) {
   leaf.gives_way = door.dynamic && !door.unhinged;
   const Transform<Map, Body>& T_map_leaf = door.rigid.T_map_body;
   if (!door.unhinged) {
-    place(door.outline, planar_pose(Transform<Map, Base>(T_map_leaf.isometry())), leaf.footprint);
+    place(door.outline, planar_pose(T_map_leaf), leaf.footprint);
     return;
   }
   leaf.footprint = projection(T_map_leaf, door.drawn.size, leaf.bottom, leaf.top);

@@ -1,8 +1,7 @@
+#include "server/simulation/clearance.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
-
-#include "server/simulation/state.hpp"
 
 namespace parhelion::simulation {
 namespace {
@@ -28,17 +27,15 @@ double swept_distance(const Footprint& local, const Pose2& pose, const Twist2& t
 
 }  // namespace
 
-Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist,
-                                            double limit) const {
-  State& state = *state_;
-  const Footprint& local = state.real.footprint;
+Simulation::Clearance clearance(const Footprint& local, const Agents& agents,
+                                const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit,
+                                Footprint& placed) {
   const Pose2 pose = planar_pose(T_map_base);
   const double speed = fastest_point_speed(local, twist);
-  Footprint& placed = state.moved_real;
-  Clearance result{limit, false, {}};
+  Simulation::Clearance result{limit, false, {}};
   bool touching = false, leads_out = true;
-  for (const auto& agent : state.agents) {
-    const Footprint& other = agent->placed;
+  for (const Agent& agent : agents) {
+    const Footprint& other = agent.placed;
     place(local, pose, placed);
     if (distance_bound(placed, other) > limit) continue;
     const double gap = signed_distance(placed, other);
@@ -55,7 +52,7 @@ Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_ba
     }
     if (way < result.distance) {
       result.distance = way;
-      result.agent = agent->definition.name;
+      result.agent = agent.definition.name;
     }
   }
   result.moving_out = touching && leads_out;

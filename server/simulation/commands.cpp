@@ -1,119 +1,111 @@
+// Commands to agents, simulated robots and doors (part of Simulation).
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "protocols/nearest_name.hpp"
-#include "server/simulation/state.hpp"
+#include "protocols/hash.hpp"
+#include "server/simulation/admission.hpp"
+#include "server/simulation/agent_lasers.hpp"
+#include "server/simulation/base_body.hpp"
+#include "server/simulation/free_place.hpp"
+#include "server/simulation/parts.hpp"
+#include "server/simulation/wandering.hpp"
 
 namespace parhelion::simulation {
-std::uint64_t name_key(const std::string& name) {
-  std::uint64_t key = 14695981039346656037ULL;
-  for (const unsigned char c : name) key = (key ^ c) * 1099511628211ULL;
-  return key;
-}
 
-void Simulation::State::say(EventKind kind, const Agent& agent, std::uint64_t request, std::string text) {
-  Event event;
-  event.stamp = stamp_of(step);
-  event.kind = kind;
-  event.subject = agent.definition.name;
-  event.position = {agent.pose.x, agent.pose.y, agent.floor};
-  event.request = request;
-  event.text = std::move(text);
-  events.push_back(std::move(event));
-}
-
-Status Simulation::State::unknown(const std::string& name) const {
-  std::vector<std::string> names;
-  for (const auto& agent : agents) names.push_back(agent->definition.name);
-  if (names.empty()) return Error{"no agent '" + name + "': there are none; spawn it first"};
-  return Error{"no agent '" + name + "'" + suggestion_or_known(name, names)};
-}
-
-/// Puts the agent there: a new epoch, nothing in between.
-void Simulation::State::put(Agent& agent, const Pose2& pose) {
+void Simulation::Parts::put(Agent& agent, const Pose2& pose) {
   ++agent.epoch;
-  set_coasting(agent, false);
-  agent.floor = building->floor_height(pose.position());
+  set_unconstrained(agent, false, physics);
+  agent.floor = environment.building->floor_height(pose.position());
   const auto T_map_body = Transform<Map, Body>::planar(pose.x, pose.y, pose.yaw, agent.floor);
   if (agent.robot) {
-    agent.robot->put(physics, Transform<Map, Base>(T_map_body.isometry()));
+    agent.robot->put(physics, base_of(T_map_body));
   } else if (agent.cable) {
-    agent.cable->put(physics, Transform<Map, Base>(T_map_body.isometry()));
+    agent.cable->put(physics, base_of(T_map_body));
   } else {
     physics.teleport(agent.handle, T_map_body);
   }
   agent.rigid = {T_map_body, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   agent.pose = pose;
   place(agent.form.footprint, pose, agent.placed);
-  wake_near(agent.placed);
+  constrain_near(agent.placed, agents, physics);
   agent.driven = {};
   agent.steering = {};
   agent.steering.heading = pose.yaw;
-  forget_route(agent);
+  behaviours.forget_route(agent);
   if (agent.laser) agent.laser->measured.reset();
-  contacts.forget(agent.definition.name, stamp_of(step), events);
+  contacts.forget(agent.definition.name, clock.now(), events);
 }
 
-Status Simulation::State::spawn(const AgentDefinition& definition, const std::optional<RealRobotState>& now,
+void Simulation::Parts::enter_physics(Agent& agent) {
+  const AgentForm& form = agent.form;
+  if (agent.robot) {
+    agent.robot->enter(physics, agent.definition.T_map_base);
+    agent.handle = agent.robot->base();
+  } else if (agent.definition.kind == AgentKind::cable) {
+    agent.cable = std::make_unique<Cable>(agent.definition.size);
+    agent.cable->enter(physics);
+    agent.handle = agent.cable->middle();
+  } else {
+    agent.handle = form.upright           ? physics.add_upright(form.shape, form.size, form.mass, {})
+                   : !form.pieces.empty() ? physics.add_free(form.pieces, form.mass, {})
+                                          : physics.add_free(form.shape, form.size, form.mass, {});
+  }
+}
+
+Status Simulation::Parts::spawn(const AgentDefinition& definition, RealRobotStates states,
                                 std::uint64_t request, bool trainee) {
-  if (Status status = check_definition(definition, trainee); !status) return status;
-  if (Status status = check_place(definition, nullptr, now); !status) return status;
+  if (Status status =
+          check_definition(definition, trainee, options, *environment.building, agents, real_robots);
+      !status)
+    return status;
   auto agent = std::make_unique<Agent>();
   agent->definition = definition;
-  agent->form = form_of(definition);
+  agent->form = form_of(definition, options);
+  if (Status status = check_place(definition, agent->form, nullptr, environment, agents, real_robots, states);
+      !status)
+    return status;
   agent->trainee = trainee;
   if (!definition.model.empty())
-    agent->robot = std::make_unique<ArticulatedRobot>(find_model(definition.model));
-  agent->key = name_key(definition.name);
-  if (Status status = fit_laser(*agent); !status) return status;
-  const auto bodies = agent->robot ? agent->robot->bodies(definition.name, next_body,
-                                                          trainee ? BodyOwner::real_robot : BodyOwner::agent)
-                                   : agent_bodies(definition, next_body);
-  agent->first_body = next_body;
+    agent->robot = std::make_unique<ArticulatedRobot>(find_model(definition.model, options));
+  agent->name_hash = fnv1a(definition.name);
+  agent->random_stream = random_stream(options.seed, agent->name_hash);
+  if (Status status = fit_laser(*agent, clock.now()); !status) return status;
+  const BodyOwner owner = trainee ? BodyOwner::real_robot : BodyOwner::agent;
+  const BodyId first = agents.next_body();
+  const auto bodies =
+      agent->robot ? agent->robot->bodies(definition.name, first, owner) : agent_bodies(definition, first);
+  agent->first_body = agents.take_body_numbers(bodies.size());
   agent->body_count = bodies.size();
-  agent->turn = next_turn++;
-  next_body += static_cast<BodyId>(bodies.size());
-  for (const BodyDefinition& body : bodies)
-    agent_definitions.push_back(std::make_shared<const BodyDefinition>(body));
-  const AgentForm& form = agent->form;
-  if (agent->robot) {
-    agent->robot->enter(physics, definition.T_map_base);
-    agent->handle = agent->robot->base();
-  } else if (definition.kind == AgentKind::cable) {
-    agent->cable = std::make_unique<Cable>(definition.size);
-    agent->cable->enter(physics);
-    agent->handle = agent->cable->middle();
-  } else {
-    agent->handle = form.upright           ? physics.add_upright(form.shape, form.size, form.mass, {})
-                    : !form.pieces.empty() ? physics.add_free(form.pieces, form.mass, {})
-                                           : physics.add_free(form.shape, form.size, form.mass, {});
-  }
+  agent->decision_offset = agents.take_spawn_number();
+  enter_physics(*agent);
   agent->watch = BodyWatch(agent->robot ? supervised(definition.name, agent->robot->model())
-                                        : supervised(definition, form));
+                                        : supervised(definition, agent->form));
   put(*agent, planar_pose(definition.T_map_base));
-  say(EventKind::agent_spawned, *agent, request, to_string(definition.kind));
-  agents.push_back(std::move(agent));
+  publish(agent_event(EventKind::agent_spawned, *agent, clock.now(), request, to_string(definition.kind)));
+  agents.add(std::move(agent), bodies);
   rebuild_scene();
   return {};
 }
 
-Status Simulation::State::move(const AgentCommand& command, const std::optional<RealRobotState>& now) {
-  Agent* agent = find(command.agent.name);
+Status Simulation::Parts::move(const AgentCommand& command, RealRobotStates states) {
+  Agent* agent = agents.find(command.agent.name);
   AgentDefinition moved = agent->definition;
   moved.T_map_base = command.agent.T_map_base;
-  if (Status status = check_place(moved, agent, now); !status) return status;
+  if (Status status = check_place(moved, agent->form, agent, environment, agents, real_robots, states);
+      !status)
+    return status;
   agent->definition = moved;
   put(*agent, planar_pose(moved.T_map_base));
-  say(EventKind::agent_moved, *agent, command.request, {});
+  publish(agent_event(EventKind::agent_moved, *agent, clock.now(), command.request));
   return {};
 }
 
-void Simulation::State::remove(std::size_t index, std::uint64_t request) {
-  const std::unique_ptr<Agent> agent = std::move(agents[index]);
-  agents.erase(agents.begin() + static_cast<std::ptrdiff_t>(index));
-  contacts.forget(agent->definition.name, stamp_of(step), events);
-  agent->watch.close(stamp_of(step), options.zones, events);
-  forget_route(*agent);
+void Simulation::Parts::remove(std::size_t index, std::uint64_t request) {
+  const std::unique_ptr<Agent> agent = agents.remove(index);
+  contacts.forget(agent->definition.name, clock.now(), events);
+  agent->watch.close(clock.now(), options.zones, events);
+  behaviours.forget_route(*agent);
   if (agent->robot) {
     agent->robot->leave(physics);
   } else if (agent->cable) {
@@ -121,72 +113,76 @@ void Simulation::State::remove(std::size_t index, std::uint64_t request) {
   } else {
     physics.remove(agent->handle);
   }
-  std::erase_if(agent_definitions, [&](const auto& body) {
-    return body->id >= agent->first_body && body->id < agent->first_body + agent->body_count;
-  });
-  say(EventKind::agent_removed, *agent, request, {});
+  publish(agent_event(EventKind::agent_removed, *agent, clock.now(), request));
   rebuild_scene();
 }
 
+void Simulation::Parts::remove_all(std::uint64_t request) {
+  for (std::size_t i = agents.size(); i-- > 0;) {
+    if (!agents[i].trainee) remove(i, request);
+  }
+}
+
+Status Simulation::Parts::set_behaviour(Agent& agent, const AgentCommand& command) {
+  AgentDefinition changed = agent.definition;
+  changed.behaviour = command.agent.behaviour;
+  if (Status status = check_behaviour(changed, options, *environment.building); !status) return status;
+  const std::string& target = changed.behaviour.target;
+  const bool is_real = std::any_of(real_robots.begin(), real_robots.end(),
+                                   [&](const RealRobot& robot) { return robot.name == target; });
+  if (!target.empty() && !is_real && !agents.find(target)) return agents.unknown(target);
+  agent.definition = changed;
+  agent.steering = {};
+  agent.steering.heading = agent.pose.yaw;
+  behaviours.forget_route(agent);
+  return {};
+}
+
+void Simulation::Parts::freeze(const Agent* only, bool frozen) {
+  for (Agent& agent : agents) {
+    if (only == nullptr || &agent == only) agent.frozen = frozen;
+  }
+}
+
 Status Simulation::spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real) {
-  return state_->spawn(agent, real, 0);
+  return parts_->spawn(agent, {&real, 1}, 0);
 }
 
 Status Simulation::command(const AgentCommand& command, const std::optional<RealRobotState>& real) {
   using Action = AgentCommand::Action;
-  State& state = *state_;
+  Parts& parts = *parts_;
   const std::string& name = command.agent.name;
-  if (command.action == Action::spawn) return state.spawn(command.agent, real, command.request);
-  if (command.action == Action::remove_all) {
-    for (std::size_t i = state.agents.size(); i-- > 0;) {
-      if (!state.agents[i]->trainee) state.remove(i, command.request);
+  switch (command.action) {
+    case Action::spawn:
+      return parts.spawn(command.agent, {&real, 1}, command.request);
+    case Action::remove_all:
+      parts.remove_all(command.request);
+      return {};
+    case Action::door:
+    case Action::door_unknown: {
+      Environment& environment = parts.environment;
+      return environment.doors.command(command, *environment.building, parts.agents, parts.physics);
     }
+    default:
+      break;
+  }
+  const bool freezes = command.action == Action::freeze || command.action == Action::unfreeze;
+  Agent* agent = name.empty() && freezes ? nullptr : parts.agents.find(name);
+  if (!agent && !(name.empty() && freezes)) return parts.agents.unknown(name);
+  if (freezes) {
+    parts.freeze(agent, command.action == Action::freeze);
     return {};
   }
-  if (command.action == Action::door || command.action == Action::door_unknown)
-    return state.set_door(command);
-  const bool everyone =
-      name.empty() && (command.action == Action::freeze || command.action == Action::unfreeze);
-  Agent* agent = everyone ? nullptr : state.find(name);
-  if (!everyone && !agent) return state.unknown(name);
   switch (command.action) {
     case Action::move:
-      return state.move(command, real);
-    case Action::remove: {
+      return parts.move(command, {&real, 1});
+    case Action::remove:
       if (agent->trainee) return Error{"'" + name + "' is the trainee's robot: it can be moved, not removed"};
-      const auto at = std::find_if(state.agents.begin(), state.agents.end(),
-                                   [&](const auto& a) { return a.get() == agent; });
-      state.remove(static_cast<std::size_t>(at - state.agents.begin()), command.request);
+      parts.remove(parts.agents.index_of(*agent), command.request);
       return {};
-    }
-    case Action::behave: {
-      AgentDefinition changed = agent->definition;
-      changed.behaviour = command.agent.behaviour;
-      if (Status status = state.check_behaviour(changed); !status) return status;
-      const std::string& target = changed.behaviour.target;
-      if (!target.empty() && target != state.real.name && !state.find(target)) return state.unknown(target);
-      agent->definition = changed;
-      agent->steering = {};
-      agent->steering.heading = agent->pose.yaw;
-      state.forget_route(*agent);
-      return {};
-    }
-    case Action::freeze:
-    case Action::unfreeze:
-      for (const auto& each : state.agents) {
-        if (everyone || each.get() == agent) each->frozen = command.action == Action::freeze;
-      }
-      return {};
-    case Action::spawn:
-    case Action::remove_all:
-    case Action::door:
-    case Action::door_unknown:
-    case Action::report:
-    case Action::report_at:
-    case Action::script:
-    case Action::lesson:
-    case Action::lesson_over:
-    case Action::camera:
+    case Action::behave:
+      return parts.set_behaviour(*agent, command);
+    default:
       break;
   }
   return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +
@@ -194,51 +190,44 @@ Status Simulation::command(const AgentCommand& command, const std::optional<Real
 }
 
 Status Simulation::spawn_trainee(const AgentDefinition& trainee) {
-  State& state = *state_;
-  for (const auto& agent : state.agents) {
-    if (agent->trainee)
-      return Error{"'" + agent->definition.name + "' is the trainee's robot already; there is one"};
-  }
+  if (const Agent* agent = parts_->agents.trainee())
+    return Error{"'" + agent->definition.name + "' is the trainee's robot already; there is one"};
   if (trainee.model.empty())
     return Error{"the trainee's robot '" + trainee.name + "' needs a robot model to be simulated"};
   AgentDefinition definition = trainee;
   definition.kind = AgentKind::robot;
   definition.behaviour.kind = BehaviourKind::teleop;
-  return state.spawn(definition, std::nullopt, 0, true);
+  const std::vector<std::optional<RealRobotState>> nowhere(parts_->real_robots.size());
+  return parts_->spawn(definition, nowhere, 0, true);
 }
 
 Status Simulation::joint_command(const std::string& name, const Joints& joints) {
-  Agent* agent = state_->find(name);
-  if (!agent) return state_->unknown(name);
+  Agent* agent = parts_->agents.find(name);
+  if (!agent) return parts_->agents.unknown(name);
   if (!agent->robot) return Error{"agent '" + name + "' has no joints that can be commanded"};
   if (agent->supply.empty) return Error{"agent '" + name + "' has an empty battery"};
   return agent->robot->command(joints, now());
 }
 
 Status Simulation::restore_joints(const std::string& name, std::uint64_t request) {
-  Agent* agent = state_->find(name);
-  if (!agent) return state_->unknown(name);
+  Agent* agent = parts_->agents.find(name);
+  if (!agent) return parts_->agents.unknown(name);
   if (!agent->robot) return Error{"agent '" + name + "' has no joints that could be restored"};
-  agent->robot->restore(state_->physics);
+  agent->robot->restore(parts_->physics);
   ++agent->epoch;
-  state_->say(EventKind::joints_restored, *agent, request, {});
+  parts_->publish(agent_event(EventKind::joints_restored, *agent, now(), request));
   return {};
 }
 
-const RobotMotion* Simulation::robot_motion(const std::string& name) const {
-  const Agent* agent = state_->find(name);
-  return agent && agent->robot ? &agent->robot->motion() : nullptr;
-}
-
 void Simulation::teleop(const std::string& agent, const Twist2& twist) {
-  Agent* driven = state_->find(agent);
+  Agent* driven = parts_->agents.find(agent);
   if (!driven || !finite(twist) || driven->supply.radio_lost) return;
   driven->teleop = twist;
   driven->teleop_until = now() + seconds(0.5);
 }
 
 void Simulation::block_sides(const std::string& agent, bool left, bool right) {
-  Agent* found = state_->find(agent);
+  Agent* found = parts_->agents.find(agent);
   if (found && found->robot) found->robot->block_sides(left, right);
 }
 

@@ -1,55 +1,52 @@
-// Contacts become events: when they start, that they go on, and when they stop.
+// What touches what in a step: bodies in the solver, and real robots beside the building.
 #pragma once
 
-#include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "protocols/event.hpp"
+#include "server/simulation/agents.hpp"
+#include "server/simulation/building.hpp"
+#include "server/simulation/contact_tracker.hpp"
+#include "server/simulation/physics.hpp"
+#include "server/simulation/real_robot.hpp"
 
 namespace parhelion::simulation {
 
-/// What touches what in a step.
-struct TouchingPair {
-  std::string subject;
-  std::string object;
-  PairKind pair = PairKind::none;
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map
-  double impulse = 0;                                  ///< N s in this step
-  bool unsensed = false;
-  std::string relation = {};  ///< of the object in the model: "in wall 7"
-  bool rests = false;         ///< one thing lies still on another
-};
+/// m that a pose's uncertainty adds around a real robot where its distance to the building is measured.
+double contact_margin(const RealRobot& robot);
 
-/// Bodies that bump lose touch for some steps: a contact has stopped when nothing was felt for `kPause`.
-class ContactTracker {
+class Contacts {
  public:
-  static constexpr double kPause = 0.25;   // s
-  static constexpr double kPeriod = 1.00;  // s: how often it is said that a contact goes on
-
-  /// Takes what touches in the step at `now`; appends collision_started (impulse: of the first step),
-  /// collision_continued (impulse: the largest of one step since it was said last; value: s since it started)
-  /// while it is felt and does not merely rest, and collision_stopped (impulse: the largest of one step) to
-  /// `events`, in the order of names.
-  void update(const std::vector<TouchingPair>& touching, SimulationTime now, std::vector<Event>& events);
-  /// Ends the contacts of an entity that goes away or is moved.
-  void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events);
-
+  /// After a step: finds what touches and appends the events of ContactTracker. Tells articulated robots
+  /// which of their links touch something.
+  void update(Agents& agents, const RealRobots& real_robots, const Building& building, const Physics& physics,
+              SimulationTime now, std::vector<Event>& events);
+  /// Of the newest step.
+  const std::vector<TouchingPair>& touching() const { return touching_; }
   /// Whether the contact is open.
-  bool touched(const std::string& subject, const std::string& object) const;
+  bool touched(const std::string& subject, const std::string& object) const {
+    return tracker_.touched(subject, object);
+  }
+  /// The same, whichever of them is the subject.
+  bool touch_each_other(const std::string& a, const std::string& b) const {
+    return touched(a, b) || touched(b, a);
+  }
+  /// Ends the contacts of an entity that goes away or is moved.
+  void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events) {
+    tracker_.forget(entity, now, events);
+  }
+  /// Memory for a building of so many obstacles, so that no step allocates any.
+  void reserve(std::size_t obstacles) { near_.reserve(4 * obstacles); }
 
  private:
-  struct Contact {
-    TouchingPair newest;
-    double peak = 0;       // N s, since it started...
-    double peak_said = 0;  // ...and since it was said last
-    SimulationTime last, started, said;
-  };
-  static Event event_of(EventKind kind, const Contact& contact, SimulationTime now, double impulse);
-  static void go_on(Contact& contact, SimulationTime now, std::vector<Event>& events);
-  static void stop(const Contact& contact, SimulationTime now, std::vector<Event>& events);
-  std::map<std::pair<std::string, std::string>, Contact> open_;
+  void collect_body_contacts(Agents& agents, const RealRobots& real_robots, const Building& building,
+                             const Physics& physics);
+  void collect_building_contacts(const RealRobot& robot, const Building& building);
+
+  ContactTracker tracker_;
+  std::vector<TouchingPair> touching_;
+  std::vector<const FixedObstacle*> near_;  // memory that is used again
+  Footprint moved_;                         // the same
 };
 
 }  // namespace parhelion::simulation

@@ -4,23 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "protocols/nearest_name.hpp"
-#include "server/simulation/state.hpp"
-
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kOpened = 10 * std::numbers::pi / 180;  // rad: turned so far, a door is open
 constexpr double kSpaceDepth = 0.3;   // m, of an opening whose free space the model does not have
-constexpr double kFollowSpeed = 3.0;  // rad/s: a real leaf follows what is said of it like a leaf that turns
-constexpr double kAngleSlack = 0.01;  // rad
 constexpr double kLeafDensity = 250;  // kg/m^3: two boards and a honeycomb
 constexpr double kLeastMass = 5, kMostMass = 120;                               // kg
 constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  // m
-constexpr double kCloserSpeed = 0.8;  // rad/s that a closer's damper allows
-constexpr double kPassable = 0.9;     // rad: open so far, it lets one through
-constexpr double kShut = 0.002;       // rad
-constexpr double kPullWindow = 0.02;  // s in which an impulse breaks a hinge
+constexpr double kPassable = 0.9;  // rad: open so far, it lets one through
 
 Eigen::Vector2d closed_center(const Door& door) {
   return leaf_at(door.drawn, door.hinge, door.hinge.closed).translation().head<2>();
@@ -45,19 +36,6 @@ ModelEntity free_space_of(const Door& door, const std::vector<ModelEntity>& spac
   opening.T_map_body = leaf_at(door.drawn, door.hinge, door.hinge.closed);
   opening.size.y() = std::max(opening.size.y(), kSpaceDepth);
   return opening;
-}
-
-bool same_make(const Door& a, const Door& b) {
-  return a.drawn.name == b.drawn.name && a.dynamic == b.dynamic &&
-         a.drawn.T_map_body.isometry().isApprox(b.drawn.T_map_body.isometry(), 0) &&
-         a.drawn.size == b.drawn.size && a.hinge.axis == b.hinge.axis && a.hinge.lower == b.hinge.lower &&
-         a.hinge.upper == b.hinge.upper && a.hinge.closed == b.hinge.closed;
-}
-
-std::string degrees(double angle) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f deg", angle * 180 / std::numbers::pi);
-  return text;
 }
 
 }  // namespace
@@ -91,12 +69,12 @@ Door make_door(const ModelEntity& entity, const std::vector<ModelEntity>& spaces
   const ModelEntity space = free_space_of(door, spaces);
   door.space = projection(space.T_map_body, space.size, door.space_bottom, door.space_top);
   if (door.settings.angle) {
-    const double said = angle_of(door.hinge, *door.settings.angle);
-    door.angle = std::clamp(said, door.hinge.lower, door.hinge.upper);
+    const double angle = angle_of(door.hinge, *door.settings.angle);
+    door.angle = std::clamp(angle, door.hinge.lower, door.hinge.upper);
   }
-  if (!door.dynamic && (door.settings.angle || simulated)) door.said = door.angle;
-  door.known = door.dynamic || door.said;
-  door.open = std::abs(door.opening()) > kOpened;
+  if (!door.dynamic && (door.settings.angle || simulated)) door.commanded = door.angle;
+  door.known = door.dynamic || door.commanded;
+  door.open = door.is_turned_open();
   door.rigid.T_map_body = door.angle == 0 ? entity.T_map_body : leaf_at(entity, door.hinge, door.angle);
   return door;
 }
@@ -156,206 +134,6 @@ void unhang_door(Physics& physics, const Door& door) {
   if (!door.dynamic) return;
   physics.remove_joint(door.joint);
   physics.remove(door.anchor);
-}
-
-Door* Simulation::State::find_door(const std::string& name) {
-  const auto at =
-      std::find_if(doors.begin(), doors.end(), [&](const Door& door) { return door.drawn.name == name; });
-  return at == doors.end() ? nullptr : &*at;
-}
-
-void Simulation::State::put_leaf(Door& door, double angle) {
-  wake_all();
-  door.angle = angle;
-  door.rigid = {leaf_at(door.drawn, door.hinge, angle), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  door.open = std::abs(door.opening()) > kOpened;
-  door.turning = false;
-  door.moved = true;
-  ++door.epoch;
-  if (door.dynamic) {
-    physics.teleport(door.handle, door.rigid.T_map_body);
-    physics.restart_joint(door.joint, angle);
-  } else {
-    physics.move_fixed(door.handle, door.rigid.T_map_body, door.rigid.velocity, door.rigid.rotation_rate);
-  }
-  building->move_leaf(door);
-}
-
-bool Simulation::State::walks_through(const Agent& agent, const FixedObstacle& leaf) const {
-  if (!leaf.gives_way || !agent.definition.behaviour.opens_doors) return false;
-  const auto door = std::find_if(doors.begin(), doors.end(), [&](const Door& each) {
-    return &building->obstacles()[each.obstacle] == &leaf;
-  });
-  return door != doors.end() && door->gives_way_to(agent.pose.position());
-}
-
-/// Friction of the hinge, and a closer that pulls with its torque as fast as its damper allows: less by the
-/// friction while the leaf closes, more while somebody opens it.
-void Simulation::State::work_hinge(Door& door) {
-  const double left = door.hinge.closed - door.angle;
-  const double closer = door.settings.closer, friction = door.settings.friction;
-  const bool pulls = closer > friction && std::abs(left) > kShut;
-  physics.keep_awake(door.handle, pulls);
-  if (!pulls) {
-    physics.drive_joint(door.joint, 0, friction);
-    return;
-  }
-  const double turning = door.rigid.rotation_rate.dot(door.rigid.T_map_body.rotation().col(2));
-  const bool opened = turning * left < 0;
-  const double speed = std::copysign(std::min(kCloserSpeed, std::abs(left) / (4 * dt)), left);
-  physics.drive_joint(door.joint, speed, opened ? closer + friction : closer - friction);
-}
-
-void Simulation::State::unhinge(Door& door, double impulse) {
-  physics.release_joint(door.joint, true);
-  physics.drop_leaf(door.handle);
-  physics.keep_awake(door.handle, false);
-  door.unhinged = door.moved = true;
-  say_door(EventKind::door_unhinged, door, 0);
-  events.back().impulse = impulse;
-}
-
-void Simulation::State::move_doors() {
-  for (Door& door : doors) {
-    if (door.dynamic) {
-      if (!door.unhinged) work_hinge(door);
-      continue;
-    }
-    const std::optional<double> target = door.said ? door.said : door.seen;
-    if (!target) {
-      if (!door.known) continue;
-      door.known = false;
-      door.moved = true;
-      building->move_leaf(door);
-    } else if (!door.known) {
-      door.known = true;
-      const bool was_open = door.open, was_known = door.moved;
-      put_leaf(door, *target);
-      // What turned it while nobody saw it is said now.
-      if (was_known) door.open = was_open;
-      continue;
-    }
-    const double left = target ? *target - door.angle : 0;
-    if (left == 0 && !door.turning) continue;
-    const double most = kFollowSpeed * dt;
-    const double turn = std::clamp(left, -most, most);
-    door.angle = std::abs(left) <= most && target ? *target : door.angle + turn;
-    door.turning = turn != 0;
-    door.moved = true;
-    const Eigen::Vector3d axis(door.hinge.axis.x(), door.hinge.axis.y(), 0);
-    RigidState& rigid = door.rigid;
-    rigid.T_map_body = leaf_at(door.drawn, door.hinge, door.angle);
-    rigid.rotation_rate = rigid.T_map_body.rotation().col(2) * (turn / dt);
-    rigid.velocity = rigid.rotation_rate.cross(-(rigid.T_map_body.rotation() * axis));
-    physics.move_fixed(door.handle, rigid.T_map_body, rigid.velocity, rigid.rotation_rate);
-    building->move_leaf(door);
-  }
-}
-
-void Simulation::State::read_doors() {
-  const auto window = static_cast<std::size_t>(std::max(1L, std::lround(kPullWindow / dt)));
-  for (Door& door : doors) {
-    if (!door.dynamic) continue;
-    const RigidState rigid = physics.state(door.handle);
-    const bool still = rigid.T_map_body.isometry().isApprox(door.rigid.T_map_body.isometry(), 0);
-    door.rigid = rigid;
-    if (!still) {
-      door.moved = true;
-      building->move_leaf(door);
-    }
-    if (door.unhinged) continue;
-    const JointState hinge = physics.joint_state(door.joint);
-    door.angle = hinge.position;
-    door.impulses.resize(window);
-    door.impulses[door.next_impulse] = hinge.pull * dt;
-    door.next_impulse = (door.next_impulse + 1) % window;
-  }
-}
-
-void Simulation::State::keep_doors(const std::vector<Door>& old) {
-  for (Door& door : doors) {
-    const auto before =
-        std::find_if(old.begin(), old.end(), [&](const Door& each) { return same_make(each, door); });
-    if (before == old.end()) continue;
-    door.said = before->said;
-    door.seen = before->seen;
-    door.known = before->known;
-    door.toucher = before->toucher;
-    door.inside = before->inside;
-    if (before->unhinged) {
-      physics.release_joint(door.joint, true);
-      physics.drop_leaf(door.handle);
-      physics.teleport(door.handle, before->rigid.T_map_body);
-      door.rigid.T_map_body = before->rigid.T_map_body;
-      door.unhinged = door.moved = true;
-      building->move_leaf(door);
-    } else if (before->moved) {
-      put_leaf(door, before->angle);
-    }
-  }
-}
-
-void Simulation::State::record_doors(std::vector<BodyState>& bodies) const {
-  for (const Door& door : doors) {
-    if (!door.moved) continue;
-    bodies.push_back({door.id, door.epoch, door.rigid.T_map_body, door.rigid.velocity,
-                      door.rigid.rotation_rate, door.known});
-  }
-}
-
-Status Simulation::State::unknown_door(const std::string& name) const {
-  std::vector<std::string> names;
-  for (const Door& door : doors) names.push_back(door.drawn.name);
-  if (names.empty()) return Error{"no door '" + name + "': the model has none"};
-  return Error{"no door '" + name + "'" + suggestion_or_known(name, names)};
-}
-
-Status Simulation::State::set_door(const AgentCommand& command) {
-  Door* door = find_door(command.agent.name);
-  if (!door) return unknown_door(command.agent.name);
-  if (command.action == AgentCommand::Action::door_unknown) {
-    door->said.reset();
-    return {};
-  }
-  const double opening = command.agent.T_map_base.yaw();
-  const double angle = angle_of(door->hinge, opening);
-  if (!(angle >= door->hinge.lower - kAngleSlack && angle <= door->hinge.upper + kAngleSlack)) {
-    const double one = opening_of(door->hinge, door->hinge.lower);
-    const double other = opening_of(door->hinge, door->hinge.upper);
-    return Error{"door '" + door->drawn.name + "' cannot be open by " + degrees(opening) + "; expected " +
-                 degrees(std::min(one, other)) + " to " + degrees(std::max(one, other))};
-  }
-  const double within = std::clamp(angle, door->hinge.lower, door->hinge.upper);
-  if (door->unhinged) return Error{"door '" + door->drawn.name + "' is off its hinge: it cannot be turned"};
-  if (door->dynamic) {
-    put_leaf(*door, within);
-  } else {
-    door->said = within;
-  }
-  return {};
-}
-
-std::vector<DoorState> Simulation::doors() const {
-  std::vector<DoorState> states;
-  for (const Door& door : state_->doors) {
-    states.push_back(
-        {door.drawn.name, door.opening(), door.known, door.dynamic, door.unhinged, door.rigid.T_map_body});
-  }
-  return states;
-}
-
-void Simulation::observe_door(const std::string& name, std::optional<double> opening) {
-  Door* door = state_->find_door(name);
-  if (!door || door->dynamic) return;
-  if (!opening || !std::isfinite(*opening)) {
-    door->seen.reset();
-    return;
-  }
-  door->seen = std::clamp(angle_of(door->hinge, *opening), door->hinge.lower, door->hinge.upper);
-}
-
-const std::vector<Relation>& Simulation::relations_of(const std::string& entity) const {
-  return state_->building->net().relations(entity);
 }
 
 }  // namespace parhelion::simulation

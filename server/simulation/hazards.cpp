@@ -2,150 +2,152 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
-#include <queue>
-
-#include "protocols/line_in_box.hpp"
-#include "server/simulation/building.hpp"
-#include "server/simulation/doors.hpp"
+#include <utility>
 
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNearest = 0.1;      // m: a source is no point when one is as near as that
-constexpr double kLeastWall = 0.005;  // m of a line within a box that count
-constexpr double kCell = 0.25;        // m
-constexpr int kMostCells = 250;       // along a side; with the longest reach a cell still fits through a door
-constexpr double kBreath = 0.02;      // m: a gap narrower than twice this lets no gas through
+constexpr double kSameStorey = 1.5;  // m between a device and the floor of who comes near
 
-/// What gas does not pass: not the leaf of a door, nor what is over a head.
-bool holds_gas(const FixedObstacle& obstacle) { return obstacle.label != EntityLabel::door; }
+/// Of a hazard whose agent, if it is one, exists.
+Eigen::Vector3d place_of(const Hazard& hazard, const Agents& agents) {
+  if (hazard.agent.empty()) return hazard.position;
+  const Agent* agent = agents.find(hazard.agent);
+  return agent->rigid.T_map_body * Eigen::Vector3d(0, 0, agent->form.size.z() / 2);
+}
 
 }  // namespace
 
-Crossing crossing(const Building& building, const std::vector<Door>& doors, const Eigen::Vector3d& a,
-                  const Eigen::Vector3d& b) {
-  Crossing all;
-  const auto count = [&](const Transform<Map, Body>& T_map_body, const Eigen::Vector3d& size) {
-    const double within = line_in_box(T_map_body, size, a, b);
-    if (within < kLeastWall) return;
-    ++all.walls;
-    all.thickness += within;
+Hazards::Hazards(const std::vector<Hazard>& hazards, const Building& building) {
+  for (const Hazard& hazard : hazards) {
+    Entry& entry = entries_.emplace_back(Entry{hazard});
+    if (hazard.kind == HazardKind::gas && hazard.agent.empty())
+      entry.gas.place(building, hazard.position, hazard.reach);
+  }
+}
+
+void Hazards::forget_fields() {
+  for (Entry& entry : entries_) entry.gas = GasField();
+}
+
+/// By the agent that a device is: a blow changes its momentum, a tilt its attitude.
+Hazards::Trigger Hazards::felt(Entry& entry, const Agent& agent) {
+  const Hazard& hazard = entry.hazard;
+  const Eigen::Vector3d& v = agent.rigid.velocity;
+  if (entry.epoch != agent.epoch) entry.velocity = {v, v};
+  // The physics spreads a blow over two steps: in the first one the gap closes.
+  const double blow = agent.form.mass * (v - entry.velocity[0]).norm();
+  entry.epoch = agent.epoch;
+  entry.velocity = {entry.velocity[1], v};
+  if (hazard.shock && blow >= *hazard.shock) return {"shock", blow};
+  const Eigen::Matrix3d R = agent.rigid.T_map_body.rotation();
+  const double tilt = std::atan2(std::hypot(R(2, 0), R(2, 1)), R(2, 2));
+  if (hazard.tilt && tilt >= *hazard.tilt) return {"tilt", tilt};
+  return {};
+}
+
+/// By the nearest robot or person within the device's reach.
+Hazards::Trigger Hazards::approached(const Entry& entry, const Agent* own, const Eigen::Vector3d& place,
+                                     const Surroundings& around) {
+  if (!entry.hazard.nearness) return {};
+  Trigger trigger;
+  trigger.value = *entry.hazard.nearness;
+  const Footprint at = own != nullptr ? own->placed : make_disc(place.head<2>(), 0);
+  const auto consider = [&](const Footprint& placed, double z, const std::string& name, PairKind pair,
+                            bool unsensed) {
+    if (std::abs(z - place.z()) > kSameStorey || distance_bound(placed, at) > trigger.value) return;
+    const double distance = std::max(0.0, signed_distance(placed, at));
+    if (distance > trigger.value || (!trigger.who.empty() && distance == trigger.value)) return;
+    trigger = {"nearness", distance, name, pair, unsensed};
   };
-  const auto& states = building.states();
-  const auto& definitions = building.definitions();
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    if (definitions[i]->moves) continue;
-    for (const Shape& shape : definitions[i]->shapes) {
-      if (shape.kind == ShapeKind::box) count(states[i].T_map_body, shape.size);
-    }
+  for (const RealRobot& robot : around.real_robots) {
+    if (robot.present)
+      consider(robot.placed, robot.last.T_map_base.translation().z(), robot.name, PairKind::real_virtual,
+               !robot.sensed);
   }
-  for (const Door& door : doors) count(door.rigid.T_map_body, door.drawn.size);
-  return all;
-}
-
-double dose_rate(const Hazard& source, double distance, double thickness) {
-  const double from = std::max(kNearest, distance);
-  return source.strength / (from * from) * std::exp2(-thickness / source.half_value);
-}
-
-void GasField::place(const Building& building, const Eigen::Vector3d& leak, double reach) {
-  if (building_ == &building && reach_ == reach && (leak - leak_).norm() < cell_) return;
-  building_ = &building;
-  leak_ = leak;
-  reach_ = reach;
-  const double range = kReaches * reach;
-  cell_ = std::max(kCell, 2 * range / kMostCells);
-  side_ = 2 * static_cast<int>(std::ceil(range / cell_)) + 1;
-  const auto count = static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_);
-  solid_.assign(count, 0);
-  std::vector<const FixedObstacle*> walls;
-  building.near(leak.head<2>(), range * std::numbers::sqrt2, leak.z(), leak.z() + 0.1, walls);
-  const double corner = -(side_ / 2) * cell_;
-  for (const FixedObstacle* wall : walls) {
-    if (!holds_gas(*wall)) continue;
-    const Eigen::Vector2d middle = wall->footprint.center - leak.head<2>();
-    const auto span = [&](double at) {
-      const auto index = [&](double x) {
-        return std::clamp(static_cast<int>(std::lround((x - corner) / cell_)), 0, side_ - 1);
-      };
-      return std::pair(index(at - wall->footprint.bound - cell_), index(at + wall->footprint.bound + cell_));
-    };
-    const auto [first_row, last_row] = span(middle.y());
-    const auto [first_column, last_column] = span(middle.x());
-    for (int row = first_row; row <= last_row; ++row) {
-      for (int column = first_column; column <= last_column; ++column) {
-        const Eigen::Vector2d center(leak.x() + corner + column * cell_, leak.y() + corner + row * cell_);
-        // A wall thinner than a cell still parts its two sides.
-        if (signed_distance(make_disc(center, cell_ / 2), wall->footprint) <= 0)
-          solid_[static_cast<std::size_t>(row * side_ + column)] = 1;
-      }
-    }
+  for (const Agent& agent : around.agents) {
+    if (&agent == own || !agent.form.upright) continue;
+    consider(agent.placed, agent.rigid.T_map_body.translation().z(), agent.definition.name,
+             agent.trainee ? PairKind::real_virtual : PairKind::virtual_virtual, false);
   }
-  spread();
+  return trigger;
 }
 
-/// Dijkstra's shortest ways from the middle.
-void GasField::spread() {
-  way_.assign(solid_.size(), kInfinity);
-  using Entry = std::pair<double, int>;  // way, cell: equal ways in the order of cells
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  const int start = (side_ / 2) * side_ + side_ / 2;
-  way_[static_cast<std::size_t>(start)] = 0;
-  open.emplace(0, start);
-  while (!open.empty()) {
-    const auto [way, cell] = open.top();
-    open.pop();
-    if (way > way_[static_cast<std::size_t>(cell)]) continue;
-    const int row = cell / side_, column = cell % side_;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const int y = row + dy, x = column + dx;
-        if (y < 0 || x < 0 || y >= side_ || x >= side_) continue;
-        const auto next = static_cast<std::size_t>(y * side_ + x);
-        // Between two corners there may be a thin wall askew.
-        const bool cuts_corner = solid_[static_cast<std::size_t>(row * side_ + x)] != 0 ||
-                                 solid_[static_cast<std::size_t>(y * side_ + column)] != 0;
-        const double longer = way + cell_ * (dx != 0 && dy != 0 ? std::numbers::sqrt2 : 1);
-        if (solid_[next] != 0 || cuts_corner || longer >= way_[next]) continue;
-        way_[next] = longer;
-        open.emplace(longer, static_cast<int>(next));
-      }
+void Hazards::update(const Surroundings& around, std::vector<Event>& events) {
+  for (Entry& entry : entries_) {
+    const Hazard& hazard = entry.hazard;
+    if (hazard.kind != HazardKind::device || entry.set_off) continue;
+    const Agent* agent = hazard.agent.empty() ? nullptr : around.agents.find(hazard.agent);
+    if (!hazard.agent.empty() && agent == nullptr) {
+      entry.epoch.reset();
+      continue;
     }
+    Trigger trigger;
+    if (agent != nullptr) trigger = felt(entry, *agent);
+    const Eigen::Vector3d place = place_of(hazard, around.agents);
+    if (trigger.by == nullptr) trigger = approached(entry, agent, place, around);
+    const double age = (around.clock.now() - around.clock.start).seconds();
+    if (trigger.by == nullptr && hazard.delay && age >= *hazard.delay) trigger = {"time", age};
+    if (trigger.by == nullptr) continue;
+    entry.set_off = true;
+    Event event;
+    event.stamp = around.clock.now();
+    event.kind = EventKind::hazard_set_off;
+    event.subject = hazard.name;
+    event.object = trigger.who;
+    event.pair = trigger.pair;
+    event.unsensed = trigger.unsensed;
+    event.position = place;
+    event.value = trigger.value;
+    event.text = trigger.by;
+    events.push_back(std::move(event));
   }
 }
 
-bool GasField::blocked(const Building& building, const Footprint& line) const {
-  std::vector<const FixedObstacle*> walls;
-  building.near(line.center, line.bound, leak_.z(), leak_.z() + 0.1, walls);
-  return std::any_of(walls.begin(), walls.end(), [&](const FixedObstacle* wall) {
-    return holds_gas(*wall) && signed_distance(line, wall->footprint) <= 0;
-  });
+bool Hazards::has(HazardKind kind) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const Entry& entry) { return entry.hazard.kind == kind; });
 }
 
-/// To the cells around a place that air comes from: its own may be solid beside a wall.
-double GasField::way_over_grid(const Building& building, const Eigen::Vector2d& p) const {
-  const Eigen::Vector2d offset = p - leak_.head<2>();
-  const Eigen::Vector2i cell = (offset / cell_).array().round().cast<int>() + side_ / 2;
-  double nearest = kInfinity;
-  for (int row = std::max(0, cell.y() - 1); row <= std::min(side_ - 1, cell.y() + 1); ++row) {
-    for (int column = std::max(0, cell.x() - 1); column <= std::min(side_ - 1, cell.x() + 1); ++column) {
-      const Eigen::Vector2d center(cell_ * (column - side_ / 2), cell_ * (row - side_ / 2));
-      const double way = way_[static_cast<std::size_t>(row * side_ + column)] + (offset - center).norm();
-      if (way < nearest && !blocked(building, make_segment(p, leak_.head<2>() + center, 0))) nearest = way;
+/// The sum of the sources of a kind at p.
+double Hazards::read_sources(HazardKind kind, const Eigen::Vector3d& p, const Surroundings& around) {
+  const Building& building = around.building();
+  double sum = 0;
+  for (Entry& entry : entries_) {
+    const Hazard& hazard = entry.hazard;
+    if (hazard.kind != kind || (!hazard.agent.empty() && around.agents.find(hazard.agent) == nullptr))
+      continue;
+    const Eigen::Vector3d place = place_of(hazard, around.agents);
+    if (kind == HazardKind::radiation) {
+      const Crossing walls = crossing(building, around.environment.doors.all(), place, p);
+      sum += dose_rate(hazard, (p - place).norm(), walls.thickness);
+    } else {
+      entry.gas.place(building, place, hazard.reach);
+      sum += entry.gas.concentration(building, hazard.strength, p);
     }
   }
-  return nearest;
+  return sum;
 }
 
-double GasField::concentration(const Building& building, double strength, const Eigen::Vector3d& p) const {
-  const Eigen::Vector2d from = leak_.head<2>(), to = p.head<2>();
-  double way = (to - from).norm();
-  if (way > kReaches * reach_) return 0;
-  if (blocked(building, make_segment(from, to, kBreath))) way = way_over_grid(building, to);
-  return way <= kReaches * reach_ ? strength * std::exp(-way / reach_) : 0;
+bool Hazards::read(const Surroundings& around, HazardReading& reading) {
+  reading.values.clear();
+  if (!has(HazardKind::radiation) && !has(HazardKind::gas)) return false;
+  Eigen::Vector3d sensor;
+  const RealRobot& real = around.real_robots.front();
+  const Agent* trainee = around.agents.trainee();
+  if (real.present) {
+    sensor = real.last.T_map_base * Eigen::Vector3d(0, 0, real.height);
+  } else if (trainee != nullptr) {
+    sensor = trainee->rigid.T_map_body * Eigen::Vector3d(0, 0, trainee->form.size.z());
+  } else {
+    return false;
+  }
+  for (const HazardKind kind : {HazardKind::radiation, HazardKind::gas}) {
+    if (!has(kind)) continue;
+    reading.values.push_back(
+        {kind, read_sources(kind, sensor, around), kind == HazardKind::gas ? "ppm" : "uSv/h"});
+  }
+  return true;
 }
 
 }  // namespace parhelion::simulation

@@ -1,64 +1,56 @@
-// Hazards of the simulation: devices that are set off, and what a sensor reads of sources.
+// Hazards of the scenario: devices that are set off at a step, and what a sensor reads of sources.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "protocols/event.hpp"
 #include "protocols/hazard.hpp"
-#include "server/simulation/planar.hpp"
+#include "server/simulation/hazard_fields.hpp"
+#include "server/simulation/surroundings.hpp"
 
 namespace parhelion::simulation {
 
-class Building;
-struct Door;
-
-/// What the boxes of the building, doors as they stand now, put between two points (m, map). Meshes are not
-/// counted: furniture weakens neither much.
-struct Crossing {
-  int walls = 0;         ///< boxes of any label that the line passes through
-  double thickness = 0;  ///< m of the line within them
-};
-Crossing crossing(const Building& building, const std::vector<Door>& doors, const Eigen::Vector3d& a,
-                  const Eigen::Vector3d& b);
-
-/// uSv/h at `distance` m from a source behind `thickness` m of wall: inverse square, halved by each
-/// half-value layer (NCRP Report 49, 1976: broad beams, so scattered radiation is in the layer); nearer than
-/// 0.1 m as at 0.1 m.
-double dose_rate(const Hazard& source, double distance, double thickness);
-
-/// How far it is through the air from a leak, in the plane and round walls: where nothing is between the
-/// straight line, else over a grid of 8 neighbours (at most 8 % too long). Modelled doors stand open to gas.
-/// Concentration falls to 1/e in each `reach` of way: a steady leak into a draught, not a solution of flow.
-class GasField {
+class Hazards {
  public:
-  static constexpr double kReaches = 5;  ///< beyond so many (0.7 %) nothing is read
+  /// The fields of gas that stand still are made now: a wide one takes milliseconds.
+  Hazards(const std::vector<Hazard>& hazards, const Building& building);
 
-  /// Makes the field of a leak there, or keeps it where the leak moved less than a cell.
-  void place(const Building& building, const Eigen::Vector3d& leak, double reach);
-  /// ppm at `p`, for `strength` ppm at the leak; 0 where no way leads.
-  double concentration(const Building& building, double strength, const Eigen::Vector3d& p) const;
+  /// After a step: appends an event for each device that is set off by it.
+  void update(const Surroundings& around, std::vector<Event>& events);
+  /// As Simulation::hazard_reading().
+  bool read(const Surroundings& around, HazardReading& reading);
+  /// There is another building: fields of gas are made anew when they are read.
+  void forget_fields();
 
  private:
-  bool blocked(const Building& building, const Footprint& line) const;
-  void spread();
-  double way_over_grid(const Building& building, const Eigen::Vector2d& p) const;
-  const Building* building_ = nullptr;
-  Eigen::Vector3d leak_ = Eigen::Vector3d::Zero();
-  double reach_ = 1, cell_ = 0.25;
-  int side_ = 0;             ///< cells along each side, the leak in the middle
-  std::vector<char> solid_;  ///< by cell, row by row
-  std::vector<double> way_;  ///< m, by cell; infinity: no way
-};
+  /// A hazard and what is kept of it between steps.
+  struct Entry {
+    Hazard hazard;
+    bool set_off = false;
+    std::optional<std::uint32_t> epoch = {};  ///< of its agent at the step before
+    /// m/s, of its agent at the two steps before, the older one first.
+    std::array<Eigen::Vector3d, 2> velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    GasField gas = {};
+  };
+  /// What set a device off.
+  struct Trigger {
+    const char* by = nullptr;  ///< nullptr: nothing did
+    double value = 0;
+    std::string who = {};
+    PairKind pair = PairKind::none;
+    bool unsensed = false;
+  };
+  static Trigger felt(Entry& entry, const Agent& agent);
+  static Trigger approached(const Entry& entry, const Agent* own, const Eigen::Vector3d& place,
+                            const Surroundings& around);
+  bool has(HazardKind kind) const;
+  double read_sources(HazardKind kind, const Eigen::Vector3d& p, const Surroundings& around);
 
-/// What is kept of a hazard between steps.
-struct HazardState {
-  bool set_off = false;
-  std::optional<std::uint32_t> epoch;  ///< of its agent at the step before
-  /// m/s, of its agent at the two steps before, the older one first.
-  std::array<Eigen::Vector3d, 2> velocity{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  GasField gas;
+  std::vector<Entry> entries_;
 };
 
 }  // namespace parhelion::simulation

@@ -11,7 +11,11 @@
 
 namespace parhelion::simulation {
 
-inline Pose2 planar_pose(const Transform<Map, Base>& T_map_base) { return planar(T_map_base); }
+/// Of a robot, or of a body.
+template <class Frame>
+Pose2 planar_pose(const Transform<Map, Frame>& T_map_frame) {
+  return planar(T_map_frame);
+}
 
 /// The pose after moving for `t` seconds with constant body twist: an arc of constant curvature (exponential
 /// of se(2)).

@@ -119,8 +119,8 @@ inline constexpr double kFootHeight = 0.02;  // m
 /// frame. Without support nothing is said: {1, infinity}.
 Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen::Vector3d& rotation_rate);
 
-/// What goes with each body whose future is looked at.
-struct Foresight {
+/// What is kept of a robot whose collisions, near misses and tipping are predicted.
+struct RobotPrediction {
   std::uint32_t epoch = 0;
   CollisionPrediction collision;
   NearMissWatch misses;

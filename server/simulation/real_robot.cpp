@@ -1,7 +1,11 @@
+#include "server/simulation/real_robot.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "server/simulation/state.hpp"
+#include "server/simulation/base_body.hpp"
+#include "server/simulation/bodies.hpp"
 
 namespace parhelion::simulation {
 namespace {
@@ -10,76 +14,70 @@ constexpr double kZoneSpacing = 0.10;  // m between two footprints of the zone
 
 }  // namespace
 
-void Simulation::State::stop_zone(const RealRobotState& now, std::vector<Footprint>& zone,
-                                  double later) const {
+RealRobot make_real_robot(const RobotDescription& description, BodyId id, Physics& physics) {
+  RealRobot robot;
+  robot.name = description.name;
+  robot.id = id;
+  robot.mass = description.mass;
+  robot.height = description.height;
+  robot.limits = description.limits;
+  robot.footprint = make_polygon(convex_hull(description.footprint));
+  robot.watch = BodyWatch(supervised(description));
+  robot.handle = physics.add_kinematic(robot.footprint.vertices, robot.height);
+  robot.definition = std::make_shared<const BodyDefinition>(
+      BodyDefinition{id, description.name, "base", BodyOwner::real_robot, false,
+                     outline_shapes(robot.footprint.vertices, robot.height)});
+  return robot;
+}
+
+bool finite(const Twist2& twist) {
+  return std::isfinite(twist.vx) && std::isfinite(twist.vy) && std::isfinite(twist.wz);
+}
+
+bool is_known(const std::optional<RealRobotState>& state) {
+  return state && state->T_map_base.finite() && finite(state->twist);
+}
+
+double stopping_distance(const RobotLimits& limits, double speed, double later) {
+  return speed * (limits.reaction_time + later) + speed * speed / (2 * limits.deceleration);
+}
+
+void append_stop_zone(const RealRobot& robot, const RealRobotState& now, std::vector<Footprint>& zone,
+                      double later) {
   const Pose2 pose = planar_pose(now.T_map_base);
-  const double speed = fastest_point_speed(real.footprint, now.twist);
-  const double way =
-      speed * (real.limits.reaction_time + later) + speed * speed / (2 * real.limits.deceleration);
+  const double speed = fastest_point_speed(robot.footprint, now.twist);
+  const double way = stopping_distance(robot.limits, speed, later);
   const int steps = static_cast<int>(std::min(1000.0, std::ceil(way / kZoneSpacing)));
   for (int i = 0; i <= steps; ++i) {
     const double t = steps > 0 ? way / speed * i / steps : 0;
     Footprint footprint;
-    place(real.footprint, advance(pose, now.twist, t), footprint);
+    place(robot.footprint, advance(pose, now.twist, t), footprint);
     footprint.radius += kStopMargin;
     footprint.bound += kStopMargin;
     zone.push_back(std::move(footprint));
   }
 }
 
-void Simulation::State::clear_return_of_real(const RealRobotState& now, bool all) {
-  const auto returns = [&](const auto& agent) { return all || agent->shown == AgentShown::returning; };
-  if (std::none_of(agents.begin(), agents.end(), returns)) return;
-  std::vector<Footprint> zone;
-  stop_zone(now, zone);
-  for (const auto& agent : agents) {
-    if (!returns(agent)) continue;
-    agent->clear_of_real = true;
-    const bool inside = std::any_of(zone.begin(), zone.end(), [&](const Footprint& footprint) {
-      return distance_bound(footprint, agent->placed) <= 0 && signed_distance(footprint, agent->placed) <= 0;
-    });
-    if (!inside) continue;
-    const auto place_for_it = nearest_free(agent->form, agent->pose, agent.get(), zone);
-    if (!place_for_it) {
-      agent->clear_of_real = false;
-      continue;
-    }
-    put(*agent, *place_for_it);
-    say(EventKind::agent_moved, *agent, 0,
-        "out of the way: it would have reappeared where the robot could not stop");
-  }
+void place_real_robot(RealRobot& robot, const RealRobotState& now, bool jumped) {
+  robot.last = now;
+  if (now.relocalized) robot.last.twist = {};
+  robot.present = robot.ever_present = true;
+  robot.touchable = !jumped;
+  robot.sensed = now.sensed;
+  place(robot.footprint, planar_pose(now.T_map_base), robot.placed);
 }
 
-void Simulation::State::move_real(const std::optional<RealRobotState>& now) {
-  const bool valid = now && now->T_map_base.finite() && finite(now->twist);
-  if (!valid) {
-    if (real.present) {
-      contacts.forget(real.name, stamp_of(step), events);
-      real.watch.close(stamp_of(step), options.zones, events);
-    }
-    real.present = real.touchable = real.sensed = false;
-    physics.suspend(real.handle, true);
-    return;
-  }
-  const bool jumped = !real.present || now->relocalized;
-  if (jumped) {
-    ++real.epoch;
-    contacts.forget(real.name, stamp_of(step), events);
-  }
-  // Agents come back into its sensors' view: none so near that it could not stop.
-  clear_return_of_real(*now, now->sensed && (jumped || !real.sensed));
-  real.last = *now;
-  if (now->relocalized) real.last.twist = {};
-  real.present = real.ever_present = true;
-  real.touchable = !jumped;
-  real.sensed = now->sensed;
-  place(real.footprint, planar_pose(now->T_map_base), real.placed);
-  if (jumped) wake_near(real.placed);
-  physics.suspend(real.handle, jumped);
-  const Eigen::Isometry3d& base = now->T_map_base.isometry();
-  physics.move_kinematic(real.handle, Transform<Map, Body>(base),
-                         base.linear() * Eigen::Vector3d(real.last.twist.vx, real.last.twist.vy, 0),
-                         base.linear() * Eigen::Vector3d(0, 0, real.last.twist.wz));
+void move_real_body(const RealRobot& robot, Physics& physics) {
+  physics.suspend(robot.handle, !robot.touchable);
+  const Eigen::Isometry3d& base = robot.last.T_map_base.isometry();
+  physics.move_kinematic(robot.handle, body_of(robot.last.T_map_base),
+                         base.linear() * Eigen::Vector3d(robot.last.twist.vx, robot.last.twist.vy, 0),
+                         base.linear() * Eigen::Vector3d(0, 0, robot.last.twist.wz));
+}
+
+void suspend_real_robot(RealRobot& robot, Physics& physics) {
+  robot.present = robot.touchable = robot.sensed = false;
+  physics.suspend(robot.handle, true);
 }
 
 }  // namespace parhelion::simulation

@@ -6,7 +6,11 @@
 #include <string_view>
 #include <utility>
 
-#include "server/simulation/state.hpp"
+#include "server/simulation/agent_lasers.hpp"
+#include "server/simulation/base_body.hpp"
+#include "server/simulation/clearance.hpp"
+#include "server/simulation/parts.hpp"
+#include "server/simulation/robot_supply_watch.hpp"
 
 namespace parhelion::simulation {
 namespace {
@@ -48,100 +52,61 @@ Status check(const SimulationOptions& options, const RobotDescription& robot) {
   return {};
 }
 
-/// What stands covers its footprint; what leans or lies covers the outline of its box.
-void place_footprint(Agent& agent) {
-  const Eigen::Isometry3d& T_map_body = agent.rigid.T_map_body.isometry();
-  if (T_map_body(2, 2) > 0.9999) {
-    place(agent.form.footprint, agent.pose, agent.placed);
-    return;
-  }
-  std::vector<Eigen::Vector2d> corners;
-  const Eigen::Vector3d& size = agent.form.size;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector3d p(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 1 : 0);
-    corners.emplace_back((T_map_body * Eigen::Vector3d(p.cwiseProduct(size))).head<2>());
-  }
-  agent.placed = make_polygon(convex_hull(std::move(corners)));
-}
-
 }  // namespace
 
-Simulation::State::State(const SimulationOptions& with, SimulationTime at_start)
+Simulation::Parts::Parts(const SimulationOptions& with, SimulationTime start)
     : options(with),
-      dt(1 / with.rate),
-      start(at_start),
-      physics(1 / with.rate),
-      history(static_cast<std::size_t>(std::ceil(with.history.seconds() * with.rate)) + 1) {}
+      clock(start, with.rate),
+      physics(clock.dt),
+      recorder(static_cast<std::size_t>(std::ceil(with.history.seconds() * with.rate)) + 1) {}
 
-Agent* Simulation::State::find(const std::string& name) {
-  const auto at =
-      std::find_if(agents.begin(), agents.end(), [&](const auto& a) { return a->definition.name == name; });
-  return at == agents.end() ? nullptr : at->get();
-}
-
-void Simulation::State::observe_robot(Agent& agent) {
-  agent.robot->observe(physics, stamp_of(step), dt, incidents);
-  for (const JointIncident& incident : incidents) {
-    say(incident.kind, agent, 0, {});
-    events.back().object = incident.joint;
-    events.back().value = incident.value;
-    events.back().position = incident.position;
-  }
-  incidents.clear();
-  agent.pose = planar_pose(agent.robot->motion().T_map_base);
-  agent.floor = agent.rigid.T_map_body.translation().z();
-  place_footprint(agent);
+void Simulation::Parts::rebuild_scene() {
+  recorder.rebuild_scene(*environment.building, real_robots, agents);
+  // Memory for the worst case, so that a crowd that gathers later allocates nothing.
+  const std::size_t movers = agents.size() + 2;
+  const std::size_t obstacles = environment.building->obstacles().size();
+  behaviours.reserve(movers, obstacles);
+  forecast.reserve(movers, obstacles);
+  contacts.reserve(obstacles);
+  predictor.reserve(obstacles);
 }
 
 Result<Simulation> Simulation::create(const SimulationOptions& options, const SemanticModel& model,
                                       const RobotDescription& robot, SimulationTime start) {
   if (Status status = check(options, robot); !status) return status.error();
-  auto state = std::make_unique<State>(options, start);
+  auto parts = std::make_unique<Parts>(options, start);
   auto building = Building::create(model);
   if (!building) return building.error();
-  state->doors = (*building)->enter(state->physics, state->next_building, state->door_rules());
-  state->building = std::move(building).value();
-  state->next_building += static_cast<BodyId>(model.entities.size());
-  state->end_of_buildings = state->next_building + options.building_bodies;
-  state->next_body = state->end_of_buildings;
-
-  state->hazards.resize(options.hazards.size());
-  for (std::size_t i = 0; i < options.hazards.size(); ++i) {
-    const Hazard& hazard = options.hazards[i];
-    // A wide field takes milliseconds: before the session begins.
-    if (hazard.kind == HazardKind::gas && hazard.agent.empty())
-      state->hazards[i].gas.place(*state->building, hazard.position, hazard.reach);
-  }
-  RealBody& real = state->real;
-  real.name = robot.name;
-  real.id = state->next_body++;
-  real.mass = robot.mass;
-  real.height = robot.height;
-  real.limits = robot.limits;
-  real.footprint = make_polygon(convex_hull(robot.footprint));
-  real.watch = BodyWatch(supervised(robot));
-  real.handle = state->physics.add_kinematic(real.footprint.vertices, robot.height);
-  state->real_definition = std::make_shared<const BodyDefinition>(
-      BodyDefinition{real.id, robot.name, "base", BodyOwner::real_robot, false,
-                     outline_shapes(real.footprint.vertices, robot.height)});
-  state->rebuild_scene();
-  state->record();
-  return Simulation(std::move(state));
+  BuildingNumbers& numbers = parts->building_numbers;
+  Environment& environment = parts->environment;
+  environment.doors =
+      DoorSet((*building)->enter(parts->physics, numbers.next, {options.level, options.doors}));
+  environment.building = std::move(building).value();
+  numbers.next += static_cast<BodyId>(model.entities.size());
+  numbers.end = numbers.next + options.building_bodies;
+  parts->agents.number_bodies_from(numbers.end);
+  parts->hazards.emplace(options.hazards, *environment.building);
+  parts->real_robots.push_back(make_real_robot(robot, parts->agents.take_body_numbers(1), parts->physics));
+  parts->rebuild_scene();
+  parts->recorder.record(parts->clock, environment, parts->real_robots, parts->agents);
+  return Simulation(std::move(parts));
 }
 
-Simulation::Simulation(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Simulation::Simulation(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 Simulation::Simulation(Simulation&&) noexcept = default;
 Simulation& Simulation::operator=(Simulation&&) noexcept = default;
 Simulation::~Simulation() = default;
 
-SimulationTime Simulation::now() const { return state_->stamp_of(state_->step); }
-SimulationTime Simulation::next_step() const { return state_->stamp_of(state_->step + 1); }
-SimulationTime Simulation::after(std::uint64_t steps) const { return state_->stamp_of(state_->step + steps); }
-std::shared_ptr<const Scene> Simulation::scene() const { return state_->scene; }
+SimulationTime Simulation::now() const { return parts_->clock.now(); }
+SimulationTime Simulation::next_step() const { return after(1); }
+SimulationTime Simulation::after(std::uint64_t steps) const {
+  return parts_->clock.stamp_of(parts_->clock.step + steps);
+}
+std::shared_ptr<const Scene> Simulation::scene() const { return parts_->recorder.scene(); }
 
 std::uint64_t Simulation::steps_due(SimulationTime until) const {
   if (until < next_step()) return 0;
-  auto steps = static_cast<std::uint64_t>((until - now()).seconds() * state_->options.rate);
+  auto steps = static_cast<std::uint64_t>((until - now()).seconds() * parts_->clock.rate);
   // The product is rounded; the instants of the steps decide.
   while (after(steps + 1) <= until) ++steps;
   while (after(steps) > until) --steps;
@@ -149,33 +114,90 @@ std::uint64_t Simulation::steps_due(SimulationTime until) const {
 }
 
 const AgentDefinition* Simulation::find_agent(const std::string& name) const {
-  const Agent* agent = state_->find(name);
+  const Agent* agent = parts_->agents.find(name);
   return agent ? &agent->definition : nullptr;
 }
 
 std::optional<Transform<Map, Base>> Simulation::pose_of(const std::string& name) const {
-  const Agent* agent = state_->find(name);
+  const Agent* agent = parts_->agents.find(name);
   if (!agent) return std::nullopt;
   if (agent->robot) return agent->robot->motion().T_map_base;
-  return Transform<Map, Base>(agent->rigid.T_map_body.isometry());
+  return base_of(agent->rigid.T_map_body);
+}
+
+const RobotMotion* Simulation::robot_motion(const std::string& name) const {
+  const Agent* agent = parts_->agents.find(name);
+  return agent && agent->robot ? &agent->robot->motion() : nullptr;
+}
+
+SupplyState Simulation::supply_of(const std::string& name) const {
+  return supply_state(parts_->agents.find(name), parts_->options.battery);
+}
+
+void Simulation::show(const std::string& agent, AgentShown shown) {
+  Agent* found = parts_->agents.find(agent);
+  if (found == nullptr || found->shown == shown) return;
+  found->shown = shown;
+  found->clear_of_real = false;  // until a step has checked it
+}
+
+bool Simulation::clear_of_real(const std::string& agent) const {
+  const Agent* found = parts_->agents.find(agent);
+  return found == nullptr || found->clear_of_real;
+}
+
+std::size_t Simulation::coasting() const {
+  return static_cast<std::size_t>(std::count_if(parts_->agents.begin(), parts_->agents.end(),
+                                                [](const Agent& agent) { return agent.unconstrained; }));
+}
+
+std::vector<DoorState> Simulation::doors() const {
+  std::vector<DoorState> states;
+  for (const Door& door : parts_->environment.doors.all()) {
+    states.push_back(
+        {door.drawn.name, door.opening(), door.known, door.dynamic, door.unhinged, door.rigid.T_map_body});
+  }
+  return states;
+}
+
+void Simulation::observe_door(const std::string& name, std::optional<double> opening) {
+  parts_->environment.doors.observe(name, opening);
+}
+
+const std::vector<Relation>& Simulation::relations_of(const std::string& entity) const {
+  return parts_->environment.building->net().relations(entity);
+}
+
+void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) {
+  std::vector<Footprint>& discs = parts_->environment.unmodelled;
+  discs.resize(obstacles.size());
+  for (std::size_t i = 0; i < obstacles.size(); ++i)
+    discs[i] = make_disc(obstacles[i].center, obstacles[i].radius);
 }
 
 std::vector<Event> Simulation::take_events() {
   std::vector<Event> events;
-  events.swap(state_->events);
+  events.swap(parts_->events);
   return events;
 }
 
-void Simulation::show(const std::string& agent, AgentShown shown) {
-  Agent* found = state_->find(agent);
-  if (found == nullptr || found->shown == shown) return;
-  found->shown = shown;
-  found->clear_of_real = false;  // until a step has looked
+bool Simulation::hazard_reading(HazardReading& reading) {
+  return parts_->hazards->read(parts_->surroundings(), reading);
 }
 
-bool Simulation::clear_of_real(const std::string& agent) const {
-  const Agent* found = state_->find(agent);
-  return found == nullptr || found->clear_of_real;
+Simulation::Clearance Simulation::clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist,
+                                            double limit) const {
+  const Footprint& footprint = parts_->real_robots.front().footprint;
+  return simulation::clearance(footprint, parts_->agents, T_map_base, twist, limit, parts_->swept);
+}
+
+bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
+  return parts_->recorder.at(t, next_step() - now(), snapshot);
+}
+
+void Simulation::give_scan(const std::string& agent_name, const Scan& scan) {
+  Agent* agent = parts_->agents.find(agent_name);
+  if (agent && agent->laser) handle_scan(*agent->laser, scan);
 }
 
 Result<std::shared_ptr<Building>> Simulation::prepare_building(const SemanticModel& model) {
@@ -188,87 +210,39 @@ Status Simulation::set_building(const SemanticModel& model) {
 }
 
 Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Building> next) {
-  State& state = *state_;
+  Parts& parts = *parts_;
+  BuildingNumbers& numbers = parts.building_numbers;
+  Environment& environment = parts.environment;
   for (const ModelEntity& entity : model.entities) {
-    if (state.find(entity.name)) return Error{"model entity '" + entity.name + "': an agent has this name"};
+    if (parts.agents.find(entity.name))
+      return Error{"model entity '" + entity.name + "': an agent has this name"};
   }
-  if (model.entities.size() > state.end_of_buildings - state.next_building) {
+  if (model.entities.size() > numbers.end - numbers.next) {
     return Error{
         "a model of " + std::to_string(model.entities.size()) +
         " entities: the numbers that were kept for later buildings are used up; start a new session"};
   }
-  state.wake_all();
-  const std::vector<Door> old_doors =
-      std::exchange(state.doors, next->enter(state.physics, state.next_building, state.door_rules()));
-  const std::shared_ptr<const Building> old = std::exchange(state.building, std::move(next));
-  state.keep_doors(old_doors);
-  for (const Door& door : old_doors) unhang_door(state.physics, door);
-  old->leave(state.physics);
-  for (HazardState& hazard : state.hazards) hazard.gas = GasField();
-  state.next_building += static_cast<BodyId>(model.entities.size());
+  constrain_all(parts.agents, parts.physics);
+  const DoorRules rules{parts.options.level, parts.options.doors};
+  const DoorSet old_doors =
+      std::exchange(environment.doors, DoorSet(next->enter(parts.physics, numbers.next, rules)));
+  const std::shared_ptr<const Building> old = std::exchange(environment.building, std::move(next));
+  environment.doors.keep(old_doors.all(), *environment.building, parts.agents, parts.physics);
+  for (const Door& door : old_doors.all()) unhang_door(parts.physics, door);
+  old->leave(parts.physics);
+  parts.hazards->forget_fields();
+  numbers.next += static_cast<BodyId>(model.entities.size());
   std::set<std::string_view> standing;
-  for (const FixedObstacle& obstacle : state.building->obstacles()) standing.insert(obstacle.name);
+  for (const FixedObstacle& obstacle : environment.building->obstacles()) standing.insert(obstacle.name);
   for (const FixedObstacle& gone : old->obstacles()) {
-    if (!standing.contains(gone.name)) state.contacts.forget(gone.name, now(), state.events);
+    if (!standing.contains(gone.name)) parts.contacts.forget(gone.name, now(), parts.events);
   }
-  for (const auto& agent : state.agents) {
-    agent->floor = state.building->floor_height(agent->pose.position());
-    state.forget_route(*agent);
+  for (Agent& agent : parts.agents) {
+    agent.floor = environment.building->floor_height(agent.pose.position());
+    parts.behaviours.forget_route(agent);
   }
-  state.rebuild_scene();
+  parts.rebuild_scene();
   return {};
-}
-
-void Simulation::set_real_obstacles(const std::vector<RealObstacle>& obstacles) {
-  state_->real_obstacles = obstacles;
-  state_->real_discs.resize(obstacles.size());
-  for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    state_->real_discs[i] = make_disc(obstacles[i].center, obstacles[i].radius);
-  }
-}
-
-void Simulation::skip(std::uint64_t steps) {
-  state_->step += steps;
-  state_->record();
-}
-
-void Simulation::step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests) {
-  State& state = *state_;
-  ++state.step;
-  state.move_real(real);
-  state.drive_agents();
-  state.move_doors();
-  state.physics.step();
-  state.read_doors();
-  for (const auto& agent : state.agents) {
-    if (agent->coasts) {
-      state.coast(*agent);
-      place(agent->form.footprint, agent->pose, agent->placed);
-      state.move_parts(*agent);
-      continue;
-    }
-    const RigidState rigid = state.physics.state(agent->handle);
-    const bool moved = !rigid.T_map_body.isometry().isApprox(agent->rigid.T_map_body.isometry(), 0);
-    agent->rigid = rigid;
-    if (agent->robot) {
-      state.observe_robot(*agent);
-      continue;
-    }
-    if (agent->cable) {
-      state.observe_cable(*agent);
-      continue;
-    }
-    if (!moved && !agent->form.upright) continue;
-    agent->pose = planar_pose(Transform<Map, Base>(agent->rigid.T_map_body.isometry()));
-    place_footprint(*agent);
-    state.move_parts(*agent);
-  }
-  state.track_contacts();
-  state.watch_grippers();
-  state.watch_doors();
-  state.supervise();
-  state.record();
-  state.ask_lasers(requests);
 }
 
 }  // namespace parhelion::simulation

@@ -1,5 +1,6 @@
 // The rigid-body world: agents, the real robot as a kinematic body, the building; fixed steps; two seconds of
-// states.
+// states. The parts of this class are simulation.cpp (creation, buildings, queries), step.cpp (what a step
+// does) and commands.cpp (commands to agents, robots and doors); parts.hpp lists what it is made of.
 #pragma once
 
 #include <cstdint>
@@ -215,9 +216,9 @@ class Simulation {
   Clearance clearance(const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit) const;
 
  private:
-  struct State;
-  explicit Simulation(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  struct Parts;
+  explicit Simulation(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
 };
 
 /// The bodies of an agent at its origin: what lasers hit and cameras see.

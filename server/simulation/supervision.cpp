@@ -1,93 +1,51 @@
 #include "server/simulation/supervision.hpp"
 
-#include "server/simulation/state.hpp"
+#include "server/simulation/base_body.hpp"
+#include "server/simulation/robot_supply_watch.hpp"
 
 namespace parhelion::simulation {
+namespace {
 
-void BodyWatch::update(const ObservedMotion& motion, const std::vector<Zone>& zones, const Building& building,
-                       double dt, std::vector<Event>& events) {
-  movement_.update(body_, motion, events);
-  if (body_.tilts) attitude_.update(body_, motion, events);
-  if (body_.falls) fall_.update(body_, motion, dt, events);
-  if (body_.climbs) steps_.update(body_, motion, building, events);
-  if (!zones.empty()) zones_.update(body_, motion, zones, events);
-  last_ = motion;
+ObservedMotion motion_of(const RealRobot& robot, SimulationTime now) {
+  const Eigen::Matrix3d R = robot.last.T_map_base.rotation();
+  const Twist2& twist = robot.last.twist;
+  return {now,
+          robot.last.T_map_base,
+          R * Eigen::Vector3d(twist.vx, twist.vy, 0),
+          R.col(2) * twist.wz,
+          robot.last.attitude_known,
+          robot.epoch};
 }
 
-void BodyWatch::close(SimulationTime now, const std::vector<Zone>& zones, std::vector<Event>& events) {
-  last_.stamp = now;
-  movement_.close(body_, last_, events);
-  zones_.close(body_, last_, zones, events);
-}
-
-Supervised supervised(const RobotDescription& robot) {
-  Supervised body;
-  body.name = robot.name;
-  for (const Eigen::Vector2d& corner : robot.footprint) {
-    body.low.head<2>() = body.low.head<2>().cwiseMin(corner);
-    body.high.head<2>() = body.high.head<2>().cwiseMax(corner);
+ObservedMotion motion_of(const Agent& agent, SimulationTime now) {
+  if (agent.robot) {
+    const RobotMotion& robot = agent.robot->motion();
+    return {now, robot.T_map_base, robot.velocity, robot.rotation_rate, true, robot.epoch};
   }
-  body.high.z() = robot.height;
-  body.limits = robot.attitude;
-  body.tilts = body.climbs = true;
-  return body;
+  const RigidState& rigid = agent.rigid;
+  return {now, base_of(rigid.T_map_body), rigid.velocity, rigid.rotation_rate, true, agent.epoch};
 }
 
-Supervised supervised(const AgentDefinition& agent, const AgentForm& form) {
-  Supervised body;
-  body.name = agent.name;
-  body.low = {-form.size.x() / 2, -form.size.y() / 2, 0};
-  body.high = {form.size.x() / 2, form.size.y() / 2, form.size.z()};
-  body.tilts = body.falls = !form.upright;
-  if (agent.kind == AgentKind::cable) {
-    // What is looked at is the link in its middle.
-    const CableForm cable = cable_form(agent.size);
-    body.high = {cable.pitch / 2, cable.radius, cable.radius};
-    body.low = -body.high;
-    body.tilts = false;
-  }
-  return body;
-}
+}  // namespace
 
-Supervised supervised(const std::string& name, const RobotModel& model) {
-  Supervised body = supervised(model.description);
-  body.name = name;
-  body.limits = model.attitude;
-  body.falls = true;
-  return body;
-}
-
-void Simulation::State::supervise() {
-  const SimulationTime now = stamp_of(step);
-  if (real.present) {
-    const Eigen::Matrix3d R = real.last.T_map_base.rotation();
-    const Twist2& twist = real.last.twist;
-    const ObservedMotion motion{now,
-                                real.last.T_map_base,
-                                R * Eigen::Vector3d(twist.vx, twist.vy, 0),
-                                R.col(2) * twist.wz,
-                                real.last.attitude_known,
-                                real.epoch};
-    real.watch.update(motion, options.zones, *building, dt, events);
-    foresee_real(motion);
+void supervise(RealRobots& real_robots, Agents& agents, const Surroundings& around, const Contacts& contacts,
+               const Physics& physics, Predictor& predictor, std::vector<Event>& events) {
+  const std::vector<Zone>& zones = around.options.zones;
+  const double dt = around.clock.dt;
+  for (RealRobot& robot : real_robots) {
+    if (!robot.present) continue;
+    const ObservedMotion motion = motion_of(robot, around.clock.now());
+    robot.watch.update(motion, zones, around.building(), dt, events);
+    predictor.predict(robot, motion, around, contacts, events);
   }
-  for (const auto& agent : agents) {
-    if (agent->robot) {
-      const RobotMotion& robot = agent->robot->motion();
-      const ObservedMotion motion{now,  robot.T_map_base, robot.velocity, robot.rotation_rate,
-                                  true, robot.epoch};
-      agent->watch.update(motion, options.zones, *building, dt, events);
-      foresee(*agent, motion);
-      watch_radio(*agent, motion);
-      watch_battery(*agent, motion);
-      continue;
-    }
-    const RigidState& rigid = agent->rigid;
-    agent->watch.update({now, Transform<Map, Base>(rigid.T_map_body.isometry()), rigid.velocity,
-                         rigid.rotation_rate, true, agent->epoch},
-                        options.zones, *building, dt, events);
+  for (Agent& agent : agents) {
+    const ObservedMotion motion = motion_of(agent, around.clock.now());
+    agent.watch.update(motion, zones, around.building(), dt, events);
+    if (!agent.robot) continue;
+    predictor.predict(agent, motion, around, contacts, events);
+    watch_radio(agent, motion, around, events);
+    watch_battery(agent, motion, around, physics, events);
   }
-  watch_hazards();
 }
 
 }  // namespace parhelion::simulation

@@ -1,48 +1,18 @@
-// Supervision: what bodies do after each physics step becomes events (paper 4.1). A BodyWatch goes with each
-// supervised body; it is fed in the order of the steps and says what changed.
+// Supervision (paper 4.1): after each step, what robots and agents do and what happens to them becomes
+// events.
 #pragma once
 
 #include <vector>
 
-#include "server/simulation/watches.hpp"
+#include "server/simulation/contacts.hpp"
+#include "server/simulation/predictor.hpp"
+#include "server/simulation/surroundings.hpp"
 
-namespace parhelion {
-struct AgentDefinition;
-}
-namespace parhelion {
-struct RobotDescription;
-}
 namespace parhelion::simulation {
 
-/// All watches of one body.
-class BodyWatch {
- public:
-  BodyWatch() = default;
-  explicit BodyWatch(Supervised body) : body_(std::move(body)) {}
-
-  /// What it did in the step that led to `motion`; appends its events, all stamped motion.stamp.
-  void update(const ObservedMotion& motion, const std::vector<Zone>& zones, const Building& building,
-              double dt, std::vector<Event>& events);
-  /// It goes away at `now`: what was started and entered is stopped and left.
-  void close(SimulationTime now, const std::vector<Zone>& zones, std::vector<Event>& events);
-  const Supervised& body() const { return body_; }
-
- private:
-  Supervised body_;
-  ObservedMotion last_;
-  MovementWatch movement_;
-  AttitudeWatch attitude_;
-  FallWatch fall_;
-  StepWatch steps_;
-  ZoneWatch zones_;
-};
-
-struct AgentForm;
-struct RobotModel;
-/// The real robot: its height is what SLAM says, so nothing is said of falls.
-Supervised supervised(const RobotDescription& robot);
-Supervised supervised(const AgentDefinition& agent, const AgentForm& form);
-/// A robot of links and joints: all of it.
-Supervised supervised(const std::string& name, const RobotModel& model);
+/// Of all of `around`, whose real_robots and agents are those given: their watches and predictions, radio and
+/// battery.
+void supervise(RealRobots& real_robots, Agents& agents, const Surroundings& around, const Contacts& contacts,
+               const Physics& physics, Predictor& predictor, std::vector<Event>& events);
 
 }  // namespace parhelion::simulation

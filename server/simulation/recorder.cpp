@@ -1,10 +1,10 @@
-// What is kept of a step: where each body is and how it moves, from the physics into the history and out of
-// it.
+#include "server/simulation/recorder.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "server/simulation/state.hpp"
+#include "server/simulation/base_body.hpp"
 
 namespace parhelion::simulation {
 namespace {
@@ -35,25 +35,18 @@ void place_doors(const std::vector<BodyState>& fixed, std::vector<BodyState>& bo
 
 }  // namespace
 
-void Simulation::State::rebuild_scene() {
+void Recorder::rebuild_scene(const Building& building, const RealRobots& real_robots, const Agents& agents) {
   auto next = std::make_shared<Scene>();
-  next->version = scene ? scene->version + 1 : 1;
-  next->bodies = building->definitions();
-  next->bodies.push_back(real_definition);
-  next->bodies.insert(next->bodies.end(), agent_definitions.begin(), agent_definitions.end());
-  scene = std::move(next);
-
-  // Scratch for the worst case, so that a crowd that gathers later allocates nothing.
-  const std::size_t movers = agents.size() + 2;
-  near.reserve(4 * building->obstacles().size());
-  nearby.reserve(4 * movers + 64);
-  steering.obstacles.reserve(building->obstacles().size() + movers + 512);
-  while (steering.predicted.size() < movers) steering.predicted.push_back(make_segment({0, 0}, {0, 0}, 0));
+  next->version = scene_ ? scene_->version + 1 : 1;
+  next->bodies = building.definitions();
+  for (const RealRobot& robot : real_robots) next->bodies.push_back(robot.definition);
+  next->bodies.insert(next->bodies.end(), agents.definitions().begin(), agents.definitions().end());
+  scene_ = std::move(next);
 }
 
 /// A part's own velocity is the difference of its last two poses in the agent's frame, on top of the agent's
 /// motion.
-void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodies) {
+void Recorder::append_states(Agent& agent, double dt, std::vector<BodyState>& bodies) {
   if (agent.robot) {
     agent.robot->append_states(agent.first_body, agent.epoch, bodies);
     return;
@@ -64,65 +57,54 @@ void Simulation::State::append_states(Agent& agent, std::vector<BodyState>& bodi
   }
   bodies.push_back(body_state(agent.first_body, agent.epoch, agent.rigid));
   if (agent.body_count == 1) return;
-  poses.clear();
-  part_poses(agent.definition, agent.parts, poses);
-  const Transform<Map, Base> T_map_base(agent.rigid.T_map_body.isometry());
-  const bool first = agent.part_epoch != agent.epoch || agent.part_poses.size() != poses.size();
+  poses_.clear();
+  part_poses(agent.definition, agent.parts, poses_);
+  const Transform<Map, Base> T_map_base = base_of(agent.rigid.T_map_body);
+  const bool first = agent.part_epoch != agent.epoch || agent.part_poses.size() != poses_.size();
   const Eigen::Matrix3d R = T_map_base.rotation();
   bodies.pop_back();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
     BodyState state;
     state.id = agent.first_body + static_cast<BodyId>(i);
     state.epoch = agent.epoch;
-    state.T_map_body = T_map_base * poses[i];
-    const Eigen::Vector3d arm = R * poses[i].translation();
+    state.T_map_body = T_map_base * poses_[i];
+    const Eigen::Vector3d arm = R * poses_[i].translation();
     state.velocity = agent.rigid.velocity + agent.rigid.rotation_rate.cross(arm);
     state.rotation_rate = agent.rigid.rotation_rate;
     if (!first) {
       const Transform<Base, Body>& before = agent.part_poses[i];
-      state.velocity += R * (poses[i].translation() - before.translation()) / dt;
-      state.rotation_rate += R.col(1) * (turned_about_y(before, poses[i]) / dt);
+      state.velocity += R * (poses_[i].translation() - before.translation()) / dt;
+      state.rotation_rate += R.col(1) * (turned_about_y(before, poses_[i]) / dt);
     }
     bodies.push_back(state);
   }
   agent.part_epoch = agent.epoch;
-  agent.part_poses.swap(poses);
+  agent.part_poses.swap(poses_);
 }
 
-void Simulation::State::observe_cable(Agent& agent) {
-  if (!agent.cable->observe(physics)) return;
-  agent.pose = planar_pose(Transform<Map, Base>(agent.rigid.T_map_body.isometry()));
-  std::vector<Eigen::Vector2d> corners;
-  const double r = agent.cable->form().radius;
-  for (const Eigen::Vector3d& p : agent.cable->points()) {
-    for (int corner = 0; corner < 4; ++corner)
-      corners.emplace_back(p.x() + (corner & 1 ? r : -r), p.y() + (corner & 2 ? r : -r));
-  }
-  agent.placed = make_polygon(convex_hull(std::move(corners)));
-}
-
-void Simulation::State::record() {
-  HistoryRecord& record = history.push();
-  record.stamp = stamp_of(step);
-  record.step = step;
-  record.scene = scene;
-  record.attitude_known = real.present && real.last.attitude_known;
-  record.building = building;
-  record.bodies.reserve(doors.size() + 1 + agent_definitions.size());
-  record_doors(record.bodies);
-  if (real.present) {
-    const Eigen::Isometry3d& base = real.last.T_map_base.isometry();
+void Recorder::record(const StepClock& clock, const Environment& environment, const RealRobots& real_robots,
+                      Agents& agents) {
+  HistoryRecord& record = history_.push();
+  record.stamp = clock.now();
+  record.step = clock.step;
+  record.scene = scene_;
+  record.attitude_known = real_robots.front().present && real_robots.front().last.attitude_known;
+  record.building = environment.building;
+  record.bodies.reserve(environment.doors.all().size() + real_robots.size() + agents.definitions().size());
+  environment.doors.append_states(record.bodies);
+  for (const RealRobot& robot : real_robots) {
+    if (!robot.present) continue;
+    const Eigen::Isometry3d& base = robot.last.T_map_base.isometry();
     const Eigen::Vector3d velocity =
-        base.linear() * Eigen::Vector3d(real.last.twist.vx, real.last.twist.vy, 0);
-    record.bodies.push_back({real.id, real.epoch, Transform<Map, Body>(base), velocity,
-                             base.linear() * Eigen::Vector3d(0, 0, real.last.twist.wz), true});
+        base.linear() * Eigen::Vector3d(robot.last.twist.vx, robot.last.twist.vy, 0);
+    record.bodies.push_back({robot.id, robot.epoch, body_of(robot.last.T_map_base), velocity,
+                             base.linear() * Eigen::Vector3d(0, 0, robot.last.twist.wz), true});
   }
-  for (const auto& agent : agents) append_states(*agent, record.bodies);
+  for (Agent& agent : agents) append_states(agent, clock.dt, record.bodies);
 }
 
-bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
-  const Duration ahead = next_step() - now();
-  const HistoryRecord* record = state_->history.record_at(t, ahead);
+bool Recorder::at(SimulationTime t, Duration ahead, WorldSnapshot& snapshot) const {
+  const HistoryRecord* record = history_.record_at(t, ahead);
   if (!record) return false;
   // Of the building only doors move: what an earlier call wrote for this scene is still right.
   const std::vector<BodyState>& fixed = record->building->states();
@@ -132,7 +114,7 @@ bool Simulation::at(SimulationTime t, WorldSnapshot& snapshot) const {
     snapshot.bodies.resize(fixed.size());
     for (const std::size_t door : record->building->door_bodies()) snapshot.bodies[door] = fixed[door];
   }
-  state_->history.find(t, ahead, snapshot.bodies);
+  history_.find(t, ahead, snapshot.bodies);
   place_doors(fixed, snapshot.bodies);
   snapshot.stamp = t;
   snapshot.step = record->step;

@@ -1,0 +1,48 @@
+// What a supervised body does after each physics step becomes events (paper 4.1): a BodyWatch for each body,
+// fed in the order of the steps, reports what changed.
+#pragma once
+
+#include <vector>
+
+#include "server/simulation/watches.hpp"
+
+namespace parhelion {
+struct AgentDefinition;
+}
+namespace parhelion {
+struct RobotDescription;
+}
+namespace parhelion::simulation {
+
+/// All watches of one body.
+class BodyWatch {
+ public:
+  BodyWatch() = default;
+  explicit BodyWatch(Supervised body) : body_(std::move(body)) {}
+
+  /// What it did in the step that led to `motion`; appends its events, all stamped motion.stamp.
+  void update(const ObservedMotion& motion, const std::vector<Zone>& zones, const Building& building,
+              double dt, std::vector<Event>& events);
+  /// It goes away at `now`: what was started and entered is stopped and left.
+  void close(SimulationTime now, const std::vector<Zone>& zones, std::vector<Event>& events);
+  const Supervised& body() const { return body_; }
+
+ private:
+  Supervised body_;
+  ObservedMotion last_;
+  MovementWatch movement_;
+  AttitudeWatch attitude_;
+  FallWatch fall_;
+  StepWatch steps_;
+  ZoneWatch zones_;
+};
+
+struct AgentForm;
+struct RobotModel;
+/// The real robot: its height is what SLAM says, so nothing is said of falls.
+Supervised supervised(const RobotDescription& robot);
+Supervised supervised(const AgentDefinition& agent, const AgentForm& form);
+/// A robot of links and joints: all of it.
+Supervised supervised(const std::string& name, const RobotModel& model);
+
+}  // namespace parhelion::simulation

@@ -1,0 +1,68 @@
+#include "server/simulation/contact_tracker.hpp"
+
+#include <algorithm>
+
+namespace parhelion::simulation {
+
+Event ContactTracker::event_of(EventKind kind, const Contact& contact, SimulationTime now, double impulse) {
+  Event event;
+  event.stamp = now;
+  event.kind = kind;
+  event.subject = contact.newest.subject;
+  event.object = contact.newest.object;
+  event.pair = contact.newest.pair;
+  event.position = contact.newest.position;
+  event.impulse = impulse;
+  event.unsensed = contact.newest.unsensed;
+  event.text = contact.newest.relation;
+  return event;
+}
+
+void ContactTracker::stop(const Contact& contact, SimulationTime now, std::vector<Event>& events) {
+  events.push_back(event_of(EventKind::collision_stopped, contact, now, contact.peak));
+}
+
+void ContactTracker::go_on(Contact& contact, SimulationTime now, std::vector<Event>& events) {
+  contact.peak_reported = std::max(contact.peak_reported, contact.newest.impulse);
+  if (contact.newest.rests || (now - contact.reported).seconds() < kPeriod) return;
+  events.push_back(event_of(EventKind::collision_continued, contact, now, contact.peak_reported));
+  events.back().value = (now - contact.started).seconds();
+  contact.reported = now;
+  contact.peak_reported = 0;
+}
+
+void ContactTracker::update(const std::vector<TouchingPair>& touching, SimulationTime now,
+                            std::vector<Event>& events) {
+  for (const TouchingPair& pair : touching) {
+    const auto [entry, is_new] = open_.try_emplace({pair.subject, pair.object});
+    Contact& contact = entry->second;
+    contact.newest = pair;
+    contact.peak = std::max(contact.peak, pair.impulse);
+    contact.last = now;
+    if (!is_new) {
+      go_on(contact, now, events);
+      continue;
+    }
+    contact.started = contact.reported = now;
+    events.push_back(event_of(EventKind::collision_started, contact, now, pair.impulse));
+  }
+  for (auto entry = open_.begin(); entry != open_.end();) {
+    const bool ended = (now - entry->second.last).seconds() > kPause;
+    if (ended) stop(entry->second, now, events);
+    entry = ended ? open_.erase(entry) : std::next(entry);
+  }
+}
+
+void ContactTracker::forget(const std::string& entity, SimulationTime now, std::vector<Event>& events) {
+  for (auto entry = open_.begin(); entry != open_.end();) {
+    const bool its = entry->first.first == entity || entry->first.second == entity;
+    if (its) stop(entry->second, now, events);
+    entry = its ? open_.erase(entry) : std::next(entry);
+  }
+}
+
+bool ContactTracker::touched(const std::string& subject, const std::string& object) const {
+  return open_.contains({subject, object});
+}
+
+}  // namespace parhelion::simulation

@@ -1,0 +1,20 @@
+// What surrounds agents and robots at a step: the modelled building, its doors, and what is real but not
+// modelled.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "server/simulation/building.hpp"
+#include "server/simulation/door_set.hpp"
+#include "server/simulation/planar.hpp"
+
+namespace parhelion::simulation {
+
+struct Environment {
+  std::shared_ptr<Building> building;
+  DoorSet doors;                      ///< of the building
+  std::vector<Footprint> unmodelled;  ///< discs, m, map: real obstacles that the model does not explain
+};
+
+}  // namespace parhelion::simulation

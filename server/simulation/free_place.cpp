@@ -1,0 +1,92 @@
+#include "server/simulation/free_place.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "server/simulation/place_text.hpp"
+
+namespace parhelion::simulation {
+namespace {
+
+constexpr double kGap = 0.02;         // m kept free between an agent that appears and what is there
+constexpr double kSearchRange = 6.0;  // m
+constexpr double kAround =
+    50;  // m around the modelled site that an agent may be in: yards, what is not modelled
+
+}  // namespace
+
+/// What is wrong with a place that is too far from all that is modelled; empty where it is not.
+std::string off_site(const Building& building, const Eigen::Vector2d& p) {
+  const Eigen::AlignedBox2d& site = building.site();
+  if (site.isEmpty() || site.exteriorDistance(p) <= kAround) return {};
+  return place_text(p) + " is far outside the site, which reaches from " + place_text(site.min()) + " to " +
+         place_text(site.max()) + "; expected a place at most " + metres(kAround) + " m from it";
+}
+
+std::string PlaceSearch::obstruction(const Pose2& pose) {
+  Footprint placed;
+  place(form_.footprint, pose, placed);
+  const auto hits = [&placed](const Footprint& other, double gap) {
+    return distance_bound(placed, other) < gap && signed_distance(placed, other) < gap;
+  };
+  if (std::any_of(zone_.begin(), zone_.end(), [&](const Footprint& f) { return hits(f, 0); })) {
+    return "on the real robot or inside its stopping distance";
+  }
+  const Building& building = *environment_.building;
+  const double floor = building.floor_height(pose.position());
+  near_.clear();
+  building.near(placed.center, placed.bound + kGap, floor + 0.02, floor + form_.size.z(), near_);
+  for (const FixedObstacle* obstacle : near_) {
+    if (hits(obstacle->footprint, kGap)) return "in '" + obstacle->name + "' of the building";
+  }
+  for (const Agent& agent : agents_) {
+    if (&agent != except_ && hits(agent.placed, kGap)) return "on agent '" + agent.definition.name + "'";
+  }
+  for (const Footprint& disc : environment_.unmodelled) {
+    if (hits(disc, kGap)) return "on something real that the model does not explain";
+  }
+  return {};
+}
+
+/// Rings around the place, the nearest first.
+std::optional<Pose2> PlaceSearch::nearest_free(const Pose2& pose) {
+  constexpr double spacing = 0.1;  // m
+  for (double radius = 0; radius <= kSearchRange; radius += spacing) {
+    const int count = std::max(1, static_cast<int>(2 * std::numbers::pi * radius / spacing / 2));
+    for (int i = 0; i < count; ++i) {
+      const double angle = 2 * std::numbers::pi * i / count;
+      const Pose2 candidate{pose.x + radius * std::cos(angle), pose.y + radius * std::sin(angle), pose.yaw};
+      if (obstruction(candidate).empty()) return candidate;
+    }
+  }
+  return std::nullopt;
+}
+
+Status check_place(const AgentDefinition& agent, const AgentForm& form, const Agent* except,
+                   const Environment& environment, const Agents& agents, const RealRobots& real_robots,
+                   std::span<const std::optional<RealRobotState>> now) {
+  const std::string who = "agent '" + agent.name + "': ";
+  const Pose2 pose = planar_pose(agent.T_map_base);
+  if (!agent.T_map_base.finite() || std::abs(pose.x) > kMostPlace || std::abs(pose.y) > kMostPlace) {
+    return Error{who + "its place is not finite or farther than 100 km; expected metres in the map"};
+  }
+  if (const std::string wrong = off_site(*environment.building, pose.position()); !wrong.empty())
+    return Error{who + wrong};
+  std::vector<Footprint> zone;
+  for (std::size_t i = 0; i < real_robots.size(); ++i) {
+    const RealRobot& robot = real_robots[i];
+    if (is_known(now[i])) append_stop_zone(robot, *now[i], zone);
+    // Where the robot is not known now, it is still somewhere near its last place.
+    if (!now[i] && robot.ever_present) append_stop_zone(robot, robot.last, zone);
+  }
+  PlaceSearch search(form, except, std::move(zone), environment, agents);
+  const std::string what = search.obstruction(pose);
+  if (what.empty()) return {};
+  const auto free = search.nearest_free(pose);
+  return Error{who + place_text(pose.position()) + " is " + what + "; " +
+               (free ? "the nearest free place is " + place_text(free->position())
+                     : "no free place within " + metres(kSearchRange) + " m")};
+}
+
+}  // namespace parhelion::simulation

@@ -1,0 +1,24 @@
+// The grippers of all articulated robots: what their links press on in a step.
+#pragma once
+
+#include <vector>
+
+#include "protocols/event.hpp"
+#include "server/simulation/agents.hpp"
+#include "server/simulation/handling.hpp"
+#include "server/simulation/physics.hpp"
+#include "server/simulation/step_clock.hpp"
+
+namespace parhelion::simulation {
+
+class Grippers {
+ public:
+  /// After a step: appends the events of each GripperWatch.
+  void update(Agents& agents, const Physics& physics, const StepClock& clock, std::vector<Event>& events);
+
+ private:
+  void collect_forces(const ArticulatedRobot& robot, const Agents& agents, const Physics& physics, double dt);
+  std::vector<FingerForce> forces_;  // memory that is used again
+};
+
+}  // namespace parhelion::simulation

@@ -1,0 +1,80 @@
+// What a Simulation is made of. Each part has its data and its functions; what several of them do together is
+// in step.cpp and commands.cpp.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/simulation/agent_motion.hpp"
+#include "server/simulation/behaviour.hpp"
+#include "server/simulation/contacts.hpp"
+#include "server/simulation/grippers.hpp"
+#include "server/simulation/hazards.hpp"
+#include "server/simulation/predictor.hpp"
+#include "server/simulation/recorder.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/simulation/surroundings.hpp"
+#include "server/simulation/unconstrained_motion.hpp"
+
+namespace parhelion::simulation {
+
+/// Numbers of the bodies of buildings. They are the lowest ones, so that bodies stay in ascending order when
+/// another building is put in.
+struct BuildingNumbers {
+  BodyId next = 1, end = 1;
+};
+
+struct Simulation::Parts {
+  Parts(const SimulationOptions& with, SimulationTime start);
+
+  const SimulationOptions options;
+  StepClock clock;
+  Physics physics;
+  BuildingNumbers building_numbers;
+  Environment environment;
+  RealRobots real_robots;
+  Agents agents;
+  Neighbours neighbours;
+  Behaviours behaviours;
+  ContactForecast forecast;
+  Contacts contacts;
+  Grippers grippers;
+  Predictor predictor;
+  std::optional<Hazards> hazards;  ///< there is a building from create() on
+  Recorder recorder;
+  std::vector<Event> events;  ///< since they were taken last
+  Footprint swept;            ///< memory of clearance() that is used again
+
+  /// One of these for each real robot.
+  using RealRobotStates = std::span<const std::optional<RealRobotState>>;
+
+  Surroundings surroundings() const { return {options, clock, environment, real_robots, agents, neighbours}; }
+  void publish(Event event) { events.push_back(std::move(event)); }
+  /// After bodies have come or gone.
+  void rebuild_scene();
+
+  // step.cpp
+  /// One fixed step: an outline of the simulation.
+  void step(RealRobotStates states, std::vector<LaserRequest>& requests);
+  void move_real_robots(RealRobotStates states);
+  void move_real_robot(RealRobot& robot, const std::optional<RealRobotState>& state);
+  /// Agents that appear to the robot's sensors (`all`, or those that return) where it could not stop are put
+  /// to the nearest free place.
+  void clear_stop_zone(const RealRobot& robot, const RealRobotState& state, bool all);
+
+  // commands.cpp
+  Status spawn(const AgentDefinition& definition, RealRobotStates states, std::uint64_t request,
+               bool trainee = false);
+  void enter_physics(Agent& agent);
+  /// Puts the agent there: a new epoch, nothing in between.
+  void put(Agent& agent, const Pose2& pose);
+  Status move(const AgentCommand& command, RealRobotStates states);
+  Status set_behaviour(Agent& agent, const AgentCommand& command);
+  void freeze(const Agent* only, bool frozen);
+  void remove(std::size_t index, std::uint64_t request);
+  void remove_all(std::uint64_t request);
+};
+
+}  // namespace parhelion::simulation

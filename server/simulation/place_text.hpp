@@ -1,0 +1,14 @@
+// Lengths and places in messages and events.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+namespace parhelion::simulation {
+
+/// "2.50", of m.
+std::string metres(double value);
+/// "(1.00, 2.50)", of m in the map.
+std::string place_text(const Eigen::Vector2d& p);
+
+}  // namespace parhelion::simulation

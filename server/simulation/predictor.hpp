@@ -1,0 +1,71 @@
+// Predicted collisions, near misses and tipping of the real robots and of simulated ones, after each step.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/simulation/contacts.hpp"
+#include "server/simulation/prediction.hpp"
+#include "server/simulation/surroundings.hpp"
+
+namespace parhelion::simulation {
+
+class Predictor {
+ public:
+  /// `robot`: one of around.real_robots, present.
+  void predict(RealRobot& robot, const ObservedMotion& motion, const Surroundings& around,
+               const Contacts& contacts, std::vector<Event>& events);
+  /// `agent`: one of around.agents, with a robot model.
+  void predict(Agent& agent, const ObservedMotion& motion, const Surroundings& around,
+               const Contacts& contacts, std::vector<Event>& events);
+  /// Memory for a building of so many obstacles, so that no step allocates any.
+  void reserve(std::size_t obstacles) { near_.reserve(4 * obstacles); }
+
+ private:
+  /// Whose path is examined, and how.
+  struct PredictionQuery {
+    const std::string* name;
+    MovingFootprint own;
+    const Footprint& placed;
+    Eigen::Vector2d center;
+    double margin;       ///< m from the building that is a contact
+    double bottom, top;  ///< m, z of what it can hit
+    double climb;        ///< m over `bottom` up to which steps beside it are no obstacle
+    bool is_virtual, unsensed;
+    double speed;           ///< m/s of its fastest point
+    const RealRobot* real;  ///< that it is; else nullptr...
+    const Agent* agent;     ///< ...and the agent that it is
+    NearMissWatch& misses;
+    const Surroundings& around;
+    const Contacts& contacts;
+    SimulationTime now() const { return around.clock.now(); }
+    /// So fast that a near miss is its own.
+    bool moves() const { return speed > NearMissWatch::kCareful; }
+  };
+  /// Another body that it may hit.
+  struct OtherBody {
+    MovingFootprint moving;
+    const Footprint& placed;
+    const std::string& name;
+    bool is_virtual, unsensed;
+  };
+
+  void predict_collisions(const PredictionQuery& query, const Supervised& body, const ObservedMotion& motion,
+                          RobotPrediction& prediction, std::vector<Event>& events);
+  std::optional<Ahead> find_first_collision(const PredictionQuery& query);
+  void predict_building_collision(const PredictionQuery& query, std::optional<Ahead>& ahead);
+  static void predict_agent_collision(const PredictionQuery& query, const Agent& other,
+                                      std::optional<Ahead>& ahead);
+  static void predict_real_collision(const PredictionQuery& query, const RealRobot& other,
+                                     std::optional<Ahead>& ahead);
+  static void predict_body_collision(const PredictionQuery& query, const OtherBody& other,
+                                     std::optional<Ahead>& ahead);
+  static void check_passing_distance(const PredictionQuery& query, const Footprint& placed,
+                                     const std::string& name, PairKind pair, bool unsensed);
+
+  std::vector<const FixedObstacle*> near_;  // memory that is used again
+};
+
+}  // namespace parhelion::simulation

@@ -1,0 +1,41 @@
+// What is kept of each step: where each body is and how it moves, from the physics into the history and out
+// of it.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "protocols/scene.hpp"
+#include "protocols/world.hpp"
+#include "server/simulation/agents.hpp"
+#include "server/simulation/environment.hpp"
+#include "server/simulation/history.hpp"
+#include "server/simulation/real_robot.hpp"
+#include "server/simulation/step_clock.hpp"
+
+namespace parhelion::simulation {
+
+class Recorder {
+ public:
+  /// Keeps `records` steps.
+  explicit Recorder(std::size_t records) : history_(records) {}
+
+  /// A new version of the scene; to be called when a body has come or gone.
+  void rebuild_scene(const Building& building, const RealRobots& real_robots, const Agents& agents);
+  const std::shared_ptr<const Scene>& scene() const { return scene_; }
+
+  /// The newest step.
+  void record(const StepClock& clock, const Environment& environment, const RealRobots& real_robots,
+              Agents& agents);
+  /// As Simulation::at(); `ahead`: how far beyond the newest step is extrapolated.
+  bool at(SimulationTime t, Duration ahead, WorldSnapshot& snapshot) const;
+
+ private:
+  void append_states(Agent& agent, double dt, std::vector<BodyState>& bodies);
+
+  std::shared_ptr<const Scene> scene_;
+  History history_;
+  std::vector<Transform<Base, Body>> poses_;  // memory that is used again
+};
+
+}  // namespace parhelion::simulation

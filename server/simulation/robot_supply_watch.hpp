@@ -1,0 +1,19 @@
+// What becomes of a simulated robot's radio link and battery in a step, and the events of that.
+#pragma once
+
+#include <vector>
+
+#include "server/simulation/surroundings.hpp"
+
+namespace parhelion::simulation {
+
+/// Of an agent with a robot model, after a step.
+void watch_radio(Agent& agent, const ObservedMotion& motion, const Surroundings& around,
+                 std::vector<Event>& events);
+void watch_battery(Agent& agent, const ObservedMotion& motion, const Surroundings& around,
+                   const Physics& physics, std::vector<Event>& events);
+
+/// nullptr, or one without a robot model: nothing is lost.
+SupplyState supply_state(const Agent* agent, const std::optional<Battery>& battery);
+
+}  // namespace parhelion::simulation

@@ -1,0 +1,101 @@
+// What a step does (part of Simulation): the real robots go where they are known to be, agents act, the
+// physics moves all bodies, and what came of it becomes events and a record.
+#include <algorithm>
+#include <utility>
+
+#include "server/simulation/agent_lasers.hpp"
+#include "server/simulation/door_events.hpp"
+#include "server/simulation/free_place.hpp"
+#include "server/simulation/parts.hpp"
+#include "server/simulation/supervision.hpp"
+
+namespace parhelion::simulation {
+
+void Simulation::Parts::clear_stop_zone(const RealRobot& robot, const RealRobotState& state, bool all) {
+  const auto returns = [&](const Agent& agent) { return all || agent.shown == AgentShown::returning; };
+  if (std::none_of(agents.begin(), agents.end(), returns)) return;
+  std::vector<Footprint> zone;
+  append_stop_zone(robot, state, zone);
+  for (Agent& agent : agents) {
+    if (!returns(agent)) continue;
+    agent.clear_of_real = true;
+    const bool inside = std::any_of(zone.begin(), zone.end(), [&](const Footprint& footprint) {
+      return distance_bound(footprint, agent.placed) <= 0 && signed_distance(footprint, agent.placed) <= 0;
+    });
+    if (!inside) continue;
+    const auto free = PlaceSearch(agent.form, &agent, zone, environment, agents).nearest_free(agent.pose);
+    if (!free) {
+      agent.clear_of_real = false;
+      continue;
+    }
+    put(agent, *free);
+    publish(agent_event(EventKind::agent_moved, agent, clock.now(), 0,
+                        "out of the way: it would have reappeared where the robot could not stop"));
+  }
+}
+
+void Simulation::Parts::move_real_robot(RealRobot& robot, const std::optional<RealRobotState>& state) {
+  if (!is_known(state)) {
+    if (robot.present) {
+      contacts.forget(robot.name, clock.now(), events);
+      robot.watch.close(clock.now(), options.zones, events);
+    }
+    suspend_real_robot(robot, physics);
+    return;
+  }
+  const bool jumped = !robot.present || state->relocalized;
+  if (jumped) {
+    ++robot.epoch;
+    contacts.forget(robot.name, clock.now(), events);
+  }
+  // Agents come back into its sensors' view: none so near that it could not stop.
+  clear_stop_zone(robot, *state, state->sensed && (jumped || !robot.sensed));
+  place_real_robot(robot, *state, jumped);
+  if (jumped) constrain_near(robot.placed, agents, physics);
+  move_real_body(robot, physics);
+}
+
+void Simulation::Parts::move_real_robots(RealRobotStates states) {
+  for (std::size_t i = 0; i < real_robots.size(); ++i) move_real_robot(real_robots[i], states[i]);
+}
+
+void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& requests) {
+  const Surroundings around = surroundings();
+  Building& building = *environment.building;
+  ++clock.step;
+  move_real_robots(states);
+
+  // What agents do.
+  behaviours.search_routes(agents, around, events);
+  neighbours.place(agents.size(), [this](std::size_t i) {
+    return std::pair(agents[i].placed.center, agents[i].placed.bound);
+  });
+  drive_agents(agents, around, behaviours, forecast, physics, events);
+
+  // How bodies move.
+  environment.doors.move(building, agents, physics, clock.dt);
+  physics.step();
+  environment.doors.read(building, physics, clock.dt);
+  observe_agents(agents, clock, physics, events);
+
+  // What came of it, as events.
+  contacts.update(agents, real_robots, building, physics, clock.now(), events);
+  grippers.update(agents, physics, clock, events);
+  watch_doors(environment.doors, contacts.touching(), around, physics, events);
+  supervise(real_robots, agents, around, contacts, physics, predictor, events);
+  hazards->update(around, events);
+
+  recorder.record(clock, environment, real_robots, agents);
+  request_scans(agents, clock.now(), requests);
+}
+
+void Simulation::step(const std::optional<RealRobotState>& real, std::vector<LaserRequest>& requests) {
+  parts_->step({&real, 1}, requests);
+}
+
+void Simulation::skip(std::uint64_t steps) {
+  parts_->clock.step += steps;
+  parts_->recorder.record(parts_->clock, parts_->environment, parts_->real_robots, parts_->agents);
+}
+
+}  // namespace parhelion::simulation
