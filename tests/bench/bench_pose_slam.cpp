@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -15,6 +13,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/pose2.hpp"
+#include "tests/fusion/pose/trajectory_error.hpp"
 
 namespace parhelion {
 namespace {
@@ -76,7 +75,7 @@ double cpu_seconds() {
 }
 
 struct Run {
-  std::vector<std::pair<SensorTime, Pose2>> slam, odometry;  ///< at each scan that was answered
+  test::Trajectory slam, odometry;  ///< at each scan that has an estimate
   std::vector<double> wall_ms, cpu_ms;
 };
 
@@ -92,15 +91,15 @@ Run run(pose::Slam& slam, const Recording& recording) {
     }
     const auto wall = std::chrono::steady_clock::now();
     const double cpu = cpu_seconds();
-    const auto word = slam.add(input.scan);
+    const auto estimate = slam.add(input.scan);
     result.cpu_ms.push_back(1e3 * (cpu_seconds() - cpu));
     result.wall_ms.push_back(
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - wall).count());
     const auto step = odometry.step_to(input.scan.stamp);
-    if (!word || !step) continue;
+    if (!estimate || !step) continue;
     T_odom_base = T_odom_base * step->step;
-    result.slam.emplace_back(word->stamp, planar(word->T_map_base));
-    result.odometry.emplace_back(word->stamp, T_odom_base);
+    result.slam.emplace_back(estimate->stamp, planar(estimate->T_map_base));
+    result.odometry.emplace_back(estimate->stamp, T_odom_base);
   }
   return result;
 }
@@ -114,67 +113,22 @@ void print_times(const char* what, std::vector<double> ms) {
               ms.back());
 }
 
-/// Mean translational error of relations (Kuemmerle et al. 2009).
-void print_relations(const char* what, const std::vector<std::pair<SensorTime, Pose2>>& trajectory,
-                     const std::string& path) {
-  std::map<std::int64_t, Pose2> at;
-  for (const auto& [stamp, pose] : trajectory) at[stamp.utime()] = pose;
-  std::ifstream file(path);
-  double t1 = 0, t2 = 0, x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0;
-  std::vector<double> errors;
-  double turn = 0;
-  while (file >> t1 >> t2 >> x >> y >> z >> roll >> pitch >> yaw) {
-    const auto a = at.find(std::lround(t1 * 1e6)), b = at.find(std::lround(t2 * 1e6));
-    if (a == at.end() || b == at.end()) continue;
-    const Pose2 off = Pose2{x, y, yaw}.inverse() * (a->second.inverse() * b->second);
-    errors.push_back(off.position().norm());
-    turn += std::abs(wrap_angle(off.yaw));
-  }
-  if (errors.empty()) return;
-  double sum = 0;
-  for (const double e : errors) sum += e;
-  const auto n = static_cast<double>(errors.size());
-  std::sort(errors.begin(), errors.end());
+void print_relations(const char* what, const test::Trajectory& trajectory,
+                     const std::vector<test::Relation>& relations) {
+  const test::RelationError error = test::relation_error(trajectory, relations);
+  if (error.relations == 0) return;
   std::printf("  %s: %zu relations, mean %.4f m, median %.4f, p90 %.4f, mean turn %.3f deg\n", what,
-              errors.size(), sum / n, errors[errors.size() / 2], errors[errors.size() * 9 / 10],
-              turn / n * 57.29578);
+              error.relations, error.mean, error.median, error.p90, error.mean_turn * 57.29578);
 }
 
-/// RMSE of position after one rigid alignment; the reference is interpolated at the stamps of the trajectory.
-void print_rmse(const char* what, const std::vector<std::pair<SensorTime, Pose2>>& trajectory,
-                const Recording& recording) {
-  std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> pairs;
-  for (const auto& [stamp, pose] : trajectory) {
-    for (std::size_t i = 0; i + 1 < recording.reference.size(); ++i) {
-      const PoseStamped &a = recording.reference[i], &b = recording.reference[i + 1];
-      if (stamp < a.stamp || stamp > b.stamp) continue;
-      const double s = (stamp - a.stamp).seconds() / (b.stamp - a.stamp).seconds();
-      pairs.emplace_back(interpolate(planar(a.T_map_base), planar(b.T_map_base), s).position(),
-                         pose.position());
-      break;
-    }
-  }
-  Eigen::Vector2d mean_a(0, 0), mean_b(0, 0);
-  for (const auto& [a, b] : pairs) mean_a += a, mean_b += b;
-  mean_a /= static_cast<double>(pairs.size()), mean_b /= static_cast<double>(pairs.size());
-  double sine = 0, cosine = 0;
-  for (const auto& [a, b] : pairs) {
-    const Eigen::Vector2d u = a - mean_a, v = b - mean_b;
-    cosine += v.dot(u);
-    sine += v.x() * u.y() - v.y() * u.x();
-  }
-  const Eigen::Rotation2Dd turn(std::atan2(sine, cosine));
-  double squares = 0, most = 0;
-  for (const auto& [a, b] : pairs) {
-    const double d = (a - mean_a - turn * (b - mean_b)).norm();
-    squares += d * d;
-    most = std::max(most, d);
-  }
-  std::printf("  %s: RMSE %.1f mm, largest %.1f mm, %zu poses\n", what,
-              1e3 * std::sqrt(squares / static_cast<double>(pairs.size())), 1e3 * most, pairs.size());
+void print_rmse(const char* what, const test::Trajectory& trajectory, const Recording& recording) {
+  const test::AlignedError error = test::aligned_error(trajectory, recording.reference);
+  std::printf("  %s: RMSE %.1f mm, largest %.1f mm, %zu poses\n", what, 1e3 * error.rmse, 1e3 * error.max,
+              error.poses);
 }
 
-void bench_mapping(const std::string& name, const std::string& log, const std::string& relations) {
+void bench_mapping(const std::string& name, const std::string& log,
+                   const std::vector<test::Relation>& relations) {
   std::printf("%s: mapping\n", name.c_str());
   Recording recording;
   if (!load(log, recording)) return;
@@ -184,17 +138,13 @@ void bench_mapping(const std::string& name, const std::string& log, const std::s
   Run causal = run(**mapper, recording);
   print_times("wall", causal.wall_ms);
   print_times("CPU", causal.cpu_ms);
-  const auto words = (*mapper)->finish();
+  const test::Trajectory final = test::trajectory_of((*mapper)->finish());
   const double cpu = cpu_seconds() - start;
   std::printf("  %.1f s of CPU for %.1f s of log: %.0f times real time\n", cpu, recording.seconds,
               recording.seconds / cpu);
-  std::vector<std::pair<SensorTime, Pose2>> final;
-  for (const PoseEstimate& word : words) final.emplace_back(word.stamp, planar(word.T_map_base));
-  if (!relations.empty()) {
-    print_relations("final", final, relations);
-    print_relations("causal", causal.slam, relations);
-    print_relations("raw odometry", causal.odometry, relations);
-  }
+  print_relations("final", final, relations);
+  print_relations("causal", causal.slam, relations);
+  print_relations("raw odometry", causal.odometry, relations);
   if (!recording.reference.empty()) {
     print_rmse("causal", causal.slam, recording);
     print_rmse("final", final, recording);
@@ -223,7 +173,8 @@ void bench_mapping(const std::string& name, const std::string& log, const std::s
 
 /// bench_pose_slam SENA.lcm JARVIS.lcm INTEL.lcm: logs that `parhelion import` wrote; "-" leaves one out.
 int main(int argc, char** argv) {
-  const std::string relations = std::string(PARHELION_DATA_DIR) + "/slam2d-intel/intel.relations";
+  const auto relations =
+      parhelion::test::read_relations(std::string(PARHELION_DATA_DIR) + "/slam2d-intel/intel.relations");
   if (argc != 4) {
     std::printf("usage: %s SENA.lcm JARVIS.lcm INTEL.lcm (of `parhelion import`; - leaves one out)\n",
                 argv[0]);
@@ -232,7 +183,8 @@ int main(int argc, char** argv) {
   const char* names[] = {"SENA", "Jarvis", "Intel"};
   for (int i = 0; i < 3; ++i) {
     if (std::string(argv[i + 1]) != "-")
-      parhelion::bench_mapping(names[i], argv[i + 1], i == 2 ? relations : "");
+      parhelion::bench_mapping(names[i], argv[i + 1],
+                               i == 2 ? relations : std::vector<parhelion::test::Relation>());
   }
   return 0;
 }

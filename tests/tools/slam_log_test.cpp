@@ -195,7 +195,7 @@ TEST(SlamCommand, SaysWhatIsWrongWithItsArguments) {
   EXPECT_EQ(run({"--log", "does-not-exist.lcm", "-o", "y.lcm"}), 1);
 }
 
-TEST(SlamLog, MapsTheRecordingThatDebianShips) {
+TEST(SlamLog, LocalizesTheRecordingThatDebianShipsWhereMappingPutIt) {
   PARHELION_NEEDS_RECORDING(test::sena_rawlog());
   const TemporaryFolder folder;
   ImportOptions import;
@@ -217,18 +217,21 @@ TEST(SlamLog, MapsTheRecordingThatDebianShips) {
       ASSERT_TRUE(located.ok()) << located.error().message;
       EXPECT_EQ(located->lost, 0U);
       EXPECT_GE(located->tracking, started ? 225U : 180U);
-      // Against the final trajectory that made the map: the same drive, so it must be the same place.
-      const auto truth = ImportedLog(folder / "mapped.lcm").all<PoseEstimate>("POSE_COV");
-      const auto words = ImportedLog(folder / "located.lcm").all<PoseEstimate>("POSE_COV");
-      ASSERT_EQ(truth.size(), words.size());
+      // Against the final trajectory that made the map: the same drive, so it must be the same place. That is
+      // no truth, and nobody has published one of this recording: slam_recordings_test.cpp compares mapping
+      // and localization with relations and certified poses of others.
+      const auto mapping_poses = ImportedLog(folder / "mapped.lcm").all<PoseEstimate>("POSE_COV");
+      const auto estimates = ImportedLog(folder / "located.lcm").all<PoseEstimate>("POSE_COV");
+      ASSERT_EQ(mapping_poses.size(), estimates.size());
       // One scan of this recording (82, its odometry 0.3 m off) is nearly ambiguous along the way in 5 cm
       // cells: there a ROS map may be wrong by more than a .simplemap, but never by what counts as a
       // relocalization.
       const double most = std::string(kind) == "yaml" ? 0.2 : 0.1;
       double squares = 0;
-      for (std::size_t i = 0; i < words.size(); ++i) {
-        if (words[i].state != SlamState::tracking) continue;
-        const double off = (words[i].T_map_base.translation() - truth[i].T_map_base.translation()).norm();
+      for (std::size_t i = 0; i < estimates.size(); ++i) {
+        if (estimates[i].state != SlamState::tracking) continue;
+        const double off =
+            (estimates[i].T_map_base.translation() - mapping_poses[i].T_map_base.translation()).norm();
         EXPECT_LT(off, most) << i;
         squares += off * off;
       }

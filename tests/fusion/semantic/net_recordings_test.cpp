@@ -1,6 +1,7 @@
 // The semantic net on real recordings.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -65,20 +66,33 @@ TEST(NetOnRecordings, LabelsTheCropAsPeopleDid) {
   EXPECT_GE(f1(found, 2, EntityLabel::wall), 0.85);
 }
 
-TEST(NetOnRecordings, FindsTheTwoRecessedDoorsOfTheSolidWall) {
+/// Of the corridor's solid wall, m ahead of the first scanner: where points of the three scans lie 0.2 m
+/// behind the wall's face, counted by hand in a histogram of each.
+constexpr double kFirstDoor = 1.70, kSecondDoor = 5.70;
+
+TEST(NetOnRecordings, FindsTheOneRecessedDoorThatASingleScanSees) {
   const auto path = test::recording("3d-3dtk-corridor/scan000.3d");
   PARHELION_NEEDS_RECORDING(path)
   const Labelled found = labelled(path, true);
-  // The solid wall is 0.90 m to the right of the scanner, the doors about 0 and 3.4 m ahead of it.
-  int in_solid_wall = 0, elsewhere = 0;
+  // Two are there; nearly nothing was measured in the recess of the second, which lies 9 degrees off the wall
+  // as this scanner sees it. The three scans together show both (see the next test).
+  int in_second_recess = 0;
+  for (const Eigen::Vector3f& p : found.cloud.points)
+    in_second_recess += std::abs(p.x() - kSecondDoor) < 0.3 && p.y() < -1.0 && p.y() > -1.3 && p.z() > 0;
+  EXPECT_LT(in_second_recess, 20) << "enough to ask for both doors";
+  int elsewhere = 0;
+  std::vector<double> in_solid_wall;  // m ahead
   for (const ModelEntity& e : found.net.entities) {
     if (e.label != EntityLabel::door) continue;
-    const double y = e.T_map_body.translation().y();
-    (y < -0.7 && y > -1.4 ? in_solid_wall : elsewhere) += 1;
+    const Eigen::Vector3d p = e.T_map_body.translation();
+    if (p.y() < -0.7 && p.y() > -1.4)
+      in_solid_wall.push_back(p.x());
+    else
+      ++elsewhere;
   }
-  RecordProperty("in_solid_wall", in_solid_wall);
-  RecordProperty("elsewhere", elsewhere);
-  EXPECT_GE(in_solid_wall, 1);
+  ASSERT_EQ(in_solid_wall.size(), 1U);
+  EXPECT_NEAR(in_solid_wall[0], kFirstDoor, 0.1);
+  EXPECT_LE(elsewhere, 1) << "in the hall, where nobody has looked whether it is one";
 }
 
 cloud::PointCloud<Cloud> registered_corridor() {
@@ -116,19 +130,23 @@ TEST(NetOnRecordings, TellsTheCorridorsSolidWallFromItsRailing) {
   EXPECT_GT(longest, 2);
   EXPECT_NEAR(apart, 2.35, 0.02);
   // Along the corridor that was walked: doors in the solid wall only, pillars and no wall on the other side.
-  int doors = 0, pillars = 0;
+  std::vector<double> doors;  // m ahead
+  int pillars = 0;
   for (const ModelEntity& e : found.net.entities) {
     const Eigen::Vector3d p = e.T_map_body.translation();
     const double across = from_wall(p.head<2>());
     if (p.x() < 0 || p.x() > 8) continue;
-    doors += e.label == EntityLabel::door && across < 0.4;
+    if (e.label == EntityLabel::door && across < 0.4) doors.push_back(p.x());
     pillars += e.label == EntityLabel::pillar && across > 2.1 && across < 2.7;
     if (across < 0.4 || across > 2.7) continue;
     EXPECT_TRUE(e.label != EntityLabel::wall && e.label != EntityLabel::door &&
                 e.label != EntityLabel::window)
         << e.name << " at " << p.transpose();
   }
-  EXPECT_EQ(doors, 2);
+  std::sort(doors.begin(), doors.end());
+  ASSERT_EQ(doors.size(), 2U);
+  EXPECT_NEAR(doors[0], kFirstDoor, 0.1);
+  EXPECT_NEAR(doors[1], kSecondDoor, 0.1);
   EXPECT_GE(pillars, 5);
   double floor = 0, ceiling = 0;
   for (const ModelEntity& e : found.net.entities) {
@@ -137,7 +155,9 @@ TEST(NetOnRecordings, TellsTheCorridorsSolidWallFromItsRailing) {
     if (e.name == "ceiling 1") ceiling = z - e.size.z() / 2;
   }
   // The check values are of the first scan's own frame, which leans by 3 degrees: 5 cm for each metre ahead.
-  EXPECT_NEAR(floor, -0.43, 0.03);
+  // Asked of the floor: 2 cm. Reached: 2.2 cm; which point keeps its height decides
+  // (fusion/semantic/README.md).
+  EXPECT_NEAR(floor, -0.43, 0.023);
   EXPECT_NEAR(ceiling, 2.00, 0.02);
   EXPECT_NEAR(ceiling - floor, 2.43, 0.02);
 }

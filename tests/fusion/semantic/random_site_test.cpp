@@ -7,26 +7,52 @@
 namespace parhelion::semantic {
 namespace {
 
-TEST(SemanticNetOnRandomSites, FindsMostOfWhatIsThere) {
+/// The least precision and recall of what must be found; 0 where the rate has no such thing.
+struct Least {
+  double precision = 0, recall = 0;
+};
+
+/// Just below what was reached with these seeds: of the ten buildings of each run, of two hundred of the long
+/// one. Nothing was asked of this set in figures; perfect is 1.
+struct Row {
+  const char* what;
+  const test::Rate& rate;
+  Least of_ten, of_two_hundred;
+};
+
+// What limits the lowest of them: a flush door whose leaf lies within 1.5 cm of the wall's face is not in the
+// measured geometry (half of them are missed), and a recessed or ajar one is seen from one side only; a
+// window is missed where a counter hides its sill or where too little wall was seen round it; the edge of a
+// door's leaf or of a wall is taken for a pillar; a flight counts only with every tread that was seen.
+TEST(SemanticNetOnRandomSites, FindsWhatIsThere) {
   const std::uint64_t sites = test::long_run() ? 200 : 10;
   test::SiteScore score;
   for (std::uint64_t seed = 1; seed <= sites; ++seed) score += test::score_random_site(seed);
   std::printf("%d buildings\n", static_cast<int>(sites));
   score.print();
-  EXPECT_GE(score.wall.precision(), 0.93);
-  EXPECT_GE(score.wall.recall(), 0.92);
-  EXPECT_GE(score.wall_length.precision(), 0.88);
-  EXPECT_GE(score.floor.precision(), 0.95);
-  EXPECT_GE(score.floor.recall(), 0.95);
-  EXPECT_GE(score.ceiling.precision(), 0.97);
-  EXPECT_GE(score.ceiling.recall(), 0.95);
-  EXPECT_GE(score.pillar.recall(), 0.6);
-  EXPECT_GE(score.door.precision(), 0.85);
-  EXPECT_GE(score.door.recall(), 0.7);
-  EXPECT_GE(score.step.precision(), 0.85);
-  EXPECT_GE(score.step.recall(), 0.75);
-  EXPECT_GE(score.window.precision(), 0.6);
-  EXPECT_GE(score.window.recall(), 0.3);
+  const Row rows[] = {{"wall points", score.wall, {0.970, 0.960}, {0.960, 0.943}},
+                      {"floor points", score.floor, {0.985, 0.985}, {0.982, 0.985}},
+                      {"ceiling points", score.ceiling, {0.990, 0.989}, {0.992, 0.989}},
+                      {"pillar points", score.pillar_points, {0.90, 0.91}, {0.88, 0.86}},
+                      {"stairs points", score.stairs, {0.92, 0.90}, {0.94, 0.84}},
+                      {"walls drawn", score.wall_drawn, {0.93, 0}, {0.94, 0}},
+                      {"walls seen", score.wall_seen, {0, 0.99}, {0, 0.99}},
+                      {"door", score.door, {0.96, 0.82}, {0.91, 0.74}},
+                      {"window", score.window, {0.85, 0.59}, {0.88, 0.50}},
+                      {"pillar", score.pillar, {0.81, 0.89}, {0.80, 0.71}},
+                      {"flight", score.flight, {0.85, 0.85}, {0.73, 0.69}},
+                      {"step", score.step, {0.99, 0.92}, {0.99, 0.85}},
+                      {"open door", score.door_kind[0], {0, 0.87}, {0, 0.88}},
+                      {"door with its leaf open", score.door_kind[1], {0, 0.99}, {0, 0.91}},
+                      {"recessed door", score.door_kind[2], {0, 0.99}, {0, 0.64}},
+                      {"flush door", score.door_kind[3], {0, 0.49}, {0, 0.53}},
+                      {"door ajar", score.door_kind[4], {0, 0.99}, {0, 0.74}}};
+  for (const Row& row : rows) {
+    const Least& least = test::long_run() ? row.of_two_hundred : row.of_ten;
+    EXPECT_GT(row.rate.there + row.rate.found, 0) << row.what << ": nothing was scored";
+    EXPECT_GE(row.rate.precision(), least.precision) << row.what;
+    EXPECT_GE(row.rate.recall(), least.recall) << row.what;
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <stdexcept>
 #include <string>
@@ -26,14 +27,16 @@ struct Rate {
 
 struct SiteScore {
   Rate wall, floor, ceiling, pillar_points, stairs;  ///< points
-  Rate wall_length;                                  ///< m of the walls drawn; recall means nothing
-  Rate door, window, pillar, flight;                 ///< entities
-  Rate step;                                         ///< rises within 1 cm, in order from the lowest
-  std::array<Rate, 5> door_kind;                     ///< recall only, by DoorKind
+  Rate wall_drawn;                                   ///< 0.1 m pieces of the walls drawn; precision only
+  Rate wall_seen;                     ///< 0.1 m pieces of walls that were measured; recall only
+  Rate door, window, pillar, flight;  ///< entities
+  Rate step;                          ///< rises within 1 cm, in order from the lowest
+  std::array<Rate, 5> door_kind;      ///< recall only, by DoorKind
 
   SiteScore& operator+=(const SiteScore& o) {
     wall += o.wall, floor += o.floor, ceiling += o.ceiling, pillar_points += o.pillar_points;
-    stairs += o.stairs, wall_length += o.wall_length, door += o.door, window += o.window;
+    stairs += o.stairs, wall_drawn += o.wall_drawn, wall_seen += o.wall_seen, door += o.door,
+        window += o.window;
     pillar += o.pillar, flight += o.flight, step += o.step;
     for (std::size_t k = 0; k < door_kind.size(); ++k) door_kind[k] += o.door_kind[k];
     return *this;
@@ -45,7 +48,9 @@ struct SiteScore {
     };
     line("wall points", wall), line("floor points", floor), line("ceiling points", ceiling);
     line("pillar points", pillar_points), line("stairs points", stairs);
-    line("wall, 0.1 m", wall_length), line("door", door), line("window", window);
+    std::printf("  wall, 0.1 m      precision %.3f of %.0f drawn  recall %.3f of %.0f seen\n",
+                wall_drawn.precision(), wall_drawn.found, wall_seen.recall(), wall_seen.there);
+    line("door", door), line("window", window);
     line("pillar", pillar), line("flight", flight), line("step", step);
     constexpr std::array<const char*, 5> names = {"open", "leaf open", "recessed", "flush", "ajar"};
     for (std::size_t k = 0; k < names.size(); ++k)
@@ -110,17 +115,64 @@ inline double distance(const ModelEntity& box, const Eigen::Vector3d& p) {
   return outside.cwiseMax(0).norm();
 }
 
-inline void score_walls(const RandomSite& site, const Transform<Map, Map>& T_site_map,
-                        const std::vector<ModelEntity>& found, SiteScore& score) {
-  constexpr double kNear = 0.12;  // m
+constexpr double kNear = 0.12;  ///< m, of a drawn wall to a true one
+
+inline bool is_wall(const ModelEntity& e) { return e.label == EntityLabel::wall; }
+
+/// Which pieces of the walls drawn lie on a wall.
+inline void score_drawn_walls(const RandomSite& site, const Transform<Map, Map>& T_site_map,
+                              const std::vector<ModelEntity>& found, SiteScore& score) {
+  const std::vector<ModelEntity>& boxes = site.model.entities;
   for (const ModelEntity& e : found) {
-    if (e.label != EntityLabel::wall) continue;
+    if (!is_wall(e)) continue;
     for (double s = -e.size.x() / 2 + 0.05; s < e.size.x() / 2; s += 0.1) {
       const Eigen::Vector3d p = T_site_map * (e.T_map_body * Eigen::Vector3d(s, 0, 0));
-      const bool there = std::any_of(
-          site.model.entities.begin(), site.model.entities.end(),
-          [&](const ModelEntity& box) { return box.label == EntityLabel::wall && distance(box, p) < kNear; });
-      score.wall_length.both += there, score.wall_length.found += 1, score.wall_length.there += there;
+      score.wall_drawn.found += 1;
+      score.wall_drawn.both += std::any_of(boxes.begin(), boxes.end(), [&](const ModelEntity& box) {
+        return is_wall(box) && distance(box, p) < kNear;
+      });
+    }
+  }
+}
+
+/// How many of `points` (m, site frame) lie on each 0.1 m of a wall's box along its `axis`.
+inline std::vector<int> measured_pieces(const std::vector<Eigen::Vector3d>& points, const ModelEntity& box,
+                                        int axis) {
+  constexpr double kOnIt = 0.03;  // m
+  std::vector<int> counts(static_cast<std::size_t>(std::floor(box.size[axis] / 0.1)));
+  for (const Eigen::Vector3d& p : points) {
+    if (distance(box, p) > kOnIt) continue;
+    const double along = (box.T_map_body.inverse() * p)[axis] + box.size[axis] / 2;
+    const auto piece = static_cast<std::ptrdiff_t>(std::floor(along / 0.1));
+    if (piece >= 0 && piece < std::ssize(counts)) ++counts[static_cast<std::size_t>(piece)];
+  }
+  return counts;
+}
+
+/// Which pieces of true walls, of those that were measured by more than a few points, have a wall drawn
+/// there.
+inline void score_seen_walls(const LevelledSite& levelled, const std::vector<ModelEntity>& found,
+                             SiteScore& score) {
+  constexpr int kFew = 30;
+  const Transform<Map, Map> T_map_site = levelled.T_site_map.inverse();
+  std::vector<Eigen::Vector3d> points;
+  for (std::size_t i = 0; i < levelled.cloud.size(); ++i) {
+    if (static_cast<EntityLabel>(levelled.scanned.cloud.labels[i]) == EntityLabel::wall)
+      points.emplace_back(levelled.T_site_map * levelled.cloud.points[i].cast<double>());
+  }
+  for (const ModelEntity& box : levelled.site.model.entities) {
+    if (!is_wall(box) || box.size.z() < levelled.site.height - 0.01) continue;
+    const int axis = box.size.x() > box.size.y() ? 0 : 1;
+    const std::vector<int> counts = measured_pieces(points, box, axis);
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+      if (counts[k] < kFew) continue;
+      Eigen::Vector3d p(0, 0, 0);
+      p[axis] = (static_cast<double>(k) + 0.5) * 0.1 - box.size[axis] / 2;
+      const Eigen::Vector3d in_map = T_map_site * (box.T_map_body * p);
+      score.wall_seen.there += 1;
+      score.wall_seen.both += std::any_of(found.begin(), found.end(), [&](const ModelEntity& e) {
+        return is_wall(e) && distance(e, in_map) < kNear;
+      });
     }
   }
 }
@@ -223,7 +275,8 @@ inline void score_stairs(const LevelledSite& levelled, const std::vector<semanti
 inline SiteScore score_site(const LevelledSite& levelled, const semantic::SemanticNet& net) {
   SiteScore score;
   site_score::score_points(levelled.scanned.cloud, net.labels, score);
-  site_score::score_walls(levelled.site, levelled.T_site_map, net.entities, score);
+  site_score::score_drawn_walls(levelled.site, levelled.T_site_map, net.entities, score);
+  site_score::score_seen_walls(levelled, net.entities, score);
   site_score::score_openings(levelled.site, levelled.T_site_map, net.entities, score);
   site_score::score_pillars(levelled.site, levelled.T_site_map, net.entities, score);
   site_score::score_stairs(levelled, net.stairs, score);

@@ -1,0 +1,125 @@
+// SLAM on real recordings against truths that others measured: the published relations of the Intel Research
+// Lab, and the certified poses (4 mm) of the Jarvis AGV.
+#include <gtest/gtest.h>
+
+#include "tests/fusion/pose/trajectory_error.hpp"
+#include "tests/tools/imported_log.hpp"
+#include "tools/slam_log.hpp"
+
+namespace parhelion::tools {
+namespace {
+
+using test::ImportedLog;
+using test::TemporaryFolder;
+using test::Trajectory;
+
+struct Mapped {
+  Trajectory causal;  ///< each pose as it was known when its scan was processed
+  Trajectory final;   ///< after all loops are closed
+};
+
+Mapped mapped(const ImportedLog& log) {
+  Mapped result;
+  auto mapper = pose::make_mapper(log.robot(), {});
+  if (!mapper) {
+    ADD_FAILURE() << mapper.error().message;
+    return result;
+  }
+  for (const Message& event : log.events) {
+    Scan scan;
+    Odometry odometry;
+    if (event.channel == channel::odometry && decode(event.channel, event.payload, odometry).ok())
+      (*mapper)->add(odometry);
+    if (event.channel != channel::scan || !decode(event.channel, event.payload, scan).ok()) continue;
+    if (const auto estimate = (*mapper)->add(scan))
+      result.causal.emplace_back(estimate->stamp, planar(estimate->T_map_base));
+  }
+  result.final = test::trajectory_of((*mapper)->finish());
+  return result;
+}
+
+Trajectory raw_odometry(const ImportedLog& log) {
+  Trajectory trajectory;
+  for (const Odometry& odometry : log.all<Odometry>(channel::odometry))
+    trajectory.emplace_back(odometry.stamp, planar(odometry.T_odom_base));
+  return trajectory;
+}
+
+test::RelationError print(const char* what, const test::RelationError& e) {
+  std::printf("  %-12s %5zu relations, mean %.4f m, median %.4f, p90 %.4f, mean turn %.3f deg\n", what,
+              e.relations, e.mean, e.median, e.p90, e.mean_turn * 57.29578);
+  return e;
+}
+test::AlignedError print(const char* what, const test::AlignedError& e) {
+  std::printf("  %-12s RMSE %.1f mm, largest %.1f mm, %zu poses\n", what, 1e3 * e.rmse, 1e3 * e.max, e.poses);
+  return e;
+}
+
+TEST(SlamOnRecordings, MapsTheIntelLabAsItsPublishedRelationsSay) {
+  const auto folder_of_set = test::recording("slam2d-intel");
+  PARHELION_NEEDS_RECORDING(folder_of_set / "intel.clf.bz2");
+  const TemporaryFolder folder;
+  ASSERT_TRUE(
+      import_recording(test::import_options(folder_of_set / "intel.clf.bz2", folder / "intel.lcm"), {}).ok());
+  const auto relations = test::read_relations(folder_of_set / "intel.relations");
+  ASSERT_EQ(relations.size(), 2984U);
+  const ImportedLog log(folder / "intel.lcm");
+  const Mapped trajectories = mapped(log);
+  const auto final = print("final", test::relation_error(trajectories.final, relations));
+  const auto causal = print("causal", test::relation_error(trajectories.causal, relations));
+  const auto odometry = print("raw odometry", test::relation_error(raw_odometry(log), relations));
+  EXPECT_EQ(final.relations, relations.size());
+  EXPECT_EQ(causal.relations, relations.size());
+  EXPECT_GT(odometry.mean, 5) << "the recording is no longer a hard one: is it read in file order?";
+  EXPECT_LE(final.mean, 0.022);   // asked: 0.060 m; reached: 0.0194
+  EXPECT_LE(causal.mean, 0.125);  // nothing asked; reached: 0.1133, of which most is before a loop is closed
+}
+
+TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
+  const auto bag = test::recording("rosbag-jarvis-circular/jarvis_circular_path_fast.bag");
+  PARHELION_NEEDS_RECORDING(bag);
+  const TemporaryFolder folder;
+  ImportOptions import = test::import_options(bag, folder / "jarvis.lcm");
+  import.topics["SCAN"] = "/driver_laser_security/laser_scan";
+  ASSERT_TRUE(import_recording(import, {}).ok());
+  const ImportedLog log(folder / "jarvis.lcm");
+  const auto reference = log.all<PoseStamped>(channel::reference_pose);
+  const Mapped trajectories = mapped(log);
+  for (const Trajectory* trajectory : {&trajectories.causal, &trajectories.final}) {
+    const char* const name = trajectory == &trajectories.causal ? "causal" : "final";
+    const auto aligned = print(name, test::aligned_error(*trajectory, reference));
+    const auto relations =
+        print(name, test::relation_error(*trajectory, test::relations_of(reference, *trajectory, 8)));
+    EXPECT_GE(aligned.poses, 200U);
+    EXPECT_GE(relations.relations, 190U);
+    // Asked: 20 mm, hoped for: 10. Reached: 17.1 mm; a laser turned by 0.75 degrees would leave the 11.7 mm
+    // sideways that make most of it.
+    EXPECT_LE(aligned.rmse, 0.018) << name;
+    // Of each second. Nothing asked; reached: 18.3 mm and 0.63 degrees.
+    EXPECT_LE(relations.mean, 0.020) << name;
+    EXPECT_LE(relations.mean_turn * 57.29578, 0.68) << name;
+  }
+
+  // Localization in the map that was made of the same drive: an error of the map is one of the poses, too.
+  SlamLogOptions mapping;
+  mapping.input = folder / "jarvis.lcm";
+  mapping.save_map = folder / "jarvis";
+  ASSERT_TRUE(map_log(mapping).ok());
+  for (const char* kind : {"simplemap", "yaml"}) {
+    SlamLogOptions localizing;
+    localizing.input = folder / "jarvis.lcm";
+    localizing.output = folder / (std::string(kind) + ".lcm");
+    localizing.map = folder / (std::string("jarvis.") + kind);
+    localizing.slam.start = Eigen::Vector3d::Zero();
+    const auto located = localize_log(localizing);
+    ASSERT_TRUE(located.ok()) << located.error().message;
+    EXPECT_EQ(located->lost, 0U);
+    const auto estimates = ImportedLog(localizing.output).all<PoseEstimate>(channel::pose_cov);
+    const auto aligned = print(kind, test::aligned_error(test::trajectory_of(estimates), reference));
+    EXPECT_GE(aligned.poses, 200U);
+    EXPECT_LE(aligned.rmse, 0.020) << kind;  // asked: 20 mm; reached: 18.0 and 19.1
+  }
+}
+
+}  // namespace
+}  // namespace parhelion::tools
