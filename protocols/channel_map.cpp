@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "protocols/channels.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/yaml/utf8.hpp"
 
 namespace parhelion {
@@ -24,10 +25,10 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
 
 std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
   std::vector<std::string> names{
-      channel::robot,     channel::scan,         channel::lines,          channel::odometry,
-      channel::pose_cov,  channel::pose,         channel::reference_pose, channel::camera,
-      channel::depth,     channel::imu,          channel::teleop,         channel::joint_state,
-      channel::joint_cmd, channel::mr_agent_cmd, channel::operators};
+      channel::robot,  channel::scan,           channel::lines,     channel::odometry, channel::pose_cov,
+      channel::pose,   channel::reference_pose, channel::camera,    channel::depth,    channel::imu,
+      channel::teleop, channel::joint_state,    channel::joint_cmd, channel::operators};
+  names.insert(names.end(), kInstructorChannels.begin(), kInstructorChannels.end());
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
   return names;
 }

@@ -147,8 +147,10 @@ void check_supply(const Scenario& scenario, const Node& node, const char* key, y
   const auto simulated = [](const AgentDefinition& agent) { return !agent.model.empty(); };
   bool any = std::any_of(scenario.agents.begin(), scenario.agents.end(), simulated);
   for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& action : script.actions)
-      any = any || (action.action == AgentCommand::Action::spawn && simulated(action.agent));
+    for (const AgentCommand& action : script.actions) {
+      const auto* spawn = std::get_if<AgentSpawn>(&action);
+      any = any || (spawn != nullptr && simulated(spawn->agent));
+    }
   }
   if (any) return;
   problems.add(node.line,

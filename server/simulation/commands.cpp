@@ -97,17 +97,6 @@ Status Simulation::State::spawn(const AgentDefinition& definition, const std::op
   return {};
 }
 
-Status Simulation::State::move(const AgentCommand& command, const std::optional<RealRobotState>& now) {
-  Agent* agent = find(command.agent.name);
-  AgentDefinition moved = agent->definition;
-  moved.T_map_base = command.agent.T_map_base;
-  if (Status status = check_place(moved, agent, now); !status) return status;
-  agent->definition = moved;
-  put(*agent, planar_pose(moved.T_map_base));
-  say(EventKind::agent_moved, *agent, command.request, {});
-  return {};
-}
-
 void Simulation::State::remove(std::size_t index, std::uint64_t request) {
   const std::unique_ptr<Agent> agent = std::move(agents[index]);
   agents.erase(agents.begin() + static_cast<std::ptrdiff_t>(index));
@@ -132,66 +121,77 @@ Status Simulation::spawn(const AgentDefinition& agent, const std::optional<RealR
   return state_->spawn(agent, real, 0);
 }
 
-Status Simulation::command(const AgentCommand& command, const std::optional<RealRobotState>& real) {
-  using Action = AgentCommand::Action;
-  State& state = *state_;
-  const std::string& name = command.agent.name;
-  if (command.action == Action::spawn) return state.spawn(command.agent, real, command.request);
-  if (command.action == Action::remove_all) {
-    for (std::size_t i = state.agents.size(); i-- > 0;) {
-      if (!state.agents[i]->trainee) state.remove(i, command.request);
+Status Simulation::State::apply(const AgentSpawn& command, const std::optional<RealRobotState>& now) {
+  return spawn(command.agent, now, command.request);
+}
+
+Status Simulation::State::apply(const AgentMove& command, const std::optional<RealRobotState>& now) {
+  Agent* agent = find(command.agent);
+  if (!agent) return unknown(command.agent);
+  AgentDefinition moved = agent->definition;
+  moved.T_map_base = command.T_map_base;
+  if (Status status = check_place(moved, agent, now); !status) return status;
+  agent->definition = moved;
+  put(*agent, planar_pose(moved.T_map_base));
+  say(EventKind::agent_moved, *agent, command.request, {});
+  return {};
+}
+
+Status Simulation::State::apply(const AgentBehaviour& command) {
+  Agent* agent = find(command.agent);
+  if (!agent) return unknown(command.agent);
+  AgentDefinition changed = agent->definition;
+  changed.behaviour = command.behaviour;
+  if (Status status = check_behaviour(changed); !status) return status;
+  const std::string& target = changed.behaviour.target;
+  if (!target.empty() && target != real.name && !find(target)) return unknown(target);
+  agent->definition = changed;
+  agent->steering = {};
+  agent->steering.heading = agent->pose.yaw;
+  forget_route(*agent);
+  return {};
+}
+
+Status Simulation::State::apply(const AgentRemove& command) {
+  if (command.all) {
+    for (std::size_t i = agents.size(); i-- > 0;) {
+      if (!agents[i]->trainee) remove(i, command.request);
     }
     return {};
   }
-  if (command.action == Action::door || command.action == Action::door_unknown)
-    return state.set_door(command);
-  const bool everyone =
-      name.empty() && (command.action == Action::freeze || command.action == Action::unfreeze);
-  Agent* agent = everyone ? nullptr : state.find(name);
-  if (!everyone && !agent) return state.unknown(name);
-  switch (command.action) {
-    case Action::move:
-      return state.move(command, real);
-    case Action::remove: {
-      if (agent->trainee) return Error{"'" + name + "' is the trainee's robot: it can be moved, not removed"};
-      const auto at = std::find_if(state.agents.begin(), state.agents.end(),
-                                   [&](const auto& a) { return a.get() == agent; });
-      state.remove(static_cast<std::size_t>(at - state.agents.begin()), command.request);
-      return {};
-    }
-    case Action::behave: {
-      AgentDefinition changed = agent->definition;
-      changed.behaviour = command.agent.behaviour;
-      if (Status status = state.check_behaviour(changed); !status) return status;
-      const std::string& target = changed.behaviour.target;
-      if (!target.empty() && target != state.real.name && !state.find(target)) return state.unknown(target);
-      agent->definition = changed;
-      agent->steering = {};
-      agent->steering.heading = agent->pose.yaw;
-      state.forget_route(*agent);
-      return {};
-    }
-    case Action::freeze:
-    case Action::unfreeze:
-      for (const auto& each : state.agents) {
-        if (everyone || each.get() == agent) each->frozen = command.action == Action::freeze;
-      }
-      return {};
-    case Action::spawn:
-    case Action::remove_all:
-    case Action::door:
-    case Action::door_unknown:
-    case Action::report:
-    case Action::report_at:
-    case Action::script:
-    case Action::lesson:
-    case Action::lesson_over:
-    case Action::camera:
-      break;
-  }
-  return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +
-               "; expected spawn, move, remove, behave, remove_all, freeze, unfreeze, door or door_unknown"};
+  const Agent* agent = find(command.agent);
+  if (!agent) return unknown(command.agent);
+  if (agent->trainee)
+    return Error{"'" + command.agent + "' is the trainee's robot: it can be moved, not removed"};
+  const auto at =
+      std::find_if(agents.begin(), agents.end(), [&](const auto& each) { return each.get() == agent; });
+  remove(static_cast<std::size_t>(at - agents.begin()), command.request);
+  return {};
 }
+
+Status Simulation::State::apply(const AgentFreeze& command) {
+  if (command.all) {
+    for (const auto& each : agents) each->frozen = command.frozen;
+    return {};
+  }
+  Agent* agent = find(command.agent);
+  if (!agent) return unknown(command.agent);
+  agent->frozen = command.frozen;
+  return {};
+}
+
+Status Simulation::command(const AgentCommand& command, const std::optional<RealRobotState>& real) {
+  const auto apply = [&](const auto& each) {
+    if constexpr (requires { state_->apply(each, real); }) {
+      return state_->apply(each, real);
+    } else {
+      return state_->apply(each);
+    }
+  };
+  return std::visit(apply, command);
+}
+
+Status Simulation::set_door(const DoorCommand& command) { return state_->set_door(command); }
 
 Status Simulation::spawn_trainee(const AgentDefinition& trainee) {
   State& state = *state_;

@@ -310,14 +310,14 @@ Status Simulation::State::unknown_door(const std::string& name) const {
   return Error{"no door '" + name + "'" + suggestion_or_known(name, names)};
 }
 
-Status Simulation::State::set_door(const AgentCommand& command) {
-  Door* door = find_door(command.agent.name);
-  if (!door) return unknown_door(command.agent.name);
-  if (command.action == AgentCommand::Action::door_unknown) {
+Status Simulation::State::set_door(const DoorCommand& command) {
+  Door* door = find_door(command.door);
+  if (!door) return unknown_door(command.door);
+  if (!command.opening) {
     door->said.reset();
     return {};
   }
-  const double opening = command.agent.T_map_base.yaw();
+  const double opening = *command.opening;
   const double angle = angle_of(door->hinge, opening);
   if (!(angle >= door->hinge.lower - kAngleSlack && angle <= door->hinge.upper + kAngleSlack)) {
     const double one = opening_of(door->hinge, door->hinge.lower);

@@ -186,7 +186,11 @@ struct Simulation::State {
   void put(Agent& agent, const Pose2& pose);
   Status spawn(const AgentDefinition& definition, const std::optional<RealRobotState>& now,
                std::uint64_t request, bool trainee = false);
-  Status move(const AgentCommand& command, const std::optional<RealRobotState>& now);
+  Status apply(const AgentSpawn& command, const std::optional<RealRobotState>& now);
+  Status apply(const AgentMove& command, const std::optional<RealRobotState>& now);
+  Status apply(const AgentBehaviour& command);
+  Status apply(const AgentRemove& command);
+  Status apply(const AgentFreeze& command);
   void remove(std::size_t index, std::uint64_t request);
   Status unknown(const std::string& name) const;
   void say(EventKind kind, const Agent& agent, std::uint64_t request, std::string text);
@@ -255,7 +259,7 @@ struct Simulation::State {
   /// From the old building's doors to the new one's of the same make.
   void keep_doors(const std::vector<Door>& old);
   void record_doors(std::vector<BodyState>& bodies) const;
-  Status set_door(const AgentCommand& command);
+  Status set_door(const DoorCommand& command);
   Status unknown_door(const std::string& name) const;
   /// Puts a leaf there at once.
   void put_leaf(Door& door, double angle);
