@@ -61,7 +61,23 @@ std::string bus_name(const std::map<std::string, std::string>& channels, const s
   return found == channels.end() ? canonical : found->second;
 }
 
+std::string robot_channel(std::string_view canonical, std::string_view robot) {
+  std::string name(canonical);
+  if (!robot.empty()) name.append(1, kRobotSeparator).append(robot);
+  return name;
+}
+
+std::optional<RobotChannel> parse_robot_channel(std::string_view name) {
+  const std::size_t dot = name.find(kRobotSeparator);
+  if (dot == 0 || name.empty()) return std::nullopt;
+  if (dot == std::string_view::npos) return RobotChannel{name, {}};
+  const RobotChannel parts{name.substr(0, dot), name.substr(dot + 1)};
+  if (!robot_name_fault(parts.robot).empty()) return std::nullopt;
+  return parts;
+}
+
 std::string channel_name_fault(std::string_view name) { return name_fault(name, 63, "_-./"); }
-std::string agent_name_fault(std::string_view name) { return name_fault(name, 32, "_-"); }
+std::string agent_name_fault(std::string_view name) { return name_fault(name, kMaxRobotName, "_-"); }
+std::string robot_name_fault(std::string_view name) { return agent_name_fault(name); }
 
 }  // namespace parhelion

@@ -31,7 +31,7 @@ Trainee read_trainee(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "pose", trainee.T_map_base, problems);
   yaml::read(node, "slam", trainee.slam);
   const Node* name = node.find("name");
-  if (const std::string fault = agent_name_fault(trainee.name); !fault.empty())
+  if (const std::string fault = robot_name_fault(trainee.name); !fault.empty())
     problems.add(name ? name->line : node.line, "'name' of the trainee's robot: " + fault);
   if (!(trainee.T_map_base.rotation()(2, 2) > 1 - 1e-9))
     problems.add(node.find("pose")->line, "'pose': a robot starts upright: expected roll = pitch = 0 rad");
