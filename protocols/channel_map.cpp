@@ -4,6 +4,7 @@
 #include <cctype>
 
 #include "protocols/channels.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/yaml/utf8.hpp"
 
 namespace parhelion {
@@ -24,10 +25,10 @@ std::string name_fault(std::string_view name, std::size_t longest, std::string_v
 
 std::vector<std::string> input_channels(const std::vector<std::string>& agents) {
   std::vector<std::string> names{
-      channel::robot,     channel::scan,         channel::lines,          channel::odometry,
-      channel::pose_cov,  channel::pose,         channel::reference_pose, channel::camera,
-      channel::depth,     channel::imu,          channel::teleop,         channel::joint_state,
-      channel::joint_cmd, channel::mr_agent_cmd, channel::operators};
+      channel::robot,  channel::scan,           channel::lines,     channel::odometry, channel::pose_cov,
+      channel::pose,   channel::reference_pose, channel::camera,    channel::depth,    channel::imu,
+      channel::teleop, channel::joint_state,    channel::joint_cmd, channel::operators};
+  names.insert(names.end(), kInstructorChannels.begin(), kInstructorChannels.end());
   for (const std::string& agent : agents) names.push_back("MR_AGENT_" + agent + "_TELEOP");
   return names;
 }
@@ -60,7 +61,23 @@ std::string bus_name(const std::map<std::string, std::string>& channels, const s
   return found == channels.end() ? canonical : found->second;
 }
 
+std::string robot_channel(std::string_view canonical, std::string_view robot) {
+  std::string name(canonical);
+  if (!robot.empty()) name.append(1, kRobotSeparator).append(robot);
+  return name;
+}
+
+std::optional<RobotChannel> parse_robot_channel(std::string_view name) {
+  const std::size_t dot = name.find(kRobotSeparator);
+  if (dot == 0 || name.empty()) return std::nullopt;
+  if (dot == std::string_view::npos) return RobotChannel{name, {}};
+  const RobotChannel parts{name.substr(0, dot), name.substr(dot + 1)};
+  if (!robot_name_fault(parts.robot).empty()) return std::nullopt;
+  return parts;
+}
+
 std::string channel_name_fault(std::string_view name) { return name_fault(name, 63, "_-./"); }
-std::string agent_name_fault(std::string_view name) { return name_fault(name, 32, "_-"); }
+std::string agent_name_fault(std::string_view name) { return name_fault(name, kMaxRobotName, "_-"); }
+std::string robot_name_fault(std::string_view name) { return agent_name_fault(name); }
 
 }  // namespace parhelion

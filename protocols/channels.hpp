@@ -40,8 +40,28 @@ inline constexpr const char* operators = "OPERATOR";
 inline constexpr const char* hazard = "HAZARD";
 /// loop_t, out: decisions that only wall time could make, for replay.
 inline constexpr const char* loop = "LOOP";
-/// agent_cmd_t, in: the instructor's commands to agents, doors and scripts.
-inline constexpr const char* mr_agent_cmd = "MR_AGENT_CMD";
+/// agent_spawn_t, in: an agent appears.
+inline constexpr const char* mr_spawn = "MR_SPAWN";
+/// agent_move_t, in: an agent is put somewhere else at once.
+inline constexpr const char* mr_move = "MR_MOVE";
+/// agent_behaviour_t, in: an agent does something else from now on.
+inline constexpr const char* mr_behaviour = "MR_BEHAVIOUR";
+/// agent_remove_t, in: an agent is taken away, or all are.
+inline constexpr const char* mr_remove = "MR_REMOVE";
+/// agent_freeze_t, in: an agent stands still or goes on, or all do.
+inline constexpr const char* mr_freeze = "MR_FREEZE";
+/// door_cmd_t, in: how far a door is open.
+inline constexpr const char* mr_door = "MR_DOOR";
+/// fault_cmd_t, in: something goes wrong on purpose, or is over.
+inline constexpr const char* mr_fault = "MR_FAULT";
+/// camera_rate_t, in: how many pictures an agent's camera sends.
+inline constexpr const char* mr_camera_rate = "MR_CAMERA_RATE";
+/// object_report_t, in: the trainee reports an object as found.
+inline constexpr const char* mr_object_report = "MR_OBJECT_REPORT";
+/// script_start_t, in: starts a script of the scenario.
+inline constexpr const char* mr_script = "MR_SCRIPT";
+/// emergency_stop_t, in: emergency stop of a robot, and its release.
+inline constexpr const char* mr_emergency_stop = "MR_EMERGENCY_STOP";
 /// planar_lidar_t, out: SCAN with the virtual objects in it. Same utime, same beams.
 inline constexpr const char* mr_scan = "MR_SCAN";
 /// scan_info_t, out: which agent each beam of MR_SCAN hit, or why nothing was injected.

@@ -13,6 +13,7 @@
 #include "protocols/event.hpp"
 #include "protocols/hazard.hpp"
 #include "protocols/image.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/pose.hpp"
 #include "protocols/scan.hpp"
@@ -46,7 +47,20 @@ Status decode(std::string_view channel, Bytes bytes, TwistCommand& command);
 Status decode(std::string_view channel, Bytes bytes, ImuSample& sample);
 /// 1..256 joints, each named once; positions, velocities and efforts for all of them or for none.
 Status decode(std::string_view channel, Bytes bytes, Joints& joints);
-Status decode(std::string_view channel, Bytes bytes, AgentCommand& command);
+Status decode(std::string_view channel, Bytes bytes, AgentSpawn& command);
+Status decode(std::string_view channel, Bytes bytes, AgentMove& command);
+Status decode(std::string_view channel, Bytes bytes, AgentBehaviour& command);
+Status decode(std::string_view channel, Bytes bytes, AgentRemove& command);
+Status decode(std::string_view channel, Bytes bytes, AgentFreeze& command);
+Status decode(std::string_view channel, Bytes bytes, DoorCommand& command);
+Status decode(std::string_view channel, Bytes bytes, FaultCommand& command);
+Status decode(std::string_view channel, Bytes bytes, CameraRate& command);
+Status decode(std::string_view channel, Bytes bytes, ObjectReport& command);
+Status decode(std::string_view channel, Bytes bytes, ScriptStart& command);
+Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& command);
+/// As the type that `command` holds already. After an Error it holds what was read of stamp and request, for
+/// the answer.
+Status decode(std::string_view channel, Bytes bytes, InstructorCommand& command);
 Status decode(std::string_view channel, Bytes bytes, OperatorWord& word);
 Status decode(std::string_view channel, Bytes bytes, Event& event);
 Status decode(std::string_view channel, Bytes bytes, SessionHeader& header);
@@ -91,7 +105,18 @@ void encode(const PoseStamped& pose, std::vector<std::uint8_t>& bytes);
 void encode(const TwistCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const ImuSample& sample, std::vector<std::uint8_t>& bytes);
 void encode(const Joints& joints, std::vector<std::uint8_t>& bytes);
-void encode(const AgentCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const AgentSpawn& command, std::vector<std::uint8_t>& bytes);
+void encode(const AgentMove& command, std::vector<std::uint8_t>& bytes);
+void encode(const AgentBehaviour& command, std::vector<std::uint8_t>& bytes);
+void encode(const AgentRemove& command, std::vector<std::uint8_t>& bytes);
+void encode(const AgentFreeze& command, std::vector<std::uint8_t>& bytes);
+void encode(const DoorCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const FaultCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const CameraRate& command, std::vector<std::uint8_t>& bytes);
+void encode(const ObjectReport& command, std::vector<std::uint8_t>& bytes);
+void encode(const ScriptStart& command, std::vector<std::uint8_t>& bytes);
+void encode(const EmergencyStopCommand& command, std::vector<std::uint8_t>& bytes);
+void encode(const InstructorCommand& command, std::vector<std::uint8_t>& bytes);
 void encode(const OperatorWord& word, std::vector<std::uint8_t>& bytes);
 void encode(const Event& event, std::vector<std::uint8_t>& bytes);
 void encode(const SessionHeader& header, std::vector<std::uint8_t>& bytes);

@@ -4,8 +4,16 @@
 #include <cstdarg>
 #include <cstdio>
 
-#include "parhelion/agent_cmd_t.hpp"
+#include "parhelion/agent_behaviour_t.hpp"
+#include "parhelion/agent_freeze_t.hpp"
+#include "parhelion/agent_move_t.hpp"
+#include "parhelion/agent_remove_t.hpp"
+#include "parhelion/agent_spawn_t.hpp"
+#include "parhelion/camera_rate_t.hpp"
+#include "parhelion/door_cmd_t.hpp"
+#include "parhelion/emergency_stop_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/fault_cmd_t.hpp"
 #include "parhelion/hazard_reading_t.hpp"
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
@@ -13,6 +21,7 @@
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
 #include "parhelion/model_t.hpp"
+#include "parhelion/object_report_t.hpp"
 #include "parhelion/operator_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
@@ -20,6 +29,7 @@
 #include "parhelion/pose_t.hpp"
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
+#include "parhelion/script_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
 #include "parhelion/twist2D_t.hpp"
@@ -123,17 +133,73 @@ std::string say(const Joints& joints) {
   return text;
 }
 
-std::string say(const AgentCommand& command) {
+std::string say(const Behaviour& behaviour) {
+  const std::string text = format("%s %.2f m/s %zu waypoints", to_string(behaviour.kind), behaviour.speed,
+                                  behaviour.waypoints.size());
+  if (behaviour.kind < BehaviourKind::follow || behaviour.kind == BehaviourKind::go) return text;
+  return text + " of " + quoted(behaviour.target) + format(" at %.2f m", behaviour.distance);
+}
+
+std::string head(std::uint64_t request, const char* action) {
+  return format("request %llu %s ", static_cast<unsigned long long>(request), action);
+}
+
+std::string say(const AgentSpawn& command) {
   const AgentDefinition& agent = command.agent;
-  return format("request %llu %s ", static_cast<unsigned long long>(command.request),
-                to_string(command.action)) +
-         quoted(agent.name) +
-         format(" %s %s size %.2f %.2f %.2f m %s %.2f m/s %zu waypoints", to_string(agent.kind),
-                place(agent.T_map_base).c_str(), agent.size.x(), agent.size.y(), agent.size.z(),
-                to_string(agent.behaviour.kind), agent.behaviour.speed, agent.behaviour.waypoints.size()) +
-         (agent.behaviour.kind < BehaviourKind::follow || agent.behaviour.kind == BehaviourKind::go
-              ? ""
-              : " of " + quoted(agent.behaviour.target) + format(" at %.2f m", agent.behaviour.distance));
+  return head(command.request, "spawn") + quoted(agent.name) +
+         format(" %s %s size %.2f %.2f %.2f m ", to_string(agent.kind), place(agent.T_map_base).c_str(),
+                agent.size.x(), agent.size.y(), agent.size.z()) +
+         say(agent.behaviour) + " laser " + quoted(agent.laser) + " model " + quoted(agent.model) +
+         format(" camera %.3g Hz", agent.camera_rate);
+}
+
+std::string say(const AgentMove& command) {
+  return head(command.request, "move") + quoted(command.agent) + " to " + place(command.T_map_base);
+}
+
+std::string say(const AgentBehaviour& command) {
+  return head(command.request, "behave") + quoted(command.agent) + " " + say(command.behaviour);
+}
+
+std::string say(const AgentRemove& command) {
+  return head(command.request, "remove") + (command.all ? "all" : quoted(command.agent));
+}
+
+std::string say(const AgentFreeze& command) {
+  return head(command.request, command.frozen ? "freeze" : "unfreeze") +
+         (command.all ? "all" : quoted(command.agent));
+}
+
+std::string say(const DoorCommand& command) {
+  return head(command.request, "door") + quoted(command.door) +
+         (command.opening ? format(" open %.4f rad", *command.opening) : " as the sensors see it");
+}
+
+std::string say(const FaultCommand& command) {
+  std::string text = head(command.request, command.begins ? "begin" : "end") + to_string(command.kind);
+  if (!command.begins) return text;
+  text += command.kind == Lesson::Kind::dead_wheel ? (command.right ? " right" : " left")
+                                                   : format(" %.4g", command.amount);
+  return text + (command.duration ? format(" for %.3f s", *command.duration) : " until it is ended");
+}
+
+std::string say(const CameraRate& command) {
+  return head(command.request, "camera") + quoted(command.agent) + format(" %.3g Hz", command.rate);
+}
+
+std::string say(const ObjectReport& command) {
+  return head(command.request, "report") + quoted(command.object) +
+         (command.position ? format(" at %.3f %.3f m", command.position->x(), command.position->y())
+                           : " at no place");
+}
+
+std::string say(const ScriptStart& command) {
+  return head(command.request, "script") + quoted(command.script);
+}
+
+std::string say(const EmergencyStopCommand& command) {
+  return head(command.request, command.engaged ? "emergency stop of" : "release of emergency stop of") +
+         (command.robot.empty() ? "all" : quoted(command.robot));
 }
 
 std::string say(const OperatorWord& word) {
@@ -233,7 +299,17 @@ const auto& types() {
       Type{imu_t::getHash(), "imu_t", describe_as<ImuSample>},
       Type{mbot_imu_t::getHash(), "mbot_imu_t", describe_as<ImuSample>},
       Type{joints_t::getHash(), "joints_t", describe_as<Joints>},
-      Type{agent_cmd_t::getHash(), "agent_cmd_t", describe_as<AgentCommand>},
+      Type{agent_spawn_t::getHash(), "agent_spawn_t", describe_as<AgentSpawn>},
+      Type{agent_move_t::getHash(), "agent_move_t", describe_as<AgentMove>},
+      Type{agent_behaviour_t::getHash(), "agent_behaviour_t", describe_as<AgentBehaviour>},
+      Type{agent_remove_t::getHash(), "agent_remove_t", describe_as<AgentRemove>},
+      Type{agent_freeze_t::getHash(), "agent_freeze_t", describe_as<AgentFreeze>},
+      Type{door_cmd_t::getHash(), "door_cmd_t", describe_as<DoorCommand>},
+      Type{fault_cmd_t::getHash(), "fault_cmd_t", describe_as<FaultCommand>},
+      Type{camera_rate_t::getHash(), "camera_rate_t", describe_as<CameraRate>},
+      Type{object_report_t::getHash(), "object_report_t", describe_as<ObjectReport>},
+      Type{script_start_t::getHash(), "script_start_t", describe_as<ScriptStart>},
+      Type{emergency_stop_t::getHash(), "emergency_stop_t", describe_as<EmergencyStopCommand>},
       Type{operator_t::getHash(), "operator_t", describe_as<OperatorWord>},
       Type{event_t::getHash(), "event_t", describe_as<Event>},
       Type{session_t::getHash(), "session_t", describe_as<SessionHeader>},

@@ -12,6 +12,14 @@ bool sensible(std::int64_t utime) { return utime >= 0 && utime < utime_of_2200; 
 
 }  // namespace
 
+bool is_name(std::string_view name) {
+  constexpr std::size_t max_name = 40;
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return name.size() <= max_name && std::all_of(name.begin(), name.end(), allowed);
+}
+
 std::string hex(std::int64_t fingerprint) {
   char text[19];
   std::snprintf(text, sizeof text, "0x%016llx", static_cast<unsigned long long>(fingerprint));

@@ -154,6 +154,10 @@ class Writer {
   std::vector<std::uint8_t>& bytes_;
 };
 
+/// At most 40 letters, digits, '_' and '-': what may be part of MR_AGENT_<name>_CAMERA, which must stay
+/// within the 63 bytes of an LCM channel.
+bool is_name(std::string_view name);
+
 /// "0x1f317af1246276ac"
 std::string hex(std::int64_t fingerprint);
 

@@ -1,4 +1,5 @@
-// What an instructor asks of the agents (channel MR_AGENT_CMD).
+// Agents, how they are defined and what they do; and what operators' consoles say.
+// What an instructor asks of them: instructor_command.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -50,38 +51,9 @@ struct AgentDefinition {
   Transform<Map, Base> T_map_base;      ///< planar: on the floor
   Eigen::Vector3d size{0.4, 0.4, 0.6};  ///< m, x, y, z; of a cable: length, diameter, diameter
   Behaviour behaviour;
-  std::string laser;  ///< preset of its own simulated laser, empty: none
-  std::string model;  ///< of a robot: its robot model by name; empty: the simple one that stays upright
-  /// Hz, of the pictures that its robot model's camera sends; 0: none. Not on the wire: Action::camera says
-  /// it of an agent that is there.
-  double camera_rate = 0;
-};
-
-struct AgentCommand {
-  enum class Action : std::uint8_t {
-    spawn,
-    move,
-    remove,
-    behave,
-    remove_all,
-    freeze,
-    unfreeze,
-    door,          ///< the door of this name is open so far: yaw, rad from where it closes its opening
-    door_unknown,  ///< takes that word back: a real door is what the sensors say
-    report,        ///< the trainee's word: the thing of this name is found; an event says so
-    report_at,     ///< so too, and where it lies: x, y
-    script,        ///< sets off the scenario's script of this name, whatever it waits for
-    lesson,  ///< begins the lesson of this kind (protocols/lesson.hpp): x its amount (of a dead wheel 1 for
-             ///< the right side, else the left), y how many seconds it lasts, 0: until it is ended
-    lesson_over,  ///< ends the lessons of this kind that were begun so
-    camera,       ///< the camera of the agent of this name sends x pictures a second; 0: none any more
-  };
-  static constexpr Action last_action = Action::camera;
-  SensorTime stamp;           ///< when it was asked for, the sender's clock
-  std::uint64_t request = 0;  ///< chosen by the sender; the answering event carries it
-  Action action = Action::spawn;
-  AgentDefinition
-      agent;  ///< name (of an agent, a door, a script, a lesson) always; the rest as the action needs
+  std::string laser;       ///< preset of its own simulated laser, empty: none
+  std::string model;       ///< of a robot: its robot model by name; empty: the simple one that stays upright
+  double camera_rate = 0;  ///< Hz, of the pictures that its robot model's camera sends; 0: none
 };
 
 /// What a console says of itself (channel OPERATOR): at each change, and again within half a second.
@@ -96,6 +68,5 @@ struct OperatorWord {
 
 const char* to_string(AgentKind kind);
 const char* to_string(BehaviourKind kind);
-const char* to_string(AgentCommand::Action action);
 
 }  // namespace parhelion

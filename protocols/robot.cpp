@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "protocols/channel_map.hpp"
 #include "protocols/nearest_name.hpp"
 #include "protocols/share.hpp"
 #include "protocols/yaml/head.hpp"
@@ -183,6 +184,8 @@ void write_lasers(yaml::Writer& writer, const RobotDescription& robot) {
 RobotDescription yaml::read_robot(const Node& node, Problems& problems) {
   RobotDescription robot;
   yaml::read(node, "name", robot.name);
+  if (const std::string fault = robot_name_fault(robot.name); !fault.empty())
+    problems.add(node.find("name")->line, "'name' of a robot, part of channel names: " + fault);
   read_lasers(node, robot, problems);
   if (const Node* camera = node.find("camera")) robot.camera = read_camera(*camera, problems);
   if (const Node* depth = node.find("depth")) robot.depth = read_depth(*depth, problems);

@@ -31,7 +31,7 @@ Trainee read_trainee(const Node& node, yaml::Problems& problems) {
   yaml::read(node, "pose", trainee.T_map_base, problems);
   yaml::read(node, "slam", trainee.slam);
   const Node* name = node.find("name");
-  if (const std::string fault = agent_name_fault(trainee.name); !fault.empty())
+  if (const std::string fault = robot_name_fault(trainee.name); !fault.empty())
     problems.add(name ? name->line : node.line, "'name' of the trainee's robot: " + fault);
   if (!(trainee.T_map_base.rotation()(2, 2) > 1 - 1e-9))
     problems.add(node.find("pose")->line, "'pose': a robot starts upright: expected roll = pitch = 0 rad");
@@ -147,8 +147,10 @@ void check_supply(const Scenario& scenario, const Node& node, const char* key, y
   const auto simulated = [](const AgentDefinition& agent) { return !agent.model.empty(); };
   bool any = std::any_of(scenario.agents.begin(), scenario.agents.end(), simulated);
   for (const Script& script : scenario.scripts) {
-    for (const AgentCommand& action : script.actions)
-      any = any || (action.action == AgentCommand::Action::spawn && simulated(action.agent));
+    for (const AgentCommand& action : script.actions) {
+      const auto* spawn = std::get_if<AgentSpawn>(&action);
+      any = any || (spawn != nullptr && simulated(spawn->agent));
+    }
   }
   if (any) return;
   problems.add(node.line,

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/instructor_command.hpp"
 
 namespace parhelion {
 

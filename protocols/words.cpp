@@ -1,4 +1,4 @@
-// The names of events, agents and actions, as they are printed and written to files.
+// The names of events and agents, as they are printed and written to files.
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
 
@@ -40,42 +40,6 @@ const char* to_string(BehaviourKind kind) {
       return "block";
     case BehaviourKind::go:
       return "go";
-  }
-  return "unknown";
-}
-
-const char* to_string(AgentCommand::Action action) {
-  switch (action) {
-    case AgentCommand::Action::spawn:
-      return "spawn";
-    case AgentCommand::Action::move:
-      return "move";
-    case AgentCommand::Action::remove:
-      return "remove";
-    case AgentCommand::Action::behave:
-      return "behave";
-    case AgentCommand::Action::remove_all:
-      return "remove_all";
-    case AgentCommand::Action::freeze:
-      return "freeze";
-    case AgentCommand::Action::unfreeze:
-      return "unfreeze";
-    case AgentCommand::Action::door:
-      return "door";
-    case AgentCommand::Action::door_unknown:
-      return "door_unknown";
-    case AgentCommand::Action::report:
-      return "report";
-    case AgentCommand::Action::report_at:
-      return "report_at";
-    case AgentCommand::Action::script:
-      return "script";
-    case AgentCommand::Action::lesson:
-      return "lesson";
-    case AgentCommand::Action::lesson_over:
-      return "lesson_over";
-    case AgentCommand::Action::camera:
-      return "camera";
   }
   return "unknown";
 }

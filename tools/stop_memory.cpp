@@ -48,8 +48,8 @@ Status StopMemory::keep(bool holds) {
     errno = 0;
     std::ofstream file(path_);
     file << "An emergency stop of the robot '" << robot_
-         << "' holds. Take it back at the base station, or by: parhelion inject unfreeze --name " << robot_
-         << "\n";
+         << "' holds. Release it at the base station, or by: parhelion inject release-emergency-stop --name "
+         << robot_ << "\n";
     if (!file.flush()) return failed();
   } else if (unlink(path_.c_str()) != 0 && errno != ENOENT) {
     return failed();

@@ -39,9 +39,9 @@ void read_behaviour(const Node& node, Behaviour& behaviour, Problems& problems) 
   }
 }
 
-void read_agent_pose(const Node& node, AgentDefinition& agent, Problems& problems) {
-  read(node, "pose", agent.T_map_base, problems);
-  if (!(agent.T_map_base.rotation()(2, 2) > 1 - 1e-9)) {
+void read_agent_pose(const Node& node, Transform<Map, Base>& T_map_base, Problems& problems) {
+  read(node, "pose", T_map_base, problems);
+  if (!(T_map_base.rotation()(2, 2) > 1 - 1e-9)) {
     problems.add(node.find("pose")->line, "'pose': an agent stands upright: expected roll = pitch = 0 rad");
   }
 }
@@ -50,7 +50,7 @@ AgentDefinition read_agent(const Node& node, Problems& problems) {
   AgentDefinition agent;
   read(node, "name", agent.name);
   read(node, "kind", kind_names, agent.kind);
-  read_agent_pose(node, agent, problems);
+  read_agent_pose(node, agent.T_map_base, problems);
   if (const Node* size = node.find("size")) agent.size = vector3(*size);
   if (const Node* behaviour = node.find("behaviour")) read_behaviour(*behaviour, agent.behaviour, problems);
   read(node, "laser", agent.laser);

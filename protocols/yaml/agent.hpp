@@ -10,7 +10,7 @@ namespace parhelion::yaml {
 AgentDefinition read_agent(const Node& node, Problems& problems);
 void read_behaviour(const Node& node, Behaviour& behaviour, Problems& problems);
 /// A pose that an agent can have: upright.
-void read_agent_pose(const Node& node, AgentDefinition& agent, Problems& problems);
+void read_agent_pose(const Node& node, Transform<Map, Base>& T_map_base, Problems& problems);
 
 /// The keys of an agent, one level down.
 void write_agent(Writer& writer, const AgentDefinition& agent);

@@ -14,7 +14,6 @@
 namespace parhelion::yaml {
 namespace {
 
-using Action = AgentCommand::Action;
 constexpr const char* everyone = "all";
 
 std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
@@ -116,34 +115,42 @@ class Reader {
   }
 
   AgentCommand read_action(const Node& node) {
-    AgentCommand command;
     const Node* what = only_one(
         node, {"spawn", "behave", "move", "remove", "freeze", "unfreeze", "remove_all"}, "'do'", problems_);
-    if (what == nullptr) return command;
-    for (const Action action : {Action::spawn, Action::behave, Action::move, Action::remove, Action::freeze,
-                                Action::unfreeze, Action::remove_all}) {
-      if (what == node.find(to_string(action))) command.action = action;
-    }
-    if (command.action == Action::spawn) {
-      command.agent = read_agent(*what, problems_);
-    } else if (command.action == Action::remove_all) {
+    if (what == nullptr) return {};
+    if (what == node.find("spawn")) return AgentSpawn{.agent = read_agent(*what, problems_)};
+    if (what == node.find("remove_all")) {
       if (what->text != "true") problems_.add(what->line, "'remove_all': expected true, or leave it out");
-    } else {
-      read_named(*what, command);
+      return AgentRemove{.all = true};
     }
+    if (what == node.find("remove")) return AgentRemove{.agent = read_name(*what)};
+    if (what == node.find("behave")) return read_behave(*what);
+    if (what == node.find("move")) return read_move(*what);
+    return read_freeze(*what, what == node.find("freeze"));
+  }
+
+  AgentBehaviour read_behave(const Node& what) {
+    AgentBehaviour command;
+    command.agent = read_name(*what.find("name"));
+    read_behaviour(*what.find("behaviour"), command.behaviour, problems_);
     return command;
   }
 
-  void read_named(const Node& what, AgentCommand& command) {
-    const bool plain = what.kind == Node::Kind::scalar;
-    const Node& name = plain ? what : *what.find("name");
-    const bool everybody = plain && command.action != Action::remove && name.text == everyone;
-    if (everybody) return;
-    command.agent.name = name.text;
+  AgentMove read_move(const Node& what) {
+    AgentMove command;
+    command.agent = read_name(*what.find("name"));
+    read_agent_pose(what, command.T_map_base, problems_);
+    return command;
+  }
+
+  AgentFreeze read_freeze(const Node& name, bool frozen) {
+    if (name.text == everyone) return {.all = true, .frozen = frozen};
+    return {.agent = read_name(name), .frozen = frozen};
+  }
+
+  std::string read_name(const Node& name) {
     check_agent(name);
-    if (command.action == Action::behave)
-      read_behaviour(*what.find("behaviour"), command.agent.behaviour, problems_);
-    if (command.action == Action::move) read_agent_pose(what, command.agent, problems_);
+    return name.text;
   }
 
   Problems& problems_;
@@ -169,31 +176,33 @@ void write_trigger(Writer& writer, const ScriptTrigger& when) {
   writer.close();
 }
 
-void write_action(Writer& writer, const AgentCommand& command) {
-  const char* key = to_string(command.action);
-  writer.begin_item();
-  switch (command.action) {
-    case Action::spawn:
-    case Action::behave:
-    case Action::move:
-      writer.open(key);
-      if (command.action == Action::spawn) {
-        write_agent(writer, command.agent);
-      } else {
-        writer.text("name", command.agent.name);
-        if (command.action == Action::behave) write_behaviour(writer, command.agent.behaviour);
-        if (command.action == Action::move)
-          writer.line("pose", format_isometry(command.agent.T_map_base.isometry()));
-      }
-      writer.close();
-      break;
-    case Action::remove_all:
-      writer.flag(key, true);
-      break;
-    default:
-      writer.text(key, command.agent.name.empty() ? everyone : command.agent.name);
-  }
-  writer.end_item();
+void write_action(Writer& writer, const AgentSpawn& command) {
+  writer.open("spawn");
+  write_agent(writer, command.agent);
+  writer.close();
+}
+
+void write_action(Writer& writer, const AgentMove& command) {
+  writer.open("move");
+  writer.text("name", command.agent);
+  writer.line("pose", format_isometry(command.T_map_base.isometry()));
+  writer.close();
+}
+
+void write_action(Writer& writer, const AgentBehaviour& command) {
+  writer.open("behave");
+  writer.text("name", command.agent);
+  write_behaviour(writer, command.behaviour);
+  writer.close();
+}
+
+void write_action(Writer& writer, const AgentRemove& command) {
+  if (command.all) return writer.flag("remove_all", true);
+  writer.text("remove", command.agent);
+}
+
+void write_action(Writer& writer, const AgentFreeze& command) {
+  writer.text(command.frozen ? "freeze" : "unfreeze", command.all ? everyone : command.agent);
 }
 
 }  // namespace
@@ -213,7 +222,11 @@ void write_scripts(Writer& writer, const std::vector<Script>& scripts) {
     writer.quantity("after", script.after, Quantity::time);
     if (script.repeat) writer.flag("repeat", true);
     writer.open("do");
-    for (const AgentCommand& command : script.actions) write_action(writer, command);
+    for (const AgentCommand& command : script.actions) {
+      writer.begin_item();
+      std::visit([&](const auto& each) { write_action(writer, each); }, command);
+      writer.end_item();
+    }
     writer.close();
     writer.end_item();
   }

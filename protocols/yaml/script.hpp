@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/script.hpp"
 #include "protocols/yaml/document.hpp"
 #include "protocols/yaml/writer.hpp"

@@ -4,6 +4,7 @@
 #include "protocols/channels.hpp"
 #include "server/runtime/session_state.hpp"
 #include "server/tick/emergency_stop.hpp"
+#include "server/tick/instructor_input.hpp"
 #include "server/tick/sensor_path.hpp"
 
 namespace parhelion::runtime {
@@ -67,9 +68,9 @@ void LiveSession::keep_robot_stopped() {
   const std::string& robot = configuration_.robot.name;
   if (options_.say)
     options_.say("the emergency stop of '" + robot +
-                 "' held when the server before this one ended, and holds: take it back at the base station, "
+                 "' held when the server before this one ended, and holds: release it at the base station, "
                  "or by: parhelion "
-                 "inject unfreeze --name " +
+                 "inject release-emergency-stop --name " +
                  robot);
 }
 
@@ -139,7 +140,7 @@ void LiveSession::handle(Arrived arrived) {
   if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
   last_ = message.arrival;
   if (configuration_.channels.kind(message.channel) == tick::InputKind::scan) return handle_scan(arrived);
-  const bool command = configuration_.channels.kind(message.channel) == tick::InputKind::agent_command;
+  const bool command = tick::is_command(configuration_.channels.kind(message.channel));
   if (command && refuse_unwritable(message)) return;
   outputs_.clear();
   tick::tick(configuration_, message, *state_, outputs_, *this);
@@ -153,13 +154,13 @@ void LiveSession::handle(Arrived arrived) {
 /// done. A robot is stopped all the same.
 bool LiveSession::refuse_unwritable(const Message& message) {
   if (outbox_.write_input(message) || tick::stops_robot(configuration_, message)) return false;
-  AgentCommand command;
+  InstructorCommand command;
   Event event;
   event.stamp = simulation_time(message.arrival);
   event.kind = EventKind::command_refused;
-  if (decode(message.channel, message.payload, command).ok()) {
-    event.request = command.request;
-    event.subject = command.agent.name;
+  if (tick::read_command(configuration_.channels, message, command).ok()) {
+    event.request = request_of(command);
+    event.subject = subject_of(command);
   }
   event.text = "the session log cannot be written: " + outbox_.log_error();
   tick::Outputs::Entry answer{configuration_.channels.bus(channel::mr_events), {}};

@@ -88,19 +88,6 @@ Status Simulation::Parts::spawn(const AgentDefinition& definition, RealRobotStat
   return {};
 }
 
-Status Simulation::Parts::move(const AgentCommand& command, RealRobotStates states) {
-  Agent* agent = agents.find(command.agent.name);
-  AgentDefinition moved = agent->definition;
-  moved.T_map_base = command.agent.T_map_base;
-  if (Status status = check_place(moved, agent->form, agent, environment, agents, real_robots, states);
-      !status)
-    return status;
-  agent->definition = moved;
-  put(*agent, planar_pose(moved.T_map_base));
-  publish(agent_event(EventKind::agent_moved, *agent, clock.now(), command.request));
-  return {};
-}
-
 void Simulation::Parts::remove(std::size_t index, std::uint64_t request) {
   const std::unique_ptr<Agent> agent = agents.remove(index);
   contacts.forget(agent->definition.name, clock.now(), events);
@@ -117,31 +104,65 @@ void Simulation::Parts::remove(std::size_t index, std::uint64_t request) {
   rebuild_scene();
 }
 
-void Simulation::Parts::remove_all(std::uint64_t request) {
-  for (std::size_t i = agents.size(); i-- > 0;) {
-    if (!agents[i].trainee) remove(i, request);
-  }
+Status Simulation::Parts::apply(const AgentSpawn& command, RealRobotStates states) {
+  return spawn(command.agent, states, command.request);
 }
 
-Status Simulation::Parts::set_behaviour(Agent& agent, const AgentCommand& command) {
-  AgentDefinition changed = agent.definition;
-  changed.behaviour = command.agent.behaviour;
+Status Simulation::Parts::apply(const AgentMove& command, RealRobotStates states) {
+  Agent* agent = agents.find(command.agent);
+  if (!agent) return agents.unknown(command.agent);
+  AgentDefinition moved = agent->definition;
+  moved.T_map_base = command.T_map_base;
+  if (Status status = check_place(moved, agent->form, agent, environment, agents, real_robots, states);
+      !status)
+    return status;
+  agent->definition = moved;
+  put(*agent, planar_pose(moved.T_map_base));
+  publish(agent_event(EventKind::agent_moved, *agent, clock.now(), command.request));
+  return {};
+}
+
+Status Simulation::Parts::apply(const AgentBehaviour& command, RealRobotStates) {
+  Agent* agent = agents.find(command.agent);
+  if (!agent) return agents.unknown(command.agent);
+  AgentDefinition changed = agent->definition;
+  changed.behaviour = command.behaviour;
   if (Status status = check_behaviour(changed, options, *environment.building); !status) return status;
   const std::string& target = changed.behaviour.target;
   const bool is_real = std::any_of(real_robots.begin(), real_robots.end(),
                                    [&](const RealRobot& robot) { return robot.name == target; });
   if (!target.empty() && !is_real && !agents.find(target)) return agents.unknown(target);
-  agent.definition = changed;
-  agent.steering = {};
-  agent.steering.heading = agent.pose.yaw;
-  behaviours.forget_route(agent);
+  agent->definition = changed;
+  agent->steering = {};
+  agent->steering.heading = agent->pose.yaw;
+  behaviours.forget_route(*agent);
   return {};
 }
 
-void Simulation::Parts::freeze(const Agent* only, bool frozen) {
-  for (Agent& agent : agents) {
-    if (only == nullptr || &agent == only) agent.frozen = frozen;
+Status Simulation::Parts::apply(const AgentRemove& command, RealRobotStates) {
+  if (command.all) {
+    for (std::size_t i = agents.size(); i-- > 0;) {
+      if (!agents[i].trainee) remove(i, command.request);
+    }
+    return {};
   }
+  const Agent* agent = agents.find(command.agent);
+  if (!agent) return agents.unknown(command.agent);
+  if (agent->trainee)
+    return Error{"'" + command.agent + "' is the trainee's robot: it can be moved, not removed"};
+  remove(agents.index_of(*agent), command.request);
+  return {};
+}
+
+Status Simulation::Parts::apply(const AgentFreeze& command, RealRobotStates) {
+  if (command.all) {
+    for (Agent& agent : agents) agent.frozen = command.frozen;
+    return {};
+  }
+  Agent* agent = agents.find(command.agent);
+  if (!agent) return agents.unknown(command.agent);
+  agent->frozen = command.frozen;
+  return {};
 }
 
 Status Simulation::spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real) {
@@ -149,44 +170,12 @@ Status Simulation::spawn(const AgentDefinition& agent, const std::optional<RealR
 }
 
 Status Simulation::command(const AgentCommand& command, const std::optional<RealRobotState>& real) {
-  using Action = AgentCommand::Action;
-  Parts& parts = *parts_;
-  const std::string& name = command.agent.name;
-  switch (command.action) {
-    case Action::spawn:
-      return parts.spawn(command.agent, {&real, 1}, command.request);
-    case Action::remove_all:
-      parts.remove_all(command.request);
-      return {};
-    case Action::door:
-    case Action::door_unknown: {
-      Environment& environment = parts.environment;
-      return environment.doors.command(command, *environment.building, parts.agents, parts.physics);
-    }
-    default:
-      break;
-  }
-  const bool freezes = command.action == Action::freeze || command.action == Action::unfreeze;
-  Agent* agent = name.empty() && freezes ? nullptr : parts.agents.find(name);
-  if (!agent && !(name.empty() && freezes)) return parts.agents.unknown(name);
-  if (freezes) {
-    parts.freeze(agent, command.action == Action::freeze);
-    return {};
-  }
-  switch (command.action) {
-    case Action::move:
-      return parts.move(command, {&real, 1});
-    case Action::remove:
-      if (agent->trainee) return Error{"'" + name + "' is the trainee's robot: it can be moved, not removed"};
-      parts.remove(parts.agents.index_of(*agent), command.request);
-      return {};
-    case Action::behave:
-      return parts.set_behaviour(*agent, command);
-    default:
-      break;
-  }
-  return Error{"agent command with action " + std::to_string(static_cast<int>(command.action)) +
-               "; expected spawn, move, remove, behave, remove_all, freeze, unfreeze, door or door_unknown"};
+  return std::visit([&](const auto& each) { return parts_->apply(each, {&real, 1}); }, command);
+}
+
+Status Simulation::set_door(const DoorCommand& command) {
+  Environment& environment = parts_->environment;
+  return environment.doors.command(command, *environment.building, parts_->agents, parts_->physics);
 }
 
 Status Simulation::spawn_trainee(const AgentDefinition& trainee) {

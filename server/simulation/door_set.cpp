@@ -124,14 +124,14 @@ Status DoorSet::unknown(const std::string& name) const {
   return Error{"no door '" + name + "'" + suggestion_or_known(name, names)};
 }
 
-Status DoorSet::command(const AgentCommand& command, Building& building, Agents& agents, Physics& physics) {
-  Door* door = find(command.agent.name);
-  if (!door) return unknown(command.agent.name);
-  if (command.action == AgentCommand::Action::door_unknown) {
+Status DoorSet::command(const DoorCommand& command, Building& building, Agents& agents, Physics& physics) {
+  Door* door = find(command.door);
+  if (!door) return unknown(command.door);
+  if (!command.opening) {
     door->commanded.reset();
     return {};
   }
-  const double opening = command.agent.T_map_base.yaw();
+  const double opening = *command.opening;
   const double angle = angle_of(door->hinge, opening);
   if (!(angle >= door->hinge.lower - kAngleSlack && angle <= door->hinge.upper + kAngleSlack)) {
     const double one = opening_of(door->hinge, door->hinge.lower);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/status.hpp"
 #include "protocols/world.hpp"
 #include "server/simulation/doors.hpp"
@@ -30,7 +30,7 @@ class DoorSet {
   bool gives_way(const Building& building, const FixedObstacle& leaf, const Eigen::Vector2d& p) const;
 
   /// An instructor's command of a door's angle. Error: an unknown door, or an angle that it cannot have.
-  Status command(const AgentCommand& command, Building& building, Agents& agents, Physics& physics);
+  Status command(const DoorCommand& command, Building& building, Agents& agents, Physics& physics);
   /// What sensors measure of a real door: rad from where it closes its opening, or nothing.
   void observe(const std::string& name, std::optional<double> opening);
   /// The doors stand as those of an earlier model did that are of the same make.

@@ -63,8 +63,7 @@ void EntityShapes::stand(const AgentDefinition& agent) {
   }
 }
 
-void EntityShapes::take(const AgentCommand& command) {
-  if (command.action != AgentCommand::Action::spawn) return;
+void EntityShapes::take(const AgentSpawn& command) {
   asked_[command.request] = command.agent;
   if (asked_.size() > most_asked) asked_.erase(asked_.begin());
 }
@@ -80,9 +79,9 @@ void EntityShapes::take(const Event& event) {
   }
   for (const Script& script : scenario_.scripts) {
     for (const AgentCommand& action : script.actions) {
-      const bool spawns = action.action == AgentCommand::Action::spawn;
-      if (spawns && action.agent.name == event.subject && event.text == to_string(action.agent.kind))
-        return stand(action.agent);
+      const auto* spawn = std::get_if<AgentSpawn>(&action);
+      if (spawn && spawn->agent.name == event.subject && event.text == to_string(spawn->agent.kind))
+        return stand(spawn->agent);
     }
   }
 }

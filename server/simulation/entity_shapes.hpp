@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
@@ -28,7 +28,7 @@ class EntityShapes {
   EntityShapes(const Scenario& scenario, const RobotDescription& robot, const SemanticModel& model,
                std::vector<std::shared_ptr<const RobotModel>> robot_models);
 
-  void take(const AgentCommand& command);
+  void take(const AgentSpawn& command);
   void take(const Event& event);
   /// A new version of the building: its doors.
   void take(const SemanticModel& model);

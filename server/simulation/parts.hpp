@@ -70,11 +70,12 @@ struct Simulation::Parts {
   void enter_physics(Agent& agent);
   /// Puts the agent there: a new epoch, nothing in between.
   void put(Agent& agent, const Pose2& pose);
-  Status move(const AgentCommand& command, RealRobotStates states);
-  Status set_behaviour(Agent& agent, const AgentCommand& command);
-  void freeze(const Agent* only, bool frozen);
+  Status apply(const AgentSpawn& command, RealRobotStates states);
+  Status apply(const AgentMove& command, RealRobotStates states);
+  Status apply(const AgentBehaviour& command, RealRobotStates states);
+  Status apply(const AgentRemove& command, RealRobotStates states);
+  Status apply(const AgentFreeze& command, RealRobotStates states);
   void remove(std::size_t index, std::uint64_t request);
-  void remove_all(std::uint64_t request);
 };
 
 }  // namespace parhelion::simulation

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "protocols/command.hpp"
 #include "protocols/event.hpp"
 #include "protocols/hazard.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/joints.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
@@ -110,8 +110,11 @@ class Simulation {
   /// unknown name with the nearest known one. `real` is the robot now, for what must not appear on it or
   /// inside its stopping distance v r + v^2 / (2 a) plus a margin. What was done is appended to the events
   /// (agent_spawned, agent_moved, agent_removed, with the request's number); command_accepted and
-  /// command_refused are the server's to say. Freeze and unfreeze without a name mean every agent.
+  /// command_refused are the server's to say.
   Status command(const AgentCommand& command, const std::optional<RealRobotState>& real);
+  /// Puts a simulated door's leaf there, or says where a real one's is. Error: no such door, off its hinge,
+  /// or an opening that it does not have.
+  Status set_door(const DoorCommand& command);
   Status spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real);
   /// The trainee's robot where it is simulated (levels 1 and 2): an articulated robot whose bodies are the
   /// real robot's (BodyOwner::real_robot, never injected), driven by teleop(); the kinematic body of the real
@@ -151,7 +154,7 @@ class Simulation {
   /// The doors of the building, in the order of the model.
   std::vector<DoorState> doors() const;
   /// What sensors say of a real door: rad from where it closes its opening, or that nobody knows. From the
-  /// next step on; a word of the instructor's (AgentCommand) stands above it. Other doors and names are
+  /// next step on; a word of the instructor's (DoorCommand) stands above it. Other doors and names are
   /// ignored.
   void observe_door(const std::string& door, std::optional<double> opening);
   /// Of the semantic net: what relates to the entity of an event.

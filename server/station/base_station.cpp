@@ -98,7 +98,7 @@ Status BaseStation::Parts::open_driving(const BaseStationOptions& options) {
   TeleopOptions teleop_options;
   teleop_options.now = [] { return runtime::steady_now(); };
   teleop_options.stamp = [] { return SensorTime{runtime::wall_now().ns}; };
-  teleop_options.agent_commands = options.station.configuration->channels.bus(channel::mr_agent_cmd);
+  teleop_options.emergency_stops = options.station.configuration->channels.bus(channel::mr_emergency_stop);
   teleop_options.robot = options.station.configuration->robot.name;
   if (options.robot_stopped) teleop_options.held = {{teleop_options.robot, "the server that died"}};
   teleop_options.audit = [&audit = site->audit()](const std::string& who, const std::string& what) {

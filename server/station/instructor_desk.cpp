@@ -28,7 +28,7 @@ constexpr double spared = 20;  // of what it may say, for what costs less
 /// For the audit, and for people: "spawn person_1".
 std::string summary(const PageMessage& message) {
   if (is_command(message.kind))
-    return std::string(to_string(message.command.action)) + " " + message.command.agent.name;
+    return std::string(action_of(message.command)) + " " + subject_of(message.command);
   std::string text = to_string(message.kind);
   if (message.kind == Kind::rate || message.kind == Kind::seek) text += " " + std::to_string(message.value);
   return message.name.empty() ? text : text + " " + message.name;
@@ -134,13 +134,11 @@ Status InstructorDesk::send(WebClient& client, PageMessage message, WallTime now
   if (feed_.recorded()) return Error{"this is a recording: nothing can be placed or told any more"};
   if (asked_.size() >= most_unanswered) return Error{"the server does not answer"};
   const std::string what = summary(message);
-  AgentCommand& command = message.command;
-  command.stamp = {runtime::wall_now().ns};
-  command.request = ++next_request_;
-  encode(command, payload_);
-  if (Status sent = bus_.publish(feed_.configuration().channels.bus(channel::mr_agent_cmd), payload_); !sent)
-    return sent;
-  asked_[command.request] = {client.id(), message.request, client.who(), client.remote(), what, now};
+  set_request(message.command, {runtime::wall_now().ns}, ++next_request_);
+  encode(message.command, payload_);
+  const std::string channel = feed_.configuration().channels.bus(channel_of(message.command));
+  if (Status sent = bus_.publish(channel, payload_); !sent) return sent;
+  asked_[next_request_] = {client.id(), message.request, client.who(), client.remote(), what, now};
   return {};
 }
 

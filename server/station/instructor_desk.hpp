@@ -1,4 +1,4 @@
-// What pages ask for: the instructor's commands to MR_AGENT_CMD and back, marks, words between people, pause
+// What pages ask for: the instructor's commands to the bus and back, marks, words between people, pause
 // and end. Who may do what is decided here, and what was done or refused is told to the audit.
 #pragma once
 

@@ -101,39 +101,15 @@ Subscription subscription(const Json& message) {
   return wanted;
 }
 
-/// What a command cannot do without.
-Status check_agent(const Json& message, AgentCommand::Action action) {
-  using Action = AgentCommand::Action;
-  const auto lacks = [&](const char* key) {
-    return Error{std::string("'") + to_string(action) + "' needs '" + key + "'"};
-  };
-  const bool may_mean_all =
-      action == Action::remove_all || action == Action::freeze || action == Action::unfreeze;
-  if (!may_mean_all && !message.contains("name")) return lacks("name");
-  if (action == Action::spawn || action == Action::move) {
-    if (!message.contains("x")) return lacks("x");
-    if (!message.contains("y")) return lacks("y");
-  }
-  if (action == Action::door && !message.contains("opening")) return lacks("opening");
-  return {};
+using Commands = std::map<std::string, InstructorCommand (*)(const Json& message), std::less<>>;
+
+Transform<Map, Base> place(const Json& message) {
+  return Transform<Map, Base>::planar(number(message, "x", 0), number(message, "y", 0),
+                                      number(message, "yaw", 0), number(message, "z", 0));
 }
 
-Result<AgentCommand> agent_command(const Json& message) {
-  AgentCommand command;
-  command.action = named(word(message, "action"), AgentCommand::Action::door_unknown);
-  if (const Status whole = check_agent(message, command.action); !whole) return whole.error();
-  AgentDefinition& agent = command.agent;
-  agent.name = word(message, "name");
-  agent.kind = named(word(message, "kind", "box"), kLastAgentKind);
-  const bool door = command.action == AgentCommand::Action::door;
-  agent.T_map_base =
-      Transform<Map, Base>::planar(number(message, "x", 0), number(message, "y", 0),
-                                   number(message, door ? "opening" : "yaw", 0), number(message, "z", 0));
-  if (message.contains("size")) {
-    for (std::size_t i = 0; i < 3; ++i)
-      agent.size[static_cast<Eigen::Index>(i)] = message["size"][i].get<double>();
-  }
-  Behaviour& behaviour = agent.behaviour;
+Behaviour behaviour_of(const Json& message) {
+  Behaviour behaviour;
   behaviour.kind = named(word(message, "behaviour", "stay"), kLastBehaviourKind);
   behaviour.speed = number(message, "speed", behaviour.speed);
   behaviour.target = word(message, "target");
@@ -142,48 +118,101 @@ Result<AgentCommand> agent_command(const Json& message) {
   behaviour.opens_doors = flag(message, "opens_doors", behaviour.opens_doors);
   for (const Json& point : message.value("waypoints", Json::array()))
     behaviour.waypoints.emplace_back(point[0].get<double>(), point[1].get<double>());
+  return behaviour;
+}
+
+InstructorCommand spawn_command(const Json& message) {
+  AgentSpawn command;
+  AgentDefinition& agent = command.agent;
+  agent.name = word(message, "name");
+  agent.kind = named(word(message, "kind", "box"), kLastAgentKind);
+  agent.T_map_base = place(message);
+  if (message.contains("size")) {
+    for (std::size_t i = 0; i < 3; ++i)
+      agent.size[static_cast<Eigen::Index>(i)] = message["size"][i].get<double>();
+  }
+  agent.behaviour = behaviour_of(message);
   agent.laser = word(message, "laser");
   agent.model = word(message, "model");
   return command;
 }
 
-Result<AgentCommand> report_command(const Json& message) {
+InstructorCommand freeze_command(const Json& message, bool frozen) {
+  return AgentFreeze{.all = !message.contains("name"), .agent = word(message, "name"), .frozen = frozen};
+}
+
+/// The actions of a message of type 'agent'.
+const Commands& agent_commands() {
+  static const Commands commands{
+      {"spawn", spawn_command},
+      {"move",
+       [](const Json& message) -> InstructorCommand {
+         return AgentMove{.agent = word(message, "name"), .T_map_base = place(message)};
+       }},
+      {"remove",
+       [](const Json& message) -> InstructorCommand { return AgentRemove{.agent = word(message, "name")}; }},
+      {"remove_all", [](const Json&) -> InstructorCommand { return AgentRemove{.all = true}; }},
+      {"behave",
+       [](const Json& message) -> InstructorCommand {
+         return AgentBehaviour{.agent = word(message, "name"), .behaviour = behaviour_of(message)};
+       }},
+      {"freeze", [](const Json& message) { return freeze_command(message, true); }},
+      {"unfreeze", [](const Json& message) { return freeze_command(message, false); }},
+      {"door",
+       [](const Json& message) -> InstructorCommand {
+         return DoorCommand{.door = word(message, "name"), .opening = number(message, "opening", 0)};
+       }},
+      {"door_unknown",
+       [](const Json& message) -> InstructorCommand { return DoorCommand{.door = word(message, "name")}; }}};
+  return commands;
+}
+
+/// What a command cannot do without.
+Status check_agent(const Json& message, const std::string& action) {
+  const auto lacks = [&](const char* key) { return Error{"'" + action + "' needs '" + key + "'"}; };
+  const bool may_mean_all = action == "remove_all" || action == "freeze" || action == "unfreeze";
+  if (!may_mean_all && !message.contains("name")) return lacks("name");
+  if (action == "spawn" || action == "move") {
+    if (!message.contains("x")) return lacks("x");
+    if (!message.contains("y")) return lacks("y");
+  }
+  if (action == "door" && !message.contains("opening")) return lacks("opening");
+  return {};
+}
+
+Result<InstructorCommand> agent_command(const Json& message) {
+  const std::string action = word(message, "action");
+  if (const Status whole = check_agent(message, action); !whole) return whole.error();
+  return agent_commands().at(action)(message);
+}
+
+Result<InstructorCommand> report_command(const Json& message) {
   if (message.contains("x") != message.contains("y"))
     return Error{"'report' has one of 'x' and 'y'; expected both or neither"};
-  AgentCommand command;
-  command.action = message.contains("x") ? AgentCommand::Action::report_at : AgentCommand::Action::report;
-  command.agent.name = word(message, "name");
-  command.agent.T_map_base =
-      Transform<Map, Base>::planar(number(message, "x", 0), number(message, "y", 0), 0);
-  return command;
+  ObjectReport report;
+  report.object = word(message, "name");
+  if (message.contains("x")) report.position.emplace(number(message, "x", 0), number(message, "y", 0));
+  return InstructorCommand(report);
 }
 
-AgentCommand script_command(const Json& message) {
-  AgentCommand command;
-  command.action = AgentCommand::Action::script;
-  command.agent.name = word(message, "name");
-  return command;
-}
+InstructorCommand script_command(const Json& message) { return ScriptStart{.script = word(message, "name")}; }
 
-/// Amount and seconds go where AgentCommand::Action::lesson says.
-Result<AgentCommand> lesson_command(const Json& message) {
-  AgentCommand command;
-  command.agent.name = word(message, "kind");
-  const bool begins = flag(message, "on", true);
-  command.action = begins ? AgentCommand::Action::lesson : AgentCommand::Action::lesson_over;
-  if (!begins) return command;
-  const bool wheel = command.agent.name == to_string(Lesson::Kind::dead_wheel);
-  const char* needed = wheel ? "side" : "amount";
-  if (!message.contains(needed))
-    return Error{"'lesson': '" + command.agent.name + "' needs '" + needed + "'"};
-  const double right = word(message, "side") == "right" ? 1 : 0;
-  command.agent.T_map_base = Transform<Map, Base>::planar(wheel ? right : number(message, "amount", 0),
-                                                          number(message, "lasting", 0), 0);
-  return command;
+Result<InstructorCommand> lesson_command(const Json& message) {
+  const std::string kind = word(message, "kind");
+  FaultCommand command;
+  command.kind = named(kind, kLastLessonKind);
+  command.begins = flag(message, "on", true);
+  if (!command.begins) return InstructorCommand(command);
+  const char* needed = command.kind == Lesson::Kind::dead_wheel ? "side" : "amount";
+  if (!message.contains(needed)) return Error{"'lesson': '" + kind + "' needs '" + needed + "'"};
+  command.amount = number(message, "amount", 0);
+  command.right = word(message, "side") == "right";
+  if (const double lasting = number(message, "lasting", 0); lasting > 0) command.duration = lasting;
+  return InstructorCommand(command);
 }
 
 Status fill(const Json& message, const std::string& type, PageMessage& read) {
-  const auto take = [&](Result<AgentCommand> command) -> Status {
+  const auto take = [&](Result<InstructorCommand> command) -> Status {
     if (!command) return command.error();
     read.command = std::move(*command);
     return {};

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "protocols/command.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/status.hpp"
 
 namespace parhelion::station {
@@ -41,7 +41,7 @@ struct PageMessage {
   Kind kind = Kind::subscribe;
   std::uint64_t request = 0;  ///< comes back in the reply; 0: none was given
   Subscription subscription;
-  AgentCommand command;  ///< without stamp and request, which the desk gives
+  InstructorCommand command;  ///< without stamp and request, which the desk gives
   std::string name, text;
   double value = 0;
 };

@@ -1,5 +1,7 @@
 #include "server/station/placed_agents.hpp"
 
+#include <algorithm>
+
 namespace parhelion::station {
 namespace {
 
@@ -10,7 +12,7 @@ constexpr std::size_t most_unanswered = 256;  // a server that does not answer: 
 PlacedAgents::PlacedAgents(const Scenario& scenario) : scenario_(scenario) {
   for (const Script& script : scenario.scripts) {
     for (const AgentCommand& command : script.actions) {
-      if (command.action == AgentCommand::Action::spawn) scripted_[command.agent.name] = command.agent;
+      if (const auto* spawn = std::get_if<AgentSpawn>(&command)) scripted_[spawn->agent.name] = spawn->agent;
     }
   }
   restart();
@@ -23,15 +25,16 @@ void PlacedAgents::restart() {
   for (const AgentDefinition& agent : scenario_.agents) agents_[agent.name] = agent;
 }
 
-void PlacedAgents::take(const AgentCommand& command) {
-  if (command.request == 0) return;
-  asked_[command.request] = command;
+void PlacedAgents::take(const InstructorCommand& command) {
+  const std::uint64_t request = request_of(command);
+  if (request == 0) return;
+  asked_[request] = command;
   if (asked_.size() <= most_unanswered) return;
-  auto oldest = asked_.begin();
-  for (auto each = asked_.begin(); each != asked_.end(); ++each) {
-    if (each->second.stamp < oldest->second.stamp) oldest = each;
-  }
-  asked_.erase(oldest);
+  const auto stamp = [](const auto& each) {
+    return std::visit([](const auto& asked) { return asked.stamp; }, each.second);
+  };
+  asked_.erase(std::min_element(asked_.begin(), asked_.end(),
+                                [&](const auto& a, const auto& b) { return stamp(a) < stamp(b); }));
 }
 
 void PlacedAgents::take(const Event& event) {
@@ -44,23 +47,22 @@ void PlacedAgents::take(const Event& event) {
   const auto asked = event.request == 0 ? asked_.end() : asked_.find(event.request);
   if (asked == asked_.end()) return;
   // The spawn is said before its command is answered, and the world may show it in between.
-  if (event.kind == EventKind::agent_spawned) agents_[event.subject] = asked->second.agent;
+  const auto* spawn = std::get_if<AgentSpawn>(&asked->second);
+  if (event.kind == EventKind::agent_spawned && spawn != nullptr) agents_[event.subject] = spawn->agent;
   if (event.kind == EventKind::command_accepted) done(asked->second);
   if (event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused)
     asked_.erase(asked);
 }
 
-void PlacedAgents::done(const AgentCommand& command) {
-  using Action = AgentCommand::Action;
-  const std::string& name = command.agent.name;
-  if (command.action == Action::freeze && name.empty()) frozen_ = true;
-  if (command.action == Action::unfreeze && name.empty()) frozen_ = false;
-  const auto agent = agents_.find(name);
+void PlacedAgents::done(const InstructorCommand& command) {
+  if (const auto* freeze = std::get_if<AgentFreeze>(&command); freeze != nullptr && freeze->all)
+    frozen_ = freeze->frozen;
+  const auto agent = agents_.find(subject_of(command));
   if (agent == agents_.end()) return;
-  if (command.action == Action::behave) agent->second.behaviour = command.agent.behaviour;
-  if (command.action == Action::camera)
-    agent->second.camera_rate = command.agent.T_map_base.translation().x();
-  if (command.action == Action::move) agent->second.T_map_base = command.agent.T_map_base;
+  if (const auto* changed = std::get_if<AgentBehaviour>(&command))
+    agent->second.behaviour = changed->behaviour;
+  if (const auto* camera = std::get_if<CameraRate>(&command)) agent->second.camera_rate = camera->rate;
+  if (const auto* move = std::get_if<AgentMove>(&command)) agent->second.T_map_base = move->T_map_base;
 }
 
 const AgentDefinition* PlacedAgents::find(const std::string& agent) const {

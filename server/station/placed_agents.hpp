@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
-#include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/instructor_command.hpp"
 #include "protocols/scenario.hpp"
 
 namespace parhelion::station {
@@ -14,8 +14,8 @@ class PlacedAgents {
  public:
   explicit PlacedAgents(const Scenario& scenario);
 
-  /// MR_AGENT_CMD, whoever sent it; it counts once an event says that it was done.
-  void take(const AgentCommand& command);
+  /// Whoever sent it; it counts once an event says that it was done.
+  void take(const InstructorCommand& command);
   void take(const Event& event);
   /// The session begins anew.
   void restart();
@@ -26,12 +26,12 @@ class PlacedAgents {
   bool frozen() const { return frozen_; }  ///< all agents stand still by the instructor's word
 
  private:
-  void done(const AgentCommand& command);
+  void done(const InstructorCommand& command);
 
   const Scenario& scenario_;
   std::map<std::string, AgentDefinition> agents_;
-  std::map<std::string, AgentDefinition> scripted_;  ///< what scripts may spawn
-  std::map<std::uint64_t, AgentCommand> asked_;      ///< by request; what was not answered yet
+  std::map<std::string, AgentDefinition> scripted_;   ///< what scripts may spawn
+  std::map<std::uint64_t, InstructorCommand> asked_;  ///< by request; what was not answered yet
   bool frozen_ = false;
 };
 

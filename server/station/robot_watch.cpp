@@ -4,6 +4,7 @@
 
 #include "protocols/channels.hpp"
 #include "server/runtime/wall_clock.hpp"
+#include "server/tick/instructor_input.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -70,10 +71,10 @@ RobotWatch::RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const tick::Con
 
 Status RobotWatch::start() {
   const tick::ChannelMap& channels = configuration_->channels;
-  const std::pair<std::string, int> wanted[] = {{channels.bus(channel::mr_world), 1},
-                                                {channels.bus(channel::operators), 64},
-                                                {channels.bus(channel::mr_events), 256},
-                                                {channels.bus(channel::mr_agent_cmd), 256}};
+  std::vector<std::pair<std::string, int>> wanted{{channels.bus(channel::mr_world), 1},
+                                                  {channels.bus(channel::operators), 64},
+                                                  {channels.bus(channel::mr_events), 256}};
+  for (std::string& name : tick::command_channels(channels)) wanted.emplace_back(std::move(name), 256);
   for (const auto& [name, capacity] : wanted) {
     if (Status subscribed = bus_->subscribe(name, capacity); !subscribed) return subscribed;
   }
@@ -98,12 +99,13 @@ void RobotWatch::take(const Message& message) {
   const tick::ChannelMap& channels = configuration_->channels;
   OperatorWord word_;
   Event event;
-  AgentCommand command;
+  InstructorCommand command;
   if (message.channel == channels.bus(channel::mr_world)) return take_world(message);
-  if (message.channel == channels.bus(channel::mr_agent_cmd) &&
-      decode(message.channel, message.payload, command).ok()) {
+  if (tick::is_command(channels.kind(message.channel)) &&
+      tick::read_command(channels, message, command).ok()) {
     placed_.take(command);
-    if (teleop_ != nullptr) teleop_->hear(command);
+    const auto* stop = std::get_if<EmergencyStopCommand>(&command);
+    if (teleop_ != nullptr && stop != nullptr) teleop_->hear(*stop);
   }
   if (message.channel == channels.bus(channel::operators) && teleop_ != nullptr &&
       decode(message.channel, message.payload, word_).ok())

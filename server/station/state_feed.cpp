@@ -5,6 +5,7 @@
 
 #include "protocols/channels.hpp"
 #include "server/station/depth_frames.hpp"
+#include "server/tick/instructor_input.hpp"
 
 namespace parhelion::station {
 namespace {
@@ -49,7 +50,8 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
   const int whole_session = 16'384;  // a player says it all again after it was wound back
   add(channel::mr_events, Kind::event, recorded() ? whole_session : 1024, std::nullopt);
   add(channel::mr_status, Kind::status, 2, std::nullopt);
-  add(channel::mr_agent_cmd, Kind::command, recorded() ? whole_session : 256, std::nullopt);
+  for (const char* command : kInstructorChannels)
+    add(command, Kind::command, recorded() ? whole_session : 256, std::nullopt);
   add(channel::mr_model, Kind::model, 2, std::nullopt);
   add(channel::operators, Kind::operators, 64, std::nullopt);
   channels_[channel::mr_session] = {Kind::session, channel::mr_session, 2};  // it alone is never renamed
@@ -117,9 +119,9 @@ void StateFeed::take(const Message& message, WallTime now) {
     case Kind::model:
       return take_model(message);
     case Kind::command:
-      if (AgentCommand command; read(command)) {
+      if (InstructorCommand command; tick::read_command(configuration_->channels, message, command).ok()) {
         placed_.take(command);
-        shapes_.take(command);
+        if (const auto* spawn = std::get_if<AgentSpawn>(&command)) shapes_.take(*spawn);
       }
       return;
     case Kind::depth:

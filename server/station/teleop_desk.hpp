@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
-#include "protocols/command.hpp"
 #include "protocols/event.hpp"
+#include "protocols/instructor_command.hpp"
 #include "server/station/http/web_client.hpp"
 #include "server/station/teleop_page.hpp"
 #include "server/station/teleop_words.hpp"
@@ -26,7 +26,7 @@ struct TeleopOptions {
   /// Who did what. These two may be empty, and are called with the desk locked: they must not call it.
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
-  std::string agent_commands = "MR_AGENT_CMD";  ///< channel on the bus
+  std::string emergency_stops = channel::mr_emergency_stop;  ///< channel on the bus
   std::string robot = {};                ///< the trainee's, that others may stop and let go, too; empty: none
   std::vector<EmergencyStop> held = {};  ///< from the start: of a server that died
 };
@@ -50,13 +50,13 @@ class TeleopDesk {
   /// What a console says on the bus: other consoles drive, too.
   void hear(const OperatorWord& word);
   /// What anybody asks of the server: other consoles stop the robot and take stops back, too.
-  void hear(const AgentCommand& command);
+  void hear(const EmergencyStopCommand& command);
   /// What the server answers: an emergency stop is asked for until it is.
   void hear(const Event& event);
   /// At least every 50 ms: releases what fell silent, repeats stops, says who drives.
   void turn();
 
-  /// Holds until reset(): the server is asked to freeze the robot, whoever drives it, nothing that a page
+  /// Holds until reset(): the server is asked to stop the robot, whoever drives it, nothing that a page
   /// asks of it goes out, and stops are said until the server has answered. `robot` empty: all. Twice does no
   /// harm. Error: no such robot, or the bus.
   Status stop(const std::string& robot, const std::string& by);
@@ -89,7 +89,7 @@ class TeleopDesk {
   Status move(TeleopPage& page, const TeleopRequest& request);
   void answer_ping(TeleopPage& page, const TeleopRequest& request);
   Status hold(const std::string& robot, const std::string& by);
-  void obey(const AgentCommand& command);
+  void obey(const EmergencyStopCommand& command);
   Status say_stop(const TeleopRobot& robot);
   Status say_order(const std::string& robot, Order& order);
   void repeat_orders(WallTime now);
@@ -113,7 +113,7 @@ class TeleopDesk {
   std::map<std::uint64_t, std::unique_ptr<TeleopPage>> pages_;  // by client
   std::map<std::string, std::string> held_;                     // by robot: who has stopped it
   std::map<std::string, Order> orders_;                         // by robot: the last
-  std::map<std::uint64_t, AgentCommand> others_;                // orders of other consoles, by request
+  std::map<std::uint64_t, EmergencyStopCommand> others_;        // orders of other consoles, by request
   std::set<std::uint64_t> own_;                                 // our own newest requests
   std::uint64_t requests_ = 0;
   std::map<std::string, Foreign> foreign_;  // by operator: other consoles that drive

@@ -12,11 +12,9 @@ constexpr const char* elsewhere = "another console";
 
 }  // namespace
 
-void TeleopDesk::hear(const AgentCommand& command) {
-  using Action = AgentCommand::Action;
+void TeleopDesk::hear(const EmergencyStopCommand& command) {
   const std::lock_guard lock(mutex_);
-  const bool order = command.action == Action::freeze || command.action == Action::unfreeze;
-  if (!order || options_.robot.empty() || command.agent.name != options_.robot) return;
+  if (options_.robot.empty() || (!command.robot.empty() && command.robot != options_.robot)) return;
   if (own_.contains(command.request)) return;
   if (others_.size() >= most_unanswered) others_.clear();  // a server that answers nobody
   others_[command.request] = command;
@@ -33,9 +31,9 @@ void TeleopDesk::hear(const Event& event) {
 }
 
 /// The server has stopped the robot, or let it go, as somebody else asked: so it is here.
-void TeleopDesk::obey(const AgentCommand& command) {
-  const std::string& robot = command.agent.name;
-  const bool stop = command.action == AgentCommand::Action::freeze;
+void TeleopDesk::obey(const EmergencyStopCommand& command) {
+  const std::string& robot = options_.robot;
+  const bool stop = command.engaged;
   if (stop == (held_.count(robot) > 0)) return;
   if (stop) {
     held_[robot] = elsewhere;
@@ -64,13 +62,13 @@ Status TeleopDesk::say_stop(const TeleopRobot& robot) {
 Status TeleopDesk::say_order(const std::string& robot, Order& order) {
   order.said = options_.now();
   const bool seldom = ++order.times > most_often && order.times % most_often != 0;
-  AgentCommand command;
+  EmergencyStopCommand command;
   command.stamp = options_.stamp();
   command.request = order.request;
-  command.action = order.stop ? AgentCommand::Action::freeze : AgentCommand::Action::unfreeze;
-  command.agent.name = robot;
+  command.robot = robot;
+  command.engaged = order.stop;
   encode(command, payload_);
-  const Status asked = seldom ? Status{} : bus_.publish(options_.agent_commands, payload_);
+  const Status asked = seldom ? Status{} : bus_.publish(options_.emergency_stops, payload_);
   const TeleopRobot* known = find(robot);
   if (!order.stop || known == nullptr) return asked;
   const Status stopped = say_stop(*known);

@@ -13,7 +13,7 @@ std::vector<std::string> agent_names(const Scenario& scenario) {
   for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
   for (const Script& script : scenario.scripts) {
     for (const AgentCommand& command : script.actions) {
-      if (command.action == AgentCommand::Action::spawn) names.push_back(command.agent.name);
+      if (const auto* spawn = std::get_if<AgentSpawn>(&command)) names.push_back(spawn->agent.name);
     }
   }
   return names;

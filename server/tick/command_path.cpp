@@ -1,10 +1,6 @@
-// The instructor's and the trainee's commands: agents appear and go, TELEOP becomes MR_CMD, only ever reduced
-// (promise 3).
+// The trainee's commands: TELEOP becomes MR_CMD, only ever reduced (promise 3).
 #include <algorithm>
 
-#include "server/tick/agent_cameras.hpp"
-#include "server/tick/emergency_stop.hpp"
-#include "server/tick/sensor_path.hpp"
 #include "server/tick/tick.hpp"
 
 namespace parhelion::tick {
@@ -118,48 +114,6 @@ void watch_dead_man(const Configuration& configuration, SimulationTime now, Stat
   say_dead_man(configuration, now, EventKind::deadman_released, moving ? dead_man.speed : 0, state, outputs);
 }
 
-/// m between the place that was said and where that thing is now; -1: no place was said, or there is no such
-/// thing.
-double report_error(const Configuration& configuration, const AgentCommand& command, const State& state) {
-  if (command.action != AgentCommand::Action::report_at) return -1;
-  const Eigen::Vector3d said = command.agent.T_map_base.translation();
-  const auto off = [&](const Eigen::Vector3d& place) { return (place - said).head<2>().norm(); };
-  if (const auto pose = state.simulation.pose_of(command.agent.name)) return off(pose->translation());
-  for (const ModelEntity& entity : (state.model ? *state.model : configuration.model).entities) {
-    if (entity.name == command.agent.name) return off(entity.T_map_body.translation());
-  }
-  return -1;
-}
-
-/// Right or wrong, the trainee's word is an event.
-void take_report(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
-                 State& state, Outputs& outputs) {
-  Event event;
-  event.stamp = now;
-  event.kind = EventKind::object_reported;
-  event.subject = configuration.robot.name;
-  event.object = command.agent.name;
-  event.request = command.request;
-  event.value = report_error(configuration, command, state);
-  if (command.action == AgentCommand::Action::report_at)
-    event.position = command.agent.T_map_base.translation();
-  publish_event(configuration, event, state, outputs);
-}
-
-/// What is about agents, or about the session that they are in.
-Status do_command(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
-                  State& state, Outputs& outputs) {
-  switch (command.action) {
-    case AgentCommand::Action::script:
-      return state.scripts.set_off(command.agent.name, now);
-    case AgentCommand::Action::lesson:
-    case AgentCommand::Action::lesson_over:
-      return teach(configuration, command, now, state);
-    default:
-      return do_agent_command(configuration, command, state, outputs);
-  }
-}
-
 /// What the operator says does not arrive at a simulated robot that is out of radio range: its silence stops
 /// it.
 bool is_heard(const Configuration& configuration, const State& state) {
@@ -189,86 +143,7 @@ void stop_joints(const Configuration& configuration, SimulationTime now, State& 
   send_joint_command(configuration, now, joint_stop(configuration, now, state), state, outputs);
 }
 
-/// No command goes out but the stop. What moves joints is held as well, until whoever moves them has let go.
-Status stop_or_let_go(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
-                      State& state, Outputs& outputs) {
-  state.emergency_stop = command.action == AgentCommand::Action::freeze;
-  state.joints_stopped = state.joints_stopped || state.emergency_stop;
-  if (state.teleop) send_command(configuration, now, state, outputs);
-  if (state.emergency_stop && !state.joint_command.names.empty())
-    stop_joints(configuration, now, state, outputs);
-  // Freezing all froze a simulated one as it froze the agents.
-  if (state.emergency_stop || !simulates_trainee(configuration.scenario)) return {};
-  return state.simulation.command(command, std::nullopt);
-}
-
-/// An agent's camera begins to send pictures, or ends.
-Status do_camera_command(const Configuration& configuration, const AgentCommand& command, State& state) {
-  const std::string& name = command.agent.name;
-  if (name == configuration.robot.name)
-    return Error{"'" + name + "' is the trainee's robot: its camera's pictures are " +
-                 configuration.channels.bus(channel::mr_camera)};
-  const AgentDefinition* known = state.simulation.find_agent(name);
-  if (known == nullptr) return Error{"no agent is called '" + name + "'"};
-  AgentDefinition agent = *known;
-  agent.camera_rate = command.agent.T_map_base.translation().x();
-  return set_agent_camera(configuration, agent, state);
-}
-
-/// What must not appear on the trainee's robot is checked against where that is, simulated or real; itself
-/// excepted.
-std::optional<simulation::RealRobotState> robot_in_the_way(const Configuration& configuration,
-                                                           const AgentCommand& command, const State& state) {
-  if (!simulates_trainee(configuration.scenario)) return state.real;
-  if (command.agent.name == configuration.robot.name) return std::nullopt;
-  return trainee_state(configuration, state);
-}
-
 }  // namespace
-
-Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
-                        Outputs& outputs) {
-  using Action = AgentCommand::Action;
-  if (command.action == Action::camera) return do_camera_command(configuration, command, state);
-  const bool spawns = command.action == Action::spawn;
-  if (spawns) {
-    if (Status fits = check_agent_camera(configuration, command.agent, state); !fits) return fits;
-  }
-  Status done = state.simulation.command(command, robot_in_the_way(configuration, command, state));
-  if (done.ok() && spawns) {
-    state.kinds[command.agent.name] = command.agent.kind;
-    if (command.agent.camera_rate > 0) done = set_agent_camera(configuration, command.agent, state);
-  }
-  forget_agent_cameras(state);
-  publish_simulation_events(configuration, state, outputs);
-  return done;
-}
-
-void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
-                          Outputs& outputs) {
-  AgentCommand command;
-  const Status read = decode(input.channel, input.payload, command);
-  if (!read) refuse(read.error(), state);
-  if (!read && command.request == 0) return;  // nobody to answer
-  const bool report = read.ok() && (command.action == AgentCommand::Action::report ||
-                                    command.action == AgentCommand::Action::report_at);
-  if (report) take_report(configuration, command, simulation_time(input.arrival), state, outputs);
-  const bool stop = read.ok() && is_emergency_stop(configuration, command);
-  const Status done =
-      stop ? stop_or_let_go(configuration, command, simulation_time(input.arrival), state, outputs)
-      : read.ok() && !report
-          ? do_command(configuration, command, simulation_time(input.arrival), state, outputs)
-          : read;
-  if (!read) command.agent = {};  // what could not be read is not repeated
-  Event answer;
-  answer.stamp = simulation_time(input.arrival);
-  answer.kind = done.ok() ? EventKind::command_accepted : EventKind::command_refused;
-  answer.subject = command.agent.name;
-  answer.request = command.request;
-  answer.position = command.agent.T_map_base.translation();
-  if (!done.ok()) answer.text = done.error().message;
-  publish_event(configuration, answer, state, outputs);
-}
 
 void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
   TwistCommand command;
@@ -291,6 +166,14 @@ void stop_robot(const Configuration& configuration, const std::string& robot, Ar
   state.teleop_arrival = now;
   send_command(configuration, simulation_time(now), state, outputs);
   if (!state.joint_command.names.empty()) stop_joints(configuration, simulation_time(now), state, outputs);
+}
+
+void set_emergency_stop(const Configuration& configuration, bool engaged, SimulationTime now, State& state,
+                        Outputs& outputs) {
+  state.emergency_stop = engaged;
+  state.joints_stopped = state.joints_stopped || engaged;
+  if (state.teleop) send_command(configuration, now, state, outputs);
+  if (engaged && !state.joint_command.names.empty()) stop_joints(configuration, now, state, outputs);
 }
 
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {

@@ -16,13 +16,14 @@ std::string file_name(const std::string& path) { return path.substr(path.rfind('
 ChannelMap::ChannelMap(const Scenario& scenario)
     : renamed_(scenario.channels.begin(), scenario.channels.end()) {
   std::vector<std::pair<const char*, InputKind>> known = {
-      {channel::teleop, InputKind::teleop},
-      {channel::joint_cmd, InputKind::joint_command},
-      {channel::operators, InputKind::operators},
-      {channel::loop, InputKind::loop},
-      {channel::mr_agent_cmd, InputKind::agent_command},
+      {channel::teleop, InputKind::teleop},       {channel::joint_cmd, InputKind::joint_command},
+      {channel::operators, InputKind::operators}, {channel::loop, InputKind::loop},
       {channel::mr_model, InputKind::model},
   };
+  for (const char* canonical : kInstructorChannels) {
+    const bool stop = std::string_view(canonical) == channel::mr_emergency_stop;
+    known.emplace_back(canonical, stop ? InputKind::emergency_stop : InputKind::command);
+  }
   const bool simulated = simulates_trainee(scenario);
   if (!simulated) {
     known.insert(known.end(), {{channel::robot, InputKind::robot},
@@ -64,6 +65,13 @@ InputKind ChannelMap::kind(std::string_view bus_name, std::string_view* agent) c
     return InputKind::agent_teleop;
   }
   return InputKind::none;
+}
+
+std::string_view ChannelMap::canonical(std::string_view bus_name) const {
+  for (const Entry& entry : inputs_) {
+    if (entry.bus == bus_name) return entry.canonical;
+  }
+  return {};
 }
 
 std::vector<std::string> ChannelMap::inputs() const {
@@ -147,7 +155,7 @@ std::vector<std::string> known_names(const Configuration& configuration) {
   for (const Script& script : scenario.scripts) {
     names.push_back(script.name);
     for (const AgentCommand& command : script.actions) {
-      if (command.action == AgentCommand::Action::spawn) names.push_back(command.agent.name);
+      if (const auto* spawn = std::get_if<AgentSpawn>(&command)) names.push_back(spawn->agent.name);
     }
   }
   for (const ModelEntity& entity : configuration.model.entities) names.push_back(entity.name);

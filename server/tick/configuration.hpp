@@ -31,7 +31,8 @@ enum class InputKind : std::uint8_t {
   teleop,
   joint_state,
   joint_command,
-  agent_command,
+  command,         ///< an instructor's; its type is its channel's
+  emergency_stop,  ///< so too, and obeyed even where nothing can be written
   agent_teleop,
   loop,
   model,
@@ -47,6 +48,8 @@ class ChannelMap {
   /// What a message on this bus channel is; for agent_teleop, `agent` is the name between MR_AGENT_ and
   /// _TELEOP.
   InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr) const;
+  /// Canonical name of the input that this bus channel is; empty: none, or an agent's.
+  std::string_view canonical(std::string_view bus_name) const;
   /// Bus names to subscribe to; the last is a pattern (agents' teleop).
   std::vector<std::string> inputs() const;
 

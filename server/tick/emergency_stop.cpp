@@ -6,18 +6,17 @@
 namespace parhelion::tick {
 
 bool stops_robot(const Configuration& configuration, const Message& message) {
-  AgentCommand command;
-  return configuration.channels.kind(message.channel) == InputKind::agent_command &&
-         decode(message.channel, message.payload, command).ok() &&
-         is_emergency_stop(configuration, command) && command.action == AgentCommand::Action::freeze;
+  EmergencyStopCommand command;
+  return configuration.channels.kind(message.channel) == InputKind::emergency_stop &&
+         decode(message.channel, message.payload, command).ok() && command.engaged &&
+         is_for_trainee(configuration, command);
 }
 
 Message stop_of_robot(const Configuration& configuration, ArrivalTime now) {
-  AgentCommand command;
+  EmergencyStopCommand command;
   command.stamp = {now.ns};
-  command.action = AgentCommand::Action::freeze;
-  command.agent.name = configuration.robot.name;
-  Message message{configuration.channels.bus(channel::mr_agent_cmd), now, {}};
+  command.robot = configuration.robot.name;
+  Message message{configuration.channels.bus(channel::mr_emergency_stop), now, {}};
   encode(command, message.payload);
   return message;
 }

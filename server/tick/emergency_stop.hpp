@@ -1,5 +1,5 @@
-// An emergency stop of the trainee's robot, simulated or real: MR_AGENT_CMD freezes it, whoever drives it,
-// until MR_AGENT_CMD unfreezes it and the dead-man was let go.
+// An emergency stop of the trainee's robot, simulated or real: MR_EMERGENCY_STOP holds it, whoever drives it,
+// until MR_EMERGENCY_STOP releases it and the dead-man was let go.
 #pragma once
 
 #include "protocols/bus/bus.hpp"
@@ -7,17 +7,15 @@
 
 namespace parhelion::tick {
 
-/// Stops it, or takes the stop back.
-inline bool is_emergency_stop(const Configuration& configuration, const AgentCommand& command) {
-  using Action = AgentCommand::Action;
-  return (command.action == Action::freeze || command.action == Action::unfreeze) &&
-         command.agent.name == configuration.robot.name;
+/// Of the trainee's robot, not of an agent.
+inline bool is_for_trainee(const Configuration& configuration, const EmergencyStopCommand& command) {
+  return command.robot.empty() || command.robot == configuration.robot.name;
 }
 
 /// Stops it: obeyed even where nothing can be written down.
 bool stops_robot(const Configuration& configuration, const Message& message);
 
-/// The command that stops it, as if it had come at `now`.
+/// The message that stops it, as if it had come at `now`.
 Message stop_of_robot(const Configuration& configuration, ArrivalTime now);
 
 }  // namespace parhelion::tick

@@ -28,8 +28,8 @@ void start_script(const Configuration& configuration, const Scripts::Due& due, S
     Event refused;
     refused.stamp = now;
     refused.kind = EventKind::command_refused;
-    refused.subject = command.agent.name;
-    refused.position = command.agent.T_map_base.translation();
+    refused.subject = subject_of(to_instructor_command(command));
+    refused.position = position_of(to_instructor_command(command));
     refused.text = "script '" + due.script->name + "': " + done.error().message;
     publish_event(configuration, refused, state, outputs);
   }

@@ -171,8 +171,9 @@ void take_input(const Configuration& configuration, InputKind kind, std::string_
       return take_line(configuration, input, state);
     case InputKind::teleop:
       return answer_teleop(configuration, input, state, outputs);
-    case InputKind::agent_command:
-      return answer_agent_command(configuration, input, state, outputs);
+    case InputKind::command:
+    case InputKind::emergency_stop:
+      return process_command(configuration, input, state, outputs);
     case InputKind::agent_teleop:
       return drive_agent(configuration, input, agent, state);
     case InputKind::model:

@@ -44,12 +44,17 @@ void flush_images(const Configuration& configuration, State& state, Outputs& out
 /// An image waits at most 50 ms for the depth image of its moment; drivers send colour first.
 void watch_waiting_image(const Configuration& configuration, SimulationTime now, State& state,
                          Outputs& outputs);
-/// command_path.cpp: the instructor's and the trainee's commands.
-void answer_agent_command(const Configuration& configuration, const Message& input, State& state,
-                          Outputs& outputs);
+/// instructor_path.cpp: what an instructor asks for.
+void process_command(const Configuration& configuration, const Message& input, State& state,
+                     Outputs& outputs);
+/// command_path.cpp: the trainee's commands.
 void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs);
 void answer_joint_command(const Configuration& configuration, const Message& input, State& state,
                           Outputs& outputs);
+/// The emergency stop of the trainee's robot. Engaged: no command goes out but the stop. What moves joints is
+/// held as well, until whoever moves them has let go.
+void set_emergency_stop(const Configuration& configuration, bool engaged, SimulationTime now, State& state,
+                        Outputs& outputs);
 /// Nothing moves that robot any more until it is driven again.
 void stop_robot(const Configuration& configuration, const std::string& robot, ArrivalTime now, State& state,
                 Outputs& outputs);
@@ -58,7 +63,7 @@ void drive_agent(const Configuration& configuration, const Message& input, std::
 /// command_path.cpp: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD; that
 /// silence is a released dead-man.
 void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
-/// command_path.cpp: does the command, or says why not.
+/// instructor_path.cpp: does the command, or says why not.
 Status do_agent_command(const Configuration& configuration, const AgentCommand& command, State& state,
                         Outputs& outputs);
 /// script_path.cpp: what the scenario's scripts do at the newest step.
@@ -79,13 +84,13 @@ bool simulate_laser(const Configuration& configuration, const simulation::LaserR
                     Scan& scan);
 /// The scans of all state.laser_requests, for the agents' behaviour and for whoever listens.
 void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs);
-/// lesson_path.cpp: a lesson that begins or ends is an event; dead wheels of the simulated robot stop
+/// fault_path.cpp: a lesson that begins or ends is an event; dead wheels of the simulated robot stop
 /// turning.
 void watch_lessons(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs);
-/// The instructor begins a lesson, or ends one. Error: an unknown kind, an amount out of range, one that only
-/// simulated robots can be taught.
-Status teach(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
-             State& state);
+/// The instructor begins a fault, or ends one. Error: an amount out of range, or a kind that only simulated
+/// robots can have.
+Status process_fault_command(const Configuration& configuration, const FaultCommand& command,
+                             SimulationTime now, State& state);
 /// Of the trainee's simulated laser: beams that see nothing.
 void drop_beams(const Configuration& configuration, State& state, Scan& scan);
 /// sensor_path.cpp: what the sensors of a simulated trainee's robot measure at the newest step: outputs that

@@ -114,12 +114,10 @@ std::string await_news(const fs::path& folder, const std::string& word) {
 }
 
 /// The instructor's person, to come or to go.
-AgentCommand person(bool comes) {
-  AgentCommand command;
-  command.stamp = SensorTime::from_utime(runtime::wall_now().utime());
-  command.action = comes ? AgentCommand::Action::spawn : AgentCommand::Action::remove;
-  command.agent = test::agent("p", AgentKind::person, 5, 3, BehaviourKind::stay);
-  return command;
+InstructorCommand person(bool comes) {
+  const SensorTime now = SensorTime::from_utime(runtime::wall_now().utime());
+  if (!comes) return AgentRemove{.stamp = now, .agent = "p"};
+  return AgentSpawn{.stamp = now, .agent = test::agent("p", AgentKind::person, 5, 3, BehaviourKind::stay)};
 }
 
 /// The robot: it stands, and says so, for `duration`. `commands`: a console beside it does what an instructor
@@ -156,7 +154,10 @@ void send_scans(Bus& bus, double duration, bool commands) {
     scan.stamp = estimate.stamp = now;
     send(channel::scan, scan);
     if (i % 5 == 0) send(channel::pose_cov, estimate);
-    if (commands && i * scan_period > told + 1) send(channel::mr_agent_cmd, person(told++ % 2 == 0));
+    if (commands && i * scan_period > told + 1) {
+      const InstructorCommand command = person(told++ % 2 == 0);
+      send(channel_of(command), command);
+    }
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -21,15 +22,17 @@ void check(bool holds) {
 }
 
 /// A command that passed the schema is one that the server can read, or says by name why it cannot be.
-void check_command(const AgentCommand& command) {
+void check_command(const InstructorCommand& command) {
   std::vector<std::uint8_t> payload;
   encode(command, payload);
-  AgentCommand again;
-  const Status read = decode("MR_AGENT_CMD", payload, again);
+  std::optional<InstructorCommand> again = command_on(channel_of(command));
+  check(again.has_value() && again->index() == command.index());
+  const Status read = decode(channel_of(command), payload, *again);
   check(read.ok() || !read.error().message.empty());
   if (!read) return;
-  check(again.action == command.action && again.agent.name == command.agent.name);
-  check(again.agent.T_map_base.translation().allFinite());
+  check(std::string_view(action_of(*again)) == action_of(command) &&
+        subject_of(*again) == subject_of(command));
+  check(position_of(*again).allFinite());
 }
 
 void check_page_message(std::string_view text) {

@@ -233,17 +233,41 @@ TEST(Imu, OfAnMBotIsMappedToTheSameUnits) {
 }
 
 TEST(Refused, CommandsThatNameNoAgent) {
-  AgentCommand command = test::sample_command();
-  for (const char* name : {"", "a b", "a/b", "\xc3\xa4", "0123456789012345678901234567890123456789x"}) {
-    command.agent.name = name;
-    EXPECT_NE(refusal(command).find("name: "), std::string::npos) << name;
+  AgentSpawn spawn = test::sample_spawn();
+  AgentMove move{.agent = "guide-1"};
+  AgentRemove remove;
+  AgentFreeze freeze;
+  EmergencyStopCommand stop;
+  EXPECT_EQ(refusal(move), "taken");
+  for (const char* name :
+       {"", "a b", "a/b", "a.b", "\xc3\xa4", "0123456789012345678901234567890123456789x"}) {
+    spawn.agent.name = move.agent = remove.agent = freeze.agent = stop.robot = name;
+    EXPECT_NE(refusal(spawn).find("name: "), std::string::npos) << name;
+    EXPECT_NE(refusal(move).find("name: "), std::string::npos) << name;
+    EXPECT_NE(refusal(remove).find("name: "), std::string::npos) << name;
+    EXPECT_NE(refusal(freeze).find("name: "), std::string::npos) << name;
+    EXPECT_EQ(refusal(stop) == "taken", stop.robot.empty()) << "every robot stops where none is named";
   }
-  command.action = AgentCommand::Action::remove_all;
-  command.agent.name = "";
-  EXPECT_EQ(refusal(command), "taken");
-  command = test::sample_command();
-  command.agent.size.z() = 0;
-  EXPECT_NE(refusal(command).find("size: 0"), std::string::npos);
+  spawn = test::sample_spawn();
+  spawn.agent.size.z() = 0;
+  EXPECT_NE(refusal(spawn).find("size: 0"), std::string::npos);
+}
+
+TEST(Refused, AnAgentThatIsNamedWhereAllAreMeant) {
+  EXPECT_EQ(refusal(AgentRemove{.all = true}), "taken");
+  EXPECT_NE(refusal(AgentRemove{.all = true, .agent = "guide"}).find("name: "), std::string::npos);
+  EXPECT_EQ(refusal(AgentFreeze{.all = true}), "taken");
+  EXPECT_NE(refusal(AgentFreeze{.all = true, .agent = "guide"}).find("name: "), std::string::npos);
+}
+
+TEST(Refused, FiguresThatNoCommandHas) {
+  EXPECT_NE(refusal(CameraRate{.agent = "a", .rate = -1}).find("rate: -1"), std::string::npos);
+  EXPECT_NE(refusal(FaultCommand{.duration = -3}).find("duration: -3"), std::string::npos);
+  EXPECT_NE(refusal(FaultCommand{.amount = NAN}).find("amount: "), std::string::npos);
+  EXPECT_NE(refusal(DoorCommand{.door = "d", .opening = NAN}).find("opening: "), std::string::npos);
+  EXPECT_NE(refusal(DoorCommand{}).find("name: "), std::string::npos);
+  EXPECT_NE(refusal(ScriptStart{}).find("script: "), std::string::npos);
+  EXPECT_NE(refusal(ObjectReport{.object = std::string(201, 'x')}).find("name: "), std::string::npos);
 }
 
 TEST(Refused, ABeamOfAnAgentThatIsNotNamed) {

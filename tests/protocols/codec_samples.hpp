@@ -59,16 +59,29 @@ inline Image sample_depth() {
           {{"encoding", {raw.begin(), raw.end()}}, {"empty", {}}}};
 }
 
-inline AgentCommand sample_command() {
-  AgentCommand command;
-  command.stamp = sample_stamp;
-  command.request = 0xFFFF'FFFF'FFFF'FFFFU;
+constexpr std::uint64_t sample_request = 0xFFFF'FFFF'FFFF'FFFFU;
+
+inline Behaviour sample_behaviour() {
+  return {BehaviourKind::patrol, 0.7, {{1, 2}, {3, 4}}, "guide-2", 2.5, true, false};
+}
+
+inline AgentSpawn sample_spawn() {
+  AgentSpawn command{.stamp = sample_stamp, .request = sample_request};
   command.agent.name = "guide-1";
   command.agent.kind = AgentKind::person;
   command.agent.T_map_base = Transform<Map, Base>::planar(1, -2, 0.5, 3);
-  command.agent.behaviour = {BehaviourKind::patrol, 0.7, {{1, 2}, {3, 4}}, "guide-2", 2.5, true, false};
+  command.agent.behaviour = sample_behaviour();
   command.agent.laser = "lms-200";
+  command.agent.camera_rate = 5;
   return command;
+}
+
+inline FaultCommand sample_fault() {
+  return {.stamp = sample_stamp,
+          .request = sample_request,
+          .kind = Lesson::Kind::dead_wheel,
+          .right = true,
+          .duration = 12.5};
 }
 
 inline Event sample_event() {
@@ -146,7 +159,17 @@ inline std::vector<Sample> samples() {
              ImuSample{sample_stamp, Eigen::Quaterniond(0.8, 0.6, 0, 0), {0.1, 0.2, 0.3}, {0, 0, 9.81}}),
       sample_mbot_imu(),
       sample("joints_t", sample_joints()),
-      sample("agent_cmd_t", sample_command()),
+      sample("agent_spawn_t", sample_spawn()),
+      sample("agent_move_t", AgentMove{sample_stamp, 2, "guide-1", Transform<Map, Base>::planar(1, 2, 3, 4)}),
+      sample("agent_behaviour_t", AgentBehaviour{sample_stamp, 3, "guide-1", sample_behaviour()}),
+      sample("agent_remove_t", AgentRemove{sample_stamp, 4, false, "guide-1"}),
+      sample("agent_freeze_t", AgentFreeze{sample_stamp, 5, true, "", true}),
+      sample("door_cmd_t", DoorCommand{sample_stamp, 6, "door 3", -1.25}),
+      sample("fault_cmd_t", sample_fault()),
+      sample("camera_rate_t", CameraRate{sample_stamp, 8, "rover_2", 5}),
+      sample("object_report_t", ObjectReport{sample_stamp, 9, "gauge 1", Eigen::Vector2d(4.25, 1.5)}),
+      sample("script_start_t", ScriptStart{sample_stamp, 10, "door slams"}),
+      sample("emergency_stop_t", EmergencyStopCommand{sample_stamp, 11, "rover", true}),
       sample("operator_t",
              OperatorWord{sample_stamp, "trainee-1", "rover", OperatorWord::State::lost, "js0"}),
       sample("event_t", sample_event()),

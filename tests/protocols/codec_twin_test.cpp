@@ -6,14 +6,23 @@
 
 #include <cstring>
 
-#include "parhelion/agent_cmd_t.hpp"
+#include "parhelion/agent_behaviour_t.hpp"
+#include "parhelion/agent_freeze_t.hpp"
+#include "parhelion/agent_move_t.hpp"
+#include "parhelion/agent_remove_t.hpp"
+#include "parhelion/agent_spawn_t.hpp"
+#include "parhelion/camera_rate_t.hpp"
+#include "parhelion/door_cmd_t.hpp"
+#include "parhelion/emergency_stop_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/fault_cmd_t.hpp"
 #include "parhelion/hazard_reading_t.hpp"
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
 #include "parhelion/joints_t.hpp"
 #include "parhelion/loop_t.hpp"
 #include "parhelion/model_t.hpp"
+#include "parhelion/object_report_t.hpp"
 #include "parhelion/operator_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
@@ -21,6 +30,7 @@
 #include "parhelion/pose_t.hpp"
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
+#include "parhelion/script_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
 #include "parhelion/twist2D_t.hpp"
@@ -214,43 +224,168 @@ RC_GTEST_PROP(CodecTwin, TwistCommand, ()) {
             static_cast<double>(twin.wz) == command.twist.wz);
 }
 
-RC_GTEST_PROP(CodecTwin, AgentCommand, ()) {
-  AgentCommand command, back;
+template <class Command>
+Command any_command() {
+  Command command;
   command.stamp = any_stamp();
   command.request = *rc::gen::arbitrary<std::uint64_t>();
-  command.action = any_enumerator(AgentCommand::Action::unfreeze);
-  command.agent.name = any_name();
-  command.agent.kind = any_enumerator(kLastAgentKind);
-  command.agent.T_map_base =
-      Transform<Map, Base>::planar(any_within(1000), any_within(1000), any_within(3.14), any_within(10));
-  command.agent.size = any_vector(49).array() + 50;
-  command.agent.behaviour.kind = any_enumerator(kLastBehaviourKind);
-  command.agent.behaviour.speed = std::abs(any_within(5));
-  for (int i = *rc::gen::inRange(0, 6); i > 0; --i) {
-    command.agent.behaviour.waypoints.emplace_back(any_within(1000), any_within(1000));
-  }
-  command.agent.laser = any_text();
-  command.agent.model = any_text();
-  command.agent.behaviour.target = any_text();
-  command.agent.behaviour.distance = std::abs(any_within(100));
-  command.agent.behaviour.yields = *rc::gen::arbitrary<bool>();
-  command.agent.behaviour.opens_doors = *rc::gen::arbitrary<bool>();
-  const auto twin = through_liblcm<agent_cmd_t>(command, back);
-  RC_ASSERT(back.stamp == command.stamp && back.request == command.request && back.action == command.action);
-  RC_ASSERT(back.agent.name == command.agent.name && back.agent.kind == command.agent.kind);
-  RC_ASSERT(near(back.agent.T_map_base, command.agent.T_map_base) && back.agent.size == command.agent.size);
-  RC_ASSERT(back.agent.behaviour.kind == command.agent.behaviour.kind &&
-            back.agent.laser == command.agent.laser && back.agent.model == command.agent.model);
-  RC_ASSERT(back.agent.behaviour.speed == command.agent.behaviour.speed &&
-            twin.speed == back.agent.behaviour.speed);
-  RC_ASSERT(back.agent.behaviour.waypoints == command.agent.behaviour.waypoints);
-  RC_ASSERT(back.agent.behaviour.target == command.agent.behaviour.target &&
-            back.agent.behaviour.distance == command.agent.behaviour.distance &&
-            back.agent.behaviour.yields == command.agent.behaviour.yields &&
-            back.agent.behaviour.opens_doors == command.agent.behaviour.opens_doors);
-  RC_ASSERT(twin.target == command.agent.behaviour.target && twin.yields == command.agent.behaviour.yields);
-  RC_ASSERT(twin.name == command.agent.name && twin.laser == command.agent.laser);
-  RC_ASSERT(twin.z == command.agent.T_map_base.translation().z());
+  return command;
+}
+
+/// The head that all instructor's commands have.
+template <class Command, class Twin>
+void expect_same_head(const Command& command, const Command& back, const Twin& twin) {
+  RC_ASSERT(back.stamp == command.stamp && back.request == command.request);
+  RC_ASSERT(twin.utime == command.stamp.utime());
+  RC_ASSERT(static_cast<std::uint64_t>(twin.request) == command.request);
+}
+
+Behaviour any_behaviour() {
+  Behaviour behaviour;
+  behaviour.kind = any_enumerator(kLastBehaviourKind);
+  behaviour.speed = std::abs(any_within(5));
+  for (int i = *rc::gen::inRange(0, 6); i > 0; --i)
+    behaviour.waypoints.emplace_back(any_within(1000), any_within(1000));
+  behaviour.target = any_text();
+  behaviour.distance = std::abs(any_within(100));
+  behaviour.yields = *rc::gen::arbitrary<bool>();
+  behaviour.opens_doors = *rc::gen::arbitrary<bool>();
+  return behaviour;
+}
+
+void expect_same(const Behaviour& behaviour, const Behaviour& back, const behaviour_t& twin) {
+  RC_ASSERT(back.kind == behaviour.kind && twin.kind == static_cast<int>(behaviour.kind));
+  RC_ASSERT(back.speed == behaviour.speed && twin.speed == behaviour.speed);
+  RC_ASSERT(back.waypoints == behaviour.waypoints);
+  RC_ASSERT(static_cast<std::size_t>(twin.nwaypoints) == behaviour.waypoints.size());
+  RC_ASSERT(back.target == behaviour.target && twin.target == behaviour.target);
+  RC_ASSERT(back.distance == behaviour.distance && twin.distance == behaviour.distance);
+  RC_ASSERT(back.yields == behaviour.yields && bool(twin.yields) == behaviour.yields);
+  RC_ASSERT(back.opens_doors == behaviour.opens_doors && bool(twin.opens_doors) == behaviour.opens_doors);
+}
+
+Transform<Map, Base> any_place() {
+  return Transform<Map, Base>::planar(any_within(1000), any_within(1000), any_within(3.14), any_within(10));
+}
+
+RC_GTEST_PROP(CodecTwin, AgentSpawn, ()) {
+  auto command = any_command<AgentSpawn>(), back = AgentSpawn();
+  AgentDefinition& agent = command.agent;
+  agent.name = any_name();
+  agent.kind = any_enumerator(kLastAgentKind);
+  agent.T_map_base = any_place();
+  agent.size = any_vector(49).array() + 50;
+  agent.behaviour = any_behaviour();
+  agent.laser = any_text();
+  agent.model = any_text();
+  agent.camera_rate = std::abs(any_within(60));
+  const auto twin = through_liblcm<agent_spawn_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.agent.name == agent.name && back.agent.kind == agent.kind);
+  RC_ASSERT(near(back.agent.T_map_base, agent.T_map_base) && back.agent.size == agent.size);
+  RC_ASSERT(back.agent.laser == agent.laser && back.agent.model == agent.model);
+  RC_ASSERT(back.agent.camera_rate == agent.camera_rate && twin.camera_rate == agent.camera_rate);
+  expect_same(agent.behaviour, back.agent.behaviour, twin.behaviour);
+  RC_ASSERT(twin.name == agent.name && twin.laser == agent.laser && twin.model == agent.model);
+  RC_ASSERT(twin.z == agent.T_map_base.translation().z() && twin.size[2] == agent.size.z());
+}
+
+RC_GTEST_PROP(CodecTwin, AgentMove, ()) {
+  auto command = any_command<AgentMove>(), back = AgentMove();
+  command.agent = any_name();
+  command.T_map_base = any_place();
+  const auto twin = through_liblcm<agent_move_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.agent == command.agent && near(back.T_map_base, command.T_map_base));
+  RC_ASSERT(twin.name == command.agent && twin.y == command.T_map_base.translation().y());
+}
+
+RC_GTEST_PROP(CodecTwin, AgentBehaviour, ()) {
+  auto command = any_command<AgentBehaviour>(), back = AgentBehaviour();
+  command.agent = any_name();
+  command.behaviour = any_behaviour();
+  const auto twin = through_liblcm<agent_behaviour_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.agent == command.agent && twin.name == command.agent);
+  expect_same(command.behaviour, back.behaviour, twin.behaviour);
+}
+
+RC_GTEST_PROP(CodecTwin, AgentRemoveAndFreeze, ()) {
+  auto remove = any_command<AgentRemove>(), removed = AgentRemove();
+  remove.all = *rc::gen::arbitrary<bool>();
+  if (!remove.all) remove.agent = any_name();
+  const auto remove_twin = through_liblcm<agent_remove_t>(remove, removed);
+  expect_same_head(remove, removed, remove_twin);
+  RC_ASSERT(removed.all == remove.all && removed.agent == remove.agent);
+  RC_ASSERT(bool(remove_twin.all) == remove.all && remove_twin.name == remove.agent);
+  auto freeze = any_command<AgentFreeze>(), frozen = AgentFreeze();
+  freeze.all = remove.all;
+  freeze.agent = remove.agent;
+  freeze.frozen = *rc::gen::arbitrary<bool>();
+  const auto freeze_twin = through_liblcm<agent_freeze_t>(freeze, frozen);
+  expect_same_head(freeze, frozen, freeze_twin);
+  RC_ASSERT(frozen.all == freeze.all && frozen.agent == freeze.agent && frozen.frozen == freeze.frozen);
+  RC_ASSERT(bool(freeze_twin.all) == freeze.all && bool(freeze_twin.frozen) == freeze.frozen);
+}
+
+RC_GTEST_PROP(CodecTwin, DoorCommand, ()) {
+  auto command = any_command<DoorCommand>(), back = DoorCommand();
+  command.door = any_name();
+  if (*rc::gen::arbitrary<bool>()) command.opening = any_within(3.14);
+  const auto twin = through_liblcm<door_cmd_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.door == command.door && back.opening == command.opening && twin.name == command.door);
+  RC_ASSERT(bool(twin.known) == command.opening.has_value() && twin.opening == command.opening.value_or(0));
+}
+
+RC_GTEST_PROP(CodecTwin, FaultCommand, ()) {
+  auto command = any_command<FaultCommand>(), back = FaultCommand();
+  command.kind = any_enumerator(kLastLessonKind);
+  command.begins = *rc::gen::arbitrary<bool>();
+  command.amount = any_within(1);
+  command.right = *rc::gen::arbitrary<bool>();
+  if (*rc::gen::arbitrary<bool>()) command.duration = std::abs(any_within(60)) + 0.1;
+  const auto twin = through_liblcm<fault_cmd_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.kind == command.kind && back.begins == command.begins && back.amount == command.amount);
+  RC_ASSERT(back.right == command.right && back.duration == command.duration);
+  RC_ASSERT(twin.kind == static_cast<int>(command.kind) && bool(twin.begins) == command.begins);
+  RC_ASSERT(twin.side == (command.right ? 1 : 0) && twin.duration == command.duration.value_or(0));
+}
+
+RC_GTEST_PROP(CodecTwin, CameraRateAndScriptStart, ()) {
+  auto rate = any_command<CameraRate>(), rate_back = CameraRate();
+  rate.agent = any_name();
+  rate.rate = std::abs(any_within(60));
+  const auto rate_twin = through_liblcm<camera_rate_t>(rate, rate_back);
+  expect_same_head(rate, rate_back, rate_twin);
+  RC_ASSERT(rate_back.agent == rate.agent && rate_back.rate == rate.rate && rate_twin.rate == rate.rate);
+  auto start = any_command<ScriptStart>(), start_back = ScriptStart();
+  start.script = any_name();
+  const auto start_twin = through_liblcm<script_start_t>(start, start_back);
+  expect_same_head(start, start_back, start_twin);
+  RC_ASSERT(start_back.script == start.script && start_twin.script == start.script);
+}
+
+RC_GTEST_PROP(CodecTwin, ObjectReport, ()) {
+  auto command = any_command<ObjectReport>(), back = ObjectReport();
+  command.object = any_name();
+  if (*rc::gen::arbitrary<bool>()) command.position.emplace(any_within(1000), any_within(1000));
+  const auto twin = through_liblcm<object_report_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.object == command.object && back.position == command.position);
+  RC_ASSERT(bool(twin.position_known) == command.position.has_value());
+  if (command.position) RC_ASSERT(twin.x == command.position->x() && twin.y == command.position->y());
+}
+
+RC_GTEST_PROP(CodecTwin, EmergencyStop, ()) {
+  auto command = any_command<EmergencyStopCommand>(), back = EmergencyStopCommand();
+  if (*rc::gen::arbitrary<bool>()) command.robot = any_name();
+  command.engaged = *rc::gen::arbitrary<bool>();
+  const auto twin = through_liblcm<emergency_stop_t>(command, back);
+  expect_same_head(command, back, twin);
+  RC_ASSERT(back.robot == command.robot && back.engaged == command.engaged);
+  RC_ASSERT(twin.robot == command.robot && bool(twin.engaged) == command.engaged);
 }
 
 RC_GTEST_PROP(CodecTwin, Event, ()) {

@@ -56,22 +56,49 @@ ScriptTrigger any_trigger() {
   return when;
 }
 
+AgentCommand any_action() {
+  const std::string name = "Agent_1-x";
+  const bool all = *rc::gen::arbitrary<bool>();
+  switch (*rc::gen::inRange(0, 5)) {
+    case 0: {
+      AgentSpawn spawn{.agent = any_agent(9)};
+      spawn.agent.name = name;
+      return spawn;
+    }
+    case 1:
+      return AgentMove{.agent = name, .T_map_base = upright<Map, Base>()};
+    case 2:
+      return AgentBehaviour{.agent = name, .behaviour = any_behaviour()};
+    case 3:
+      return AgentRemove{.all = all, .agent = all ? "" : name};
+    default:
+      return AgentFreeze{.all = all, .agent = all ? "" : name, .frozen = *rc::gen::arbitrary<bool>()};
+  }
+}
+
 Script any_script(int number) {
-  using Action = AgentCommand::Action;
   Script script;
   script.name = "script " + std::to_string(number) + text();
   script.when = any_trigger();
   script.after = positive();
   script.repeat = *rc::gen::arbitrary<bool>();
-  for (int k = *rc::gen::inRange(1, 4); k > 0; --k) {
-    AgentCommand& command = script.actions.emplace_back();
-    command.action = any_of<Action>(7);
-    if (command.action == Action::spawn) command.agent = any_agent(9);
-    if (command.action != Action::remove_all) command.agent.name = "Agent_1-x";
-    if (command.action == Action::behave) command.agent.behaviour = any_behaviour();
-    if (command.action == Action::move) command.agent.T_map_base = upright<Map, Base>();
-  }
+  for (int k = *rc::gen::inRange(1, 4); k > 0; --k) script.actions.push_back(any_action());
   return script;
+}
+
+void expect_same(const AgentCommand& x, const AgentCommand& y) {
+  RC_ASSERT(std::string(action_of(x)) == action_of(y));
+  RC_ASSERT(subject_of(to_instructor_command(x)) == subject_of(to_instructor_command(y)));
+  if (const auto* spawn = std::get_if<AgentSpawn>(&x)) {
+    expect_same(spawn->agent.behaviour, std::get<AgentSpawn>(y).agent.behaviour);
+    RC_ASSERT(same(spawn->agent.T_map_base, std::get<AgentSpawn>(y).agent.T_map_base));
+  }
+  if (const auto* move = std::get_if<AgentMove>(&x))
+    RC_ASSERT(same(move->T_map_base, std::get<AgentMove>(y).T_map_base));
+  if (const auto* changed = std::get_if<AgentBehaviour>(&x))
+    expect_same(changed->behaviour, std::get<AgentBehaviour>(y).behaviour);
+  if (const auto* freeze = std::get_if<AgentFreeze>(&x))
+    RC_ASSERT(freeze->all == std::get<AgentFreeze>(y).all);
 }
 
 void expect_same(const Script& x, const Script& y) {
@@ -79,12 +106,7 @@ void expect_same(const Script& x, const Script& y) {
   RC_ASSERT(x.when.kind == y.when.kind && x.when.time == y.when.time && x.when.event == y.when.event);
   RC_ASSERT(x.when.subject == y.when.subject && x.when.object == y.when.object);
   RC_ASSERT(x.when.distance == y.when.distance && x.actions.size() == y.actions.size());
-  for (std::size_t i = 0; i < x.actions.size(); ++i) {
-    RC_ASSERT(x.actions[i].action == y.actions[i].action);
-    RC_ASSERT(x.actions[i].agent.name == y.actions[i].agent.name);
-    RC_ASSERT(same(x.actions[i].agent.T_map_base, y.actions[i].agent.T_map_base));
-    expect_same(x.actions[i].agent.behaviour, y.actions[i].agent.behaviour);
-  }
+  for (std::size_t i = 0; i < x.actions.size(); ++i) expect_same(x.actions[i], y.actions[i]);
 }
 
 RC_GTEST_PROP(RoundTrip, Scenario, ()) {

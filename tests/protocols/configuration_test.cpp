@@ -141,8 +141,8 @@ TEST(Scenario, RefusesAnOutputThatIsAnInputAfterRenaming) {
       HasSubstr("s.yaml:2: 'channels': the output MR_SCAN and the input SCAN would both be 'MR_SCAN'"));
   EXPECT_THAT(scenario_error("channels:\n  MR_SCAN: X\n  SCAN: X"),
               HasSubstr("the output MR_SCAN and the input SCAN"));
-  EXPECT_THAT(scenario_error("channels: {MR_CMD: MR_AGENT_CMD}"),
-              HasSubstr("the output MR_CMD and the input MR_AGENT_CMD"));
+  EXPECT_THAT(scenario_error("channels: {MR_CMD: MR_SPAWN}"),
+              HasSubstr("the output MR_CMD and the input MR_SPAWN"));
   EXPECT_THAT(scenario_error(agent + "channels: {MR_AGENT_r1_SCAN: SCAN}"),
               HasSubstr("the output MR_AGENT_r1_SCAN"));
   EXPECT_THAT(scenario_error("channels: {CAMERA: DEPTH}"),

@@ -3,8 +3,16 @@
 
 #include <cstdint>
 
-#include "parhelion/agent_cmd_t.hpp"
+#include "parhelion/agent_behaviour_t.hpp"
+#include "parhelion/agent_freeze_t.hpp"
+#include "parhelion/agent_move_t.hpp"
+#include "parhelion/agent_remove_t.hpp"
+#include "parhelion/agent_spawn_t.hpp"
+#include "parhelion/camera_rate_t.hpp"
+#include "parhelion/door_cmd_t.hpp"
+#include "parhelion/emergency_stop_t.hpp"
 #include "parhelion/event_t.hpp"
+#include "parhelion/fault_cmd_t.hpp"
 #include "parhelion/hazard_reading_t.hpp"
 #include "parhelion/image_t.hpp"
 #include "parhelion/imu_t.hpp"
@@ -12,6 +20,7 @@
 #include "parhelion/loop_t.hpp"
 #include "parhelion/mbot_imu_t.hpp"
 #include "parhelion/model_t.hpp"
+#include "parhelion/object_report_t.hpp"
 #include "parhelion/operator_t.hpp"
 #include "parhelion/planar_lidar_t.hpp"
 #include "parhelion/pose2D_t.hpp"
@@ -19,6 +28,7 @@
 #include "parhelion/pose_t.hpp"
 #include "parhelion/robot_t.hpp"
 #include "parhelion/scan_info_t.hpp"
+#include "parhelion/script_start_t.hpp"
 #include "parhelion/session_t.hpp"
 #include "parhelion/status_t.hpp"
 #include "parhelion/twist2D_t.hpp"
@@ -55,7 +65,17 @@ TEST(Fingerprint, OwnTypesStay) {
   EXPECT_EQ(fingerprint<scan_info_t>(), 0x59299a6c0e94182cU);
   EXPECT_EQ(fingerprint<loop_t>(), 0xc90a662fd21f457cU);
   EXPECT_EQ(fingerprint<status_t>(), 0xbad2fe72da73b450U);
-  EXPECT_EQ(fingerprint<agent_cmd_t>(), 0xbb5859f11828441eU);
+  EXPECT_EQ(fingerprint<agent_spawn_t>(), 0xdfc1f2fee7d8b5e3U);
+  EXPECT_EQ(fingerprint<agent_move_t>(), 0x468599a2c710912bU);
+  EXPECT_EQ(fingerprint<agent_behaviour_t>(), 0xfd94eb09e274dc00U);
+  EXPECT_EQ(fingerprint<agent_remove_t>(), 0xee17ddc94a6a8e41U);
+  EXPECT_EQ(fingerprint<agent_freeze_t>(), 0xf614616ff32914e2U);
+  EXPECT_EQ(fingerprint<door_cmd_t>(), 0x775a678439085187U);
+  EXPECT_EQ(fingerprint<fault_cmd_t>(), 0x5e6d8a0eb669f03aU);
+  EXPECT_EQ(fingerprint<camera_rate_t>(), 0x0648bf12436936d4U);
+  EXPECT_EQ(fingerprint<object_report_t>(), 0x4dfc9f05fd22e8b3U);
+  EXPECT_EQ(fingerprint<script_start_t>(), 0x9e6ba4f27ada2b27U);
+  EXPECT_EQ(fingerprint<emergency_stop_t>(), 0x77632ca1e6dbdc12U);
   EXPECT_EQ(fingerprint<operator_t>(), 0x41bf0903e8b400d4U);
   EXPECT_EQ(fingerprint<event_t>(), 0x87709f49ae72cbdaU);
   EXPECT_EQ(fingerprint<hazard_reading_t>(), 0x273b8d493089dcdfU);

@@ -39,15 +39,19 @@ TEST(Script, IsReadWithItsTriggerAndItsActions) {
   EXPECT_EQ(scripts[0].when.object, "door 2");
   EXPECT_EQ(scripts[0].after, 0.5);
   ASSERT_EQ(scripts[0].actions.size(), 2U);
-  EXPECT_EQ(scripts[0].actions[0].action, AgentCommand::Action::spawn);
-  EXPECT_EQ(scripts[0].actions[0].agent.behaviour.kind, BehaviourKind::go);
-  EXPECT_EQ(scripts[0].actions[1].agent.behaviour.target, "visitor");
+  EXPECT_EQ(std::get<AgentSpawn>(scripts[0].actions[0]).agent.behaviour.kind, BehaviourKind::go);
+  EXPECT_EQ(std::get<AgentBehaviour>(scripts[0].actions[1]).behaviour.target, "visitor");
   EXPECT_EQ(scripts[1].when.time, 10);
   EXPECT_TRUE(scripts[1].repeat);
-  EXPECT_EQ(scripts[1].actions[0].action, AgentCommand::Action::freeze);
-  EXPECT_EQ(scripts[1].actions[0].agent.name, "");
+  const auto& freeze = std::get<AgentFreeze>(scripts[1].actions[0]);
+  EXPECT_TRUE(freeze.all && freeze.frozen);
+  EXPECT_EQ(freeze.agent, "");
   EXPECT_EQ(scripts[2].when.event, EventKind::zone_entered);
   EXPECT_EQ(scripts[2].when.object, "kitchen");
+  EXPECT_EQ(std::get<AgentMove>(scripts[2].actions[0]).agent, "visitor");
+  EXPECT_EQ(std::get<AgentMove>(scripts[2].actions[0]).T_map_base.translation().y(), 1);
+  EXPECT_EQ(std::get<AgentRemove>(scripts[2].actions[1]).agent, "guide");
+  EXPECT_TRUE(std::get<AgentRemove>(scripts[3].actions[0]).all);
   EXPECT_EQ(scripts[3].when.subject, kTrainee);
   EXPECT_EQ(scripts[3].when.distance, 2);
 }

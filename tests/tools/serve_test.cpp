@@ -44,12 +44,10 @@ class ServeTest : public testing::Test {
             folder_ / "state"};
   }
   Message spawn(std::uint64_t request, int place) {
-    AgentCommand command;
-    command.request = request;
-    command.stamp = {runtime::wall_now().ns};
+    AgentSpawn command{.stamp = {runtime::wall_now().ns}, .request = request};
     command.agent = test::agent("box_" + std::to_string(request), AgentKind::box, -4.0 + 0.9 * (place % 10),
                                 -3.0 + 0.9 * (place / 10 % 7));
-    return test::message(channel::mr_agent_cmd, 0, command);
+    return test::message(channel::mr_spawn, 0, command);
   }
   /// The next answer to a command; 0 where none came in time.
   std::uint64_t answer(Duration timeout) {
@@ -75,13 +73,10 @@ class ServeTest : public testing::Test {
     }
     return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
   }
-  /// Of the robot, until the server has answered.
-  ::testing::AssertionResult order(AgentCommand::Action action, std::uint64_t request) {
-    AgentCommand command;
-    command.request = request;
-    command.action = action;
-    command.agent.name = test::robot().name;
-    const Message message = test::message(channel::mr_agent_cmd, 0, command);
+  /// The robot's emergency stop, until the server has answered.
+  ::testing::AssertionResult emergency_stop(bool engaged, std::uint64_t request) {
+    const EmergencyStopCommand command{.request = request, .robot = test::robot().name, .engaged = engaged};
+    const Message message = test::message(channel::mr_emergency_stop, 0, command);
     for (int tries = 0; tries < 50; ++tries) {
       if (!bus_->publish(message.channel, message.payload)) break;
       for (std::uint64_t answered = answer(milliseconds(400)); answered != 0;
@@ -124,9 +119,8 @@ class ServeTest : public testing::Test {
       const auto next = reader->next();
       if (!next.ok()) continue;
       if (!*next) break;
-      AgentCommand command;
-      if ((*next)->channel == channel::mr_agent_cmd &&
-          decode((*next)->channel, (*next)->payload, command).ok()) {
+      AgentSpawn command;
+      if ((*next)->channel == channel::mr_spawn && decode((*next)->channel, (*next)->payload, command).ok()) {
         requests.insert(command.request);
       }
     }
@@ -204,7 +198,7 @@ TEST_F(ServeTest, ServeThatDiesWhileTheRobotIsStoppedKeepsItStopped) {
   std::erase(arguments, "--no-restart");
   test::Process server(arguments, folder_ / "serve.txt");
   ASSERT_TRUE(await_server(server, 1));
-  ASSERT_TRUE(order(AgentCommand::Action::freeze, 2));
+  ASSERT_TRUE(emergency_stop(true, 2));
   const std::string child = child_of(server);
   kill(std::stoi(child), SIGKILL);
   ASSERT_TRUE(await_server(server, 3));
@@ -219,7 +213,7 @@ TEST_F(ServeTest, AnEmergencyStopOutlivesEveryServerUntilItIsTakenBack) {
   {
     test::Process server(serve("first.lcm"), folder_ / "serve.txt");
     ASSERT_TRUE(await_server(server, 1));
-    ASSERT_TRUE(order(AgentCommand::Action::freeze, 2));
+    ASSERT_TRUE(emergency_stop(true, 2));
     server.signal(SIGKILL);
     server.wait();
   }
@@ -234,7 +228,7 @@ TEST_F(ServeTest, AnEmergencyStopOutlivesEveryServerUntilItIsTakenBack) {
     test::Process server(serve("third.lcm"), folder_ / "serve.txt");
     ASSERT_TRUE(await_server(server, 4));
     EXPECT_EQ(why_reduced(), "emergency_stop");
-    ASSERT_TRUE(order(AgentCommand::Action::unfreeze, 5));
+    ASSERT_TRUE(emergency_stop(false, 5));
     server.signal(SIGKILL);
     server.wait();
   }
@@ -304,16 +298,23 @@ TEST_F(ServeTest, InjectIsAnsweredByTheServer) {
   EXPECT_NE(again.output.find("robot_9"), std::string::npos) << again.output;
   EXPECT_EQ(inject({"spawn", "--name", "x", "--at", "two"}).exit, 2);
   EXPECT_EQ(inject({"remove", "--name", "robot_9"}).exit, 0);
-  EXPECT_EQ(inject({"lesson", "--name", "camera_delay", "--amount", "0.3", "--lasting", "30"}).exit, 0);
-  EXPECT_EQ(inject({"lesson-over", "--name", "camera_delay"}).exit, 0);
-  EXPECT_EQ(inject({"lesson", "--name", "camera_delay"}).exit, 2);
-  EXPECT_EQ(inject({"lesson", "--name", "dead_wheel"}).exit, 2);
-  const auto real = inject({"lesson", "--name", "dead_wheel", "--side", "left"});
+  EXPECT_EQ(inject({"fault", "--name", "camera_delay", "--amount", "0.3", "--lasting", "30"}).exit, 0);
+  EXPECT_EQ(inject({"end-fault", "--name", "camera_delay"}).exit, 0);
+  EXPECT_EQ(inject({"fault", "--name", "camera_delay"}).exit, 2);
+  EXPECT_EQ(inject({"fault", "--name", "dead_wheel"}).exit, 2);
+  EXPECT_EQ(inject({"fault", "--name", "camera_dely", "--amount", "0.3"}).exit, 2);
+  const auto real = inject({"fault", "--name", "dead_wheel", "--side", "left"});
   EXPECT_EQ(real.exit, 1);
   EXPECT_NE(real.output.find("simulated"), std::string::npos) << real.output;
   const auto script = inject({"script", "--name", "door slams"});
   EXPECT_EQ(script.exit, 1);
   EXPECT_NE(script.output.find("no script"), std::string::npos) << script.output;
+  const auto frozen = inject({"freeze", "--name", test::robot().name});
+  EXPECT_EQ(frozen.exit, 1);
+  EXPECT_NE(frozen.output.find("MR_EMERGENCY_STOP"), std::string::npos) << frozen.output;
+  EXPECT_EQ(inject({"emergency-stop"}).exit, 0);
+  EXPECT_EQ(why_reduced(), "emergency_stop");
+  EXPECT_EQ(inject({"release-emergency-stop", "--name", test::robot().name}).exit, 0);
   server.signal(SIGINT);
   EXPECT_EQ(server.wait(), 0) << test::text_of(folder_ / "serve.txt");
 }

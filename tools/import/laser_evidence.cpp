@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <numbers>
 
+#include "protocols/channel_map.hpp"
+
 namespace parhelion::tools {
 namespace {
 
@@ -168,7 +170,7 @@ std::string robot_name(const ImportOptions& options) {
   for (char& c : name) {
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-') c = '_';
   }
-  return name.empty() ? "robot" : name;
+  return name.empty() ? "robot" : name.substr(0, kMaxRobotName);
 }
 
 RobotDescription describe_robot(const ImportOptions& options, std::optional<LaserDescription> laser,

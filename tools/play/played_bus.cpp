@@ -2,6 +2,7 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
+#include "protocols/instructor_command.hpp"
 
 namespace parhelion::tools {
 
@@ -13,8 +14,10 @@ Result<PlayedBus> PlayedBus::open(Bus& bus, const Scenario& scenario, const std:
       return Error{"prefix '" + prefix + "': expected at most 20 letters, digits, '_', '-', '.', '/'"};
   }
   PlayedBus played(bus, prefix);
-  for (const char* command : {channel::teleop, channel::joint_cmd, channel::mr_cmd, channel::mr_joint_cmd,
-                              channel::mr_agent_cmd, channel::operators})
+  for (const char* command :
+       {channel::teleop, channel::joint_cmd, channel::mr_cmd, channel::mr_joint_cmd, channel::operators})
+    played.commands_.insert(bus_name(scenario.channels, command));
+  for (const char* command : kInstructorChannels)
     played.commands_.insert(bus_name(scenario.channels, command));
   return played;
 }

@@ -12,7 +12,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
-#include "server/tick/configuration.hpp"
+#include "server/tick/instructor_input.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -71,7 +71,8 @@ struct Recording::State {
   std::string path;
   int file = -1;
   SessionHeader session;
-  std::string events_channel, commands_channel;
+  std::string events_channel;
+  std::vector<std::string> command_channels;
   std::vector<Entry> entries;
   std::vector<Channel> channels;
   std::map<std::string, std::uint16_t, std::less<>> channel_numbers;
@@ -98,7 +99,7 @@ Status Recording::State::begin(const Message& message) {
   if (!scenario) return scenario.error();
   const tick::ChannelMap names(*scenario);
   events_channel = names.bus(channel::mr_events);
-  commands_channel = names.bus(channel::mr_agent_cmd);
+  command_channels = tick::command_channels(names);
   return {};
 }
 
@@ -106,7 +107,9 @@ std::uint16_t Recording::State::number_of(const std::string& name) {
   const auto known = channel_numbers.find(name);
   if (known != channel_numbers.end()) return known->second;
   const auto number = static_cast<std::uint16_t>(channels.size());
-  channels.push_back({name, name == events_channel || name == commands_channel, {}});
+  const bool is_command =
+      std::find(command_channels.begin(), command_channels.end(), name) != command_channels.end();
+  channels.push_back({name, name == events_channel || is_command, {}});
   channel_numbers.emplace(name, number);
   return number;
 }

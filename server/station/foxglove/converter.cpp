@@ -87,7 +87,7 @@ void Converter::begin(const tick::Configuration& configuration, ArrivalTime arri
                                                  {channel::mr_cmd, &Converter::given},
                                                  {channel::joint_state, &Converter::joint_state},
                                                  {channel::mr_events, &Converter::event},
-                                                 {channel::mr_agent_cmd, &Converter::agent_command},
+                                                 {channel::mr_spawn, &Converter::agent_spawn},
                                                  {channel::mr_model, &Converter::model},
                                                  {channel::mr_status, &Converter::server_status}};
   for (const auto& [canonical, handler] : all) listen(canonical, handler);

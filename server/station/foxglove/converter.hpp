@@ -78,7 +78,7 @@ class Converter {
   Status given(const Message& message) { return twist("/mr_cmd", message); }
   Status joint_state(const Message& message);
   Status event(const Message& message);
-  Status agent_command(const Message& message);
+  Status agent_spawn(const Message& message);
   Status model(const Message& message);
   Status server_status(const Message& message);
 

@@ -168,8 +168,8 @@ Status Converter::event(const Message& message) {
   return {};
 }
 
-Status Converter::agent_command(const Message& message) {
-  AgentCommand command;
+Status Converter::agent_spawn(const Message& message) {
+  AgentSpawn command;
   if (const Status read = decode(message.channel, message.payload, command); !read) return read;
   shapes_->take(command);
   return {};

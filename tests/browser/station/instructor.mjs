@@ -42,7 +42,7 @@ export async function instructor({ step, picture, scratch, trainee, instructor, 
 
   await step("the instructor gives a way, opens a door, freezes, marks, writes, sees what the trainee sees, and saves what was placed", async () => {
     const { page } = instructor;
-    const told = [], deaf = await listen(url, "MR_AGENT_CMD", (payload) => told.push(Buffer.from(payload).toString("latin1")));
+    const told = [], deaf = await listen(url, "MR_DOOR", (payload) => told.push(Buffer.from(payload).toString("latin1")));
     const plan = await page.getByRole("application").boundingBox();
     const at = (x, y) => page.mouse.click(plan.x + plan.width * x, plan.y + plan.height * y);
     await page.getByRole("combobox", { name: "Choose", exact: true }).selectOption("person_1");

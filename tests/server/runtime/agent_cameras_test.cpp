@@ -74,13 +74,10 @@ class AgentCamerasTest : public test::TickTest {
     if (all.empty() || !render::JpegCodec().decode(all.back().bytes, bgr).ok()) ADD_FAILURE() << "no picture";
     return bgr;
   }
-  Event answer_to(AgentCommand::Action action, AgentDefinition agent, double at) {
-    AgentCommand command;
-    command.action = action;
-    command.agent = std::move(agent);
-    command.request = ++requests_;
-    watch({test::message(channel::mr_agent_cmd, test::start_us + static_cast<std::int64_t>(at * 1e6),
-                         command)});
+  Event answer_to(InstructorCommand command, double at) {
+    set_request(command, {}, ++requests_);
+    watch(
+        {test::message(channel_of(command), test::start_us + static_cast<std::int64_t>(at * 1e6), command)});
     for (const Event& event : decoded<Event>(channel::mr_events)) {
       if (event.request == requests_ &&
           (event.kind == EventKind::command_accepted || event.kind == EventKind::command_refused))
@@ -90,10 +87,7 @@ class AgentCamerasTest : public test::TickTest {
     return {};
   }
   Event order_camera(const std::string& name, double rate, double at) {
-    AgentDefinition agent;
-    agent.name = name;
-    agent.T_map_base = Transform<Map, Base>::planar(rate, 0, 0);
-    return answer_to(AgentCommand::Action::camera, std::move(agent), at);
+    return answer_to(CameraRate{.agent = name, .rate = rate}, at);
   }
   /// Steps until `t` seconds after the start.
   void run(double t) {
@@ -199,7 +193,7 @@ TEST_F(AgentCamerasTest, BeginAndEndByCommandAndWithTheirRobot) {
   start(with_rovers({}));
   watch(test::drive(0.1));
   AgentDefinition agent = rover(-3, 0);
-  EXPECT_EQ(answer_to(AgentCommand::Action::spawn, agent, 0.2).kind, EventKind::command_accepted);
+  EXPECT_EQ(answer_to(AgentSpawn{.agent = agent}, 0.2).kind, EventKind::command_accepted);
   run(0.5);
   EXPECT_TRUE(out_[pictures].empty());
   EXPECT_EQ(order_camera("rover_1", 5, 0.6).kind, EventKind::command_accepted);
@@ -213,8 +207,8 @@ TEST_F(AgentCamerasTest, BeginAndEndByCommandAndWithTheirRobot) {
   run(3);
   const std::size_t again = out_[pictures].size();
   EXPECT_GT(again, ended);
-  EXPECT_EQ(answer_to(AgentCommand::Action::remove, agent, 3.1).kind, EventKind::command_accepted);
-  EXPECT_EQ(answer_to(AgentCommand::Action::spawn, agent, 3.2).kind, EventKind::command_accepted);
+  EXPECT_EQ(answer_to(AgentRemove{.agent = agent.name}, 3.1).kind, EventKind::command_accepted);
+  EXPECT_EQ(answer_to(AgentSpawn{.agent = agent}, 3.2).kind, EventKind::command_accepted);
   const std::size_t removed = out_[pictures].size();
   run(4);
   EXPECT_EQ(out_[pictures].size(), removed) << "one of that name came back without a camera";

@@ -63,7 +63,7 @@ TEST_F(InboxTest, InboxKeepsEveryScanAndCommandHoweverManyWait) {
   Inbox inbox(*server_, channels_, guard_);
   for (int i = 0; i < 400; ++i) {
     send_scan(static_cast<std::uint8_t>(i));
-    send("MR_AGENT_CMD", static_cast<std::uint8_t>(i));
+    send("MR_SPAWN", static_cast<std::uint8_t>(i));
     send("ODOMETRY");
   }
   int scans = 0, commands = 0, others = 0;
@@ -71,7 +71,7 @@ TEST_F(InboxTest, InboxKeepsEveryScanAndCommandHoweverManyWait) {
     if (arrived.message.channel == "SCAN") {
       EXPECT_EQ(arrived.message.payload.back(), scans++ % 256) << "in order";
       EXPECT_EQ(arrived.ticket, static_cast<std::uint64_t>(scans)) << "the guard watches it";
-    } else if (arrived.message.channel == "MR_AGENT_CMD") {
+    } else if (arrived.message.channel == "MR_SPAWN") {
       EXPECT_EQ(arrived.message.payload.back(), commands++ % 256) << "in order";
     } else {
       ++others;
@@ -109,7 +109,7 @@ TEST_F(InboxTest, InboxRefusesTheNewestCommandWhereCommandsAloneTakeTooMuchMemor
   InboxLimits limits;
   limits.bytes = 10;
   Inbox inbox(*server_, channels_, guard_, limits);
-  for (int i = 0; i < 25; ++i) send("MR_AGENT_CMD", static_cast<std::uint8_t>(i));
+  for (int i = 0; i < 25; ++i) send("MR_SPAWN", static_cast<std::uint8_t>(i));
   send_scan(77);
   const auto taken = take_all(inbox);
   ASSERT_EQ(taken.size(), 11U);

@@ -73,11 +73,9 @@ TEST_F(LoopTest, LoopGradesAsItGoesToTheBitAsItsLogIsGradedLater) {
 
 TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
   serve_in_background(test::configuration({}));
-  AgentCommand command;
-  command.request = 99;
-  command.stamp = {wall_now().ns};
-  command.agent = agent("box_1", AgentKind::box, 3, 2);
-  const Message message = test::message(channel::mr_agent_cmd, 0, command);
+  const AgentSpawn command{
+      .stamp = {wall_now().ns}, .request = 99, .agent = agent("box_1", AgentKind::box, 3, 2)};
+  const Message message = test::message(channel::mr_spawn, 0, command);
   ASSERT_TRUE(robot_->publish(message.channel, message.payload).ok());
   bool accepted = false;
   while (!accepted) {
@@ -94,7 +92,7 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
     while (true) {
       const auto next = reader->next();
       if (!next.ok() || !*next) break;
-      found = found || ((*next)->channel == channel::mr_agent_cmd && (*next)->payload == message.payload);
+      found = found || ((*next)->channel == channel::mr_spawn && (*next)->payload == message.payload);
     }
     EXPECT_TRUE(found);
   }
@@ -193,11 +191,8 @@ TEST_F(LoopTest, ARobotThatWasStoppedWhenTheServerDiedStaysStoppedAndItsLogSaysS
   while (event.kind != EventKind::command_reduced) event = next_event();
   EXPECT_EQ(event.text, "emergency_stop");
   say(channel::teleop, TwistCommand{{wall_now().ns}, {}});
-  AgentCommand release;
-  release.request = 9;
-  release.action = AgentCommand::Action::unfreeze;
-  release.agent.name = configuration_.robot.name;
-  say(channel::mr_agent_cmd, release);
+  say(channel::mr_emergency_stop,
+      EmergencyStopCommand{.request = 9, .robot = configuration_.robot.name, .engaged = false});
   while (event.request != 9) event = next_event();
   EXPECT_EQ(event.kind, EventKind::command_accepted);
   stop();
@@ -213,13 +208,9 @@ TEST_F(LoopTest, APausedSessionStandsStillAnswersAndReplaysToTheSameBytes) {
   ASSERT_EQ(await(channel::mr_world, 3).size(), 3U);
   clock->set_rate(0);
   const auto answered = [&](std::uint64_t request) {
-    AgentCommand command;
-    command.action = AgentCommand::Action::freeze;
-    command.request = request;
-    command.stamp = {wall_now().ns};
     std::vector<std::uint8_t> payload;
-    encode(command, payload);
-    EXPECT_TRUE(robot_->publish(channel::mr_agent_cmd, payload).ok());
+    encode(AgentFreeze{.stamp = {wall_now().ns}, .request = request, .all = true}, payload);
+    EXPECT_TRUE(robot_->publish(channel::mr_freeze, payload).ok());
     Event event;
     while (event.request != request) {
       const auto heard = await(channel::mr_events, 1);

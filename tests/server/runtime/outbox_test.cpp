@@ -106,7 +106,7 @@ TEST(Outbox, OutboxGoesOnPublishingWhereTheDiskIsFull) {
   setrlimit(RLIMIT_FSIZE, &small);
   std::size_t acknowledged = 0;
   for (int i = 0; i < 100; ++i) {
-    const Message command{"MR_AGENT_CMD", ArrivalTime::from_utime(10 + i), {static_cast<std::uint8_t>(i)}};
+    const Message command{"MR_SPAWN", ArrivalTime::from_utime(10 + i), {static_cast<std::uint8_t>(i)}};
     if (outbox.write_input(command)) ++acknowledged;
     const tick::Outputs::Entry scan = entry("MR_SCAN", static_cast<std::uint8_t>(i));
     outbox.send(nullptr, {&scan, 1}, command.arrival);
@@ -121,7 +121,7 @@ TEST(Outbox, OutboxGoesOnPublishingWhereTheDiskIsFull) {
   while (*listener->receive(heard, milliseconds(0))) scans += heard.channel == "MR_SCAN" ? 1 : 0;
   EXPECT_EQ(scans, 100) << "scans go on";
   std::size_t kept = 0;
-  for (const Message& event : read_all(folder / "s.lcm")) kept += event.channel == "MR_AGENT_CMD" ? 1 : 0;
+  for (const Message& event : read_all(folder / "s.lcm")) kept += event.channel == "MR_SPAWN" ? 1 : 0;
   EXPECT_EQ(kept, acknowledged) << "what was acknowledged stays, whole";
 }
 

@@ -111,12 +111,8 @@ class ScriptedDrive : public TickTest {
   /// The trainee's word that something is found, and where.
   void report(const std::string& what, const Eigen::Vector2d& place) {
     now_ = now_ + microseconds(1);
-    AgentCommand command;
-    command.stamp = SensorTime{now_.ns};
-    command.action = AgentCommand::Action::report_at;
-    command.agent.name = what;
-    command.agent.T_map_base = Transform<Map, Base>::planar(place.x(), place.y(), 0);
-    send(message(channel::mr_agent_cmd, now_.utime(), command));
+    const ObjectReport report{.stamp = SensorTime{now_.ns}, .object = what, .position = place};
+    send(message(channel::mr_object_report, now_.utime(), report));
   }
   /// What the server says, in order.
   virtual void heard(const tick::Outputs::Entry& /*entry*/) {}

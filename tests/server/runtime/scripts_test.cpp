@@ -179,10 +179,11 @@ tick::Configuration with_scripts(std::vector<Script> scripts) {
 Script visitor() {
   Script script = on_event("visitor", EventKind::door_space_left, kTrainee, "door 2");
   script.after = 0.25;
-  AgentCommand& spawn = script.actions.emplace_back();
+  AgentSpawn spawn;
   spawn.agent = test::agent("visitor", AgentKind::person, -3, -3, BehaviourKind::go);
   spawn.agent.behaviour.waypoints = {{3, -3}};
   spawn.agent.behaviour.speed = 1;
+  script.actions = {spawn};
   return script;
 }
 
@@ -216,10 +217,9 @@ TEST_F(ScriptPath, APersonComesOutWhenTheTraineeHasPassedTheDoor) {
 TEST_F(ScriptPath, AnActionThatCannotBeDoneIsRefusedWithItsScript) {
   Script script = near("meet", "guide", 20);
   script.actions = visitor().actions;
-  script.actions[0].agent.name = "guide";
+  std::get<AgentSpawn>(script.actions[0]).agent.name = "guide";
   Script after = on_event("after", EventKind::script_started, "meet");
-  after.actions.emplace_back().action = AgentCommand::Action::remove;
-  after.actions[0].agent.name = "guide";
+  after.actions = {AgentRemove{.agent = "guide"}};
   start(with_scripts({script, after}));
   feed(test::drive(1));
   const auto refused = events(EventKind::command_refused);
@@ -245,11 +245,8 @@ tick::Configuration busy(const test::Folder& folder, int robots) {
   Scenario& scenario = configuration.scenario;
   scenario.seed = 7;
   scenario.model = folder / "model.yaml";
-  for (const std::size_t i : {1U, 2U}) {
-    AgentCommand& freeze = scenario.scripts[i].actions.emplace_back();
-    freeze.action = i == 1 ? AgentCommand::Action::freeze : AgentCommand::Action::unfreeze;
-    freeze.agent.name = "guide";
-  }
+  for (const std::size_t i : {1U, 2U})
+    scenario.scripts[i].actions.emplace_back(AgentFreeze{.agent = "guide", .frozen = i == 1});
   ModelEntity drawn = configuration.model.entities.back();
   drawn.name = "drawn door";
   drawn.is_virtual = true;

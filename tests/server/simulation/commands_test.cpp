@@ -10,14 +10,6 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-AgentCommand command(AgentCommand::Action action, const AgentDefinition& about, std::uint64_t request = 0) {
-  AgentCommand asked;
-  asked.action = action;
-  asked.agent = about;
-  asked.request = request;
-  return asked;
-}
-
 std::string refusal(Simulation& simulation, const AgentDefinition& definition,
                     const std::optional<RealRobotState>& real = std::nullopt) {
   const Status status = simulation.spawn(definition, real);
@@ -70,7 +62,7 @@ TEST(Commands, APlaceFarOutsideTheSiteIsRefusedWithTheSitesBounds) {
   EXPECT_THAT(message, HasSubstr("from (-3.50, -3.50) to (3.50, 3.50)"));
   EXPECT_EQ(refusal(simulation, agent("walker", AgentKind::person, 30, 0)), "(not refused)") << "the yard";
   const Status moved = simulation.command(
-      command(AgentCommand::Action::move, agent("walker", AgentKind::person, 0, -54)), std::nullopt);
+      AgentMove{.agent = "walker", .T_map_base = Transform<Map, Base>::planar(0, -54, 0)}, std::nullopt);
   ASSERT_FALSE(moved.ok());
   EXPECT_THAT(moved.error().message, HasSubstr("far outside the site"));
   AgentDefinition sent = moving("runner", AgentKind::person, 1, 1, BehaviourKind::patrol);
@@ -120,20 +112,18 @@ TEST(Commands, AnUnknownNameIsAnsweredWithTheNearestOne) {
   Simulation simulation = make(room(6));
   spawn(simulation, agent("rover_1", AgentKind::robot, 0, 0));
   spawn(simulation, agent("walker", AgentKind::person, 2, 0));
-  const Status status = simulation.command(
-      command(AgentCommand::Action::remove, agent("rovr_1", AgentKind::box, 0, 0)), std::nullopt);
+  const Status status = simulation.command(AgentRemove{.agent = "rovr_1"}, std::nullopt);
   ASSERT_FALSE(status.ok());
   EXPECT_THAT(status.error().message, HasSubstr("did you mean 'rover_1'"));
 }
 
 TEST(Commands, EachCommandIsAnEventWithItsRequest) {
   Simulation simulation = make(room(8));
-  using Action = AgentCommand::Action;
-  ASSERT_TRUE(
-      simulation.command(command(Action::spawn, agent("rover", AgentKind::robot, 0, 0), 41), {}).ok());
-  ASSERT_TRUE(simulation.command(command(Action::move, agent("rover", AgentKind::robot, 2, 1), 42), {}).ok());
-  ASSERT_TRUE(
-      simulation.command(command(Action::remove, agent("rover", AgentKind::robot, 0, 0), 43), {}).ok());
+  const std::vector<AgentCommand> commands{
+      AgentSpawn{.request = 41, .agent = agent("rover", AgentKind::robot, 0, 0)},
+      AgentMove{.request = 42, .agent = "rover", .T_map_base = Transform<Map, Base>::planar(2, 1, 0)},
+      AgentRemove{.request = 43, .agent = "rover"}};
+  for (const AgentCommand& command : commands) ASSERT_TRUE(simulation.command(command, {}).ok());
   const auto events = simulation.take_events();
   ASSERT_EQ(events.size(), 3U);
   EXPECT_EQ(events[0].kind, EventKind::agent_spawned);
@@ -147,9 +137,8 @@ TEST(Commands, EachCommandIsAnEventWithItsRequest) {
 TEST(Commands, ARefusedMoveLeavesTheAgentWhereItIs) {
   Simulation simulation = make(room(8));
   spawn(simulation, agent("rover", AgentKind::robot, 0, 0));
-  EXPECT_FALSE(
-      simulation.command(command(AgentCommand::Action::move, agent("rover", AgentKind::robot, 4.05, 0)), {})
-          .ok());
+  const AgentMove command{.agent = "rover", .T_map_base = Transform<Map, Base>::planar(4.05, 0, 0)};
+  EXPECT_FALSE(simulation.command(command, {}).ok());
   run(simulation, 0.1);
   EXPECT_NEAR(body(simulation, "rover").T_map_body.translation().x(), 0, 1e-9);
 }
@@ -160,7 +149,7 @@ TEST(Commands, IdsAreNeverUsedAgainAndTheSceneGetsANewVersion) {
   run(simulation, 0.1);
   const BodyId first = body(simulation, "crate").id;
   const auto version = simulation.scene()->version;
-  ASSERT_TRUE(simulation.command(command(AgentCommand::Action::remove_all, {}), {}).ok());
+  ASSERT_TRUE(simulation.command(AgentRemove{.all = true}, {}).ok());
   EXPECT_GT(simulation.scene()->version, version);
   spawn(simulation, agent("crate", AgentKind::box, 0, 0));
   run(simulation, 0.1);
@@ -171,12 +160,12 @@ TEST(Commands, AFrozenAgentStandsAndAnUnfrozenOneGoesOn) {
   Simulation simulation = make(room(20));
   spawn(simulation, moving("rover", AgentKind::robot, 0, 0, BehaviourKind::wander));
   run(simulation, 3);
-  ASSERT_TRUE(simulation.command(command(AgentCommand::Action::freeze, {}), {}).ok());
+  ASSERT_TRUE(simulation.command(AgentFreeze{.all = true}, {}).ok());
   run(simulation, 2);
   const Eigen::Vector3d there = body(simulation, "rover").T_map_body.translation();
   run(simulation, 2);
   EXPECT_LT((body(simulation, "rover").T_map_body.translation() - there).norm(), 1e-6);
-  ASSERT_TRUE(simulation.command(command(AgentCommand::Action::unfreeze, {}), {}).ok());
+  ASSERT_TRUE(simulation.command(AgentFreeze{.all = true, .frozen = false}, {}).ok());
   run(simulation, 3);
   EXPECT_GT((body(simulation, "rover").T_map_body.translation() - there).norm(), 0.3);
 }

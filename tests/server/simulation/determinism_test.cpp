@@ -42,10 +42,7 @@ std::uint64_t hash_of_states() {
   WorldSnapshot world;
   for (int i = 0; i < 2400; ++i) {
     if (i == 1000) {
-      AgentCommand command;
-      command.action = AgentCommand::Action::remove;
-      command.agent.name = "crate3";
-      EXPECT_TRUE(simulation.command(command, driven(i)).ok());
+      EXPECT_TRUE(simulation.command(AgentRemove{.agent = "crate3"}, driven(i)).ok());
     }
     for (double y = -4.2; i == 1200 && y < 4.3; y += 0.5) {  // the first place where nobody walks
       if (simulation.spawn(agent("late", AgentKind::barrel, 4, y), driven(i)).ok()) break;

@@ -35,13 +35,7 @@ SemanticModel two_rooms(bool is_virtual = false) {
   return model;
 }
 
-AgentCommand say(const std::string& door, double opening) {
-  AgentCommand command;
-  command.action = AgentCommand::Action::door;
-  command.agent.name = door;
-  command.agent.T_map_base = Transform<Map, Base>::planar(0, 0, opening);
-  return command;
-}
+DoorCommand say(const std::string& door, double opening) { return {.door = door, .opening = opening}; }
 
 DoorState state_of(const Simulation& simulation, const std::string& name = "door 3") {
   for (const DoorState& door : simulation.doors()) {
@@ -97,22 +91,20 @@ TEST(RealDoor, FollowsWhatSensorsSayAndIsUnknownAgainWhenTheySayNothing) {
 TEST(RealDoor, TheInstructorsWordStandsAboveTheSensorsUntilItIsTakenBack) {
   Simulation simulation = make(two_rooms());
   simulation.observe_door("door 3", 20 * kDegree);
-  ASSERT_TRUE(simulation.command(say("door 3", 80 * kDegree), std::nullopt).ok());
+  ASSERT_TRUE(simulation.set_door(say("door 3", 80 * kDegree)).ok());
   run(simulation, 1);
   EXPECT_NEAR(state_of(simulation).opening, 80 * kDegree, 1e-9);
-  AgentCommand back = say("door 3", 0);
-  back.action = AgentCommand::Action::door_unknown;
-  ASSERT_TRUE(simulation.command(back, std::nullopt).ok());
+  ASSERT_TRUE(simulation.set_door({.door = "door 3"}).ok());
   run(simulation, 1);
   EXPECT_NEAR(state_of(simulation).opening, 20 * kDegree, 1e-9);
 }
 
 TEST(RealDoor, CommandsThatCannotBeAreRefusedWithWhatCan) {
   Simulation simulation = make(two_rooms());
-  Status refused = simulation.command(say("door 2", 0), std::nullopt);
+  Status refused = simulation.set_door(say("door 2", 0));
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.error().message, testing::HasSubstr("did you mean 'door 3'"));
-  refused = simulation.command(say("door 3", -30 * kDegree), std::nullopt);
+  refused = simulation.set_door(say("door 3", -30 * kDegree));
   ASSERT_FALSE(refused.ok());
   EXPECT_THAT(refused.error().message, testing::HasSubstr("0 deg to 90 deg"));
 }
@@ -228,7 +220,7 @@ TEST(HungDoor, IsAWallToWhoWouldHaveToPullIt) {
   spawn(simulation, walker);
   run(simulation, 10);
   EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_unreachable).size(), 1U);
-  ASSERT_TRUE(simulation.command(say("door 3", 85 * kDegree), std::nullopt).ok());
+  ASSERT_TRUE(simulation.set_door(say("door 3", 85 * kDegree)).ok());
   run(simulation, 15);
   EXPECT_EQ(of_kind(simulation.take_events(), EventKind::goal_reached).size(), 1U) << "it stands open now";
 }
@@ -285,7 +277,7 @@ TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
     EXPECT_EQ(broken[0].object, "door 3");
     EXPECT_GT(broken[0].impulse, holds);
     EXPECT_TRUE(state_of(simulation).unhinged);
-    const Status refused = simulation.command(say("door 3", 0.5), std::nullopt);
+    const Status refused = simulation.set_door(say("door 3", 0.5));
     ASSERT_FALSE(refused.ok());
     EXPECT_THAT(refused.error().message, testing::HasSubstr("off its hinge"));
   }
@@ -293,7 +285,7 @@ TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
 
 TEST(HungDoor, StandsAtOnceWhereTheInstructorPutsIt) {
   Simulation simulation = make(two_rooms(true));
-  ASSERT_TRUE(simulation.command(say("door 3", 70 * kDegree), std::nullopt).ok());
+  ASSERT_TRUE(simulation.set_door(say("door 3", 70 * kDegree)).ok());
   run(simulation, 2);
   EXPECT_NEAR(state_of(simulation).opening, 70 * kDegree, 0.5 * kDegree);
   const DoorState state = state_of(simulation);

@@ -33,11 +33,8 @@ std::vector<AgentDefinition> one_of_each_kind() {
   return agents;
 }
 
-AgentCommand spawn_of(const AgentDefinition& agent, std::uint64_t request) {
-  AgentCommand command;
-  command.request = request;
-  command.agent = agent;
-  return command;
+AgentSpawn spawn_of(const AgentDefinition& agent, std::uint64_t request) {
+  return {.request = request, .agent = agent};
 }
 
 Event spawned(const std::string& name, std::uint64_t request) {

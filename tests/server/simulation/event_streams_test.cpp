@@ -51,22 +51,26 @@ std::vector<Order> any_orders() {
   return orders;
 }
 
-AgentCommand command_of(const Order& order) {
-  using Action = AgentCommand::Action;
-  AgentCommand command;
-  command.action =
-      std::array{
-          Action::spawn,      Action::spawn,  Action::spawn,       Action::move,
-          Action::remove,     Action::behave, Action::freeze,      Action::unfreeze,
-          Action::remove_all, Action::door,   Action::door_unknown}[static_cast<std::size_t>(order.what)];
-  const bool door = command.action == Action::door || command.action == Action::door_unknown;
-  command.agent = agent(door ? "door 1" : "agent" + std::to_string(order.who),
-                        static_cast<AgentKind>(order.who % 4), order.x, order.y, order.yaw);
-  command.agent.behaviour.kind = static_cast<BehaviourKind>(order.steps % 8);
-  command.agent.behaviour.speed = 0.3 + std::abs(order.x) / 4;
-  command.agent.behaviour.yields = order.steps % 3 == 0;
-  command.agent.behaviour.waypoints = {{-order.x, order.y}, {order.y, order.x}};
-  return command;
+void command(Simulation& simulation, const Order& order, const std::optional<RealRobotState>& real) {
+  AgentDefinition definition = agent("agent" + std::to_string(order.who),
+                                     static_cast<AgentKind>(order.who % 4), order.x, order.y, order.yaw);
+  definition.behaviour.kind = static_cast<BehaviourKind>(order.steps % 8);
+  definition.behaviour.speed = 0.3 + std::abs(order.x) / 4;
+  definition.behaviour.yields = order.steps % 3 == 0;
+  definition.behaviour.waypoints = {{-order.x, order.y}, {order.y, order.x}};
+  const std::string& name = definition.name;
+  const std::array<AgentCommand, 9> commands{
+      AgentSpawn{.agent = definition}, AgentSpawn{.agent = definition},
+      AgentSpawn{.agent = definition}, AgentMove{.agent = name, .T_map_base = definition.T_map_base},
+      AgentRemove{.agent = name},      AgentBehaviour{.agent = name, .behaviour = definition.behaviour},
+      AgentFreeze{.agent = name},      AgentFreeze{.agent = name, .frozen = false},
+      AgentRemove{.all = true}};
+  if (order.what < 9) {
+    (void)simulation.command(commands[static_cast<std::size_t>(order.what)], real);
+  } else {
+    (void)simulation.set_door(
+        {.door = "door 1", .opening = order.what == 9 ? std::optional(order.yaw) : std::nullopt});
+  }
 }
 
 std::vector<Event> run_orders(const std::vector<Order>& orders) {
@@ -80,7 +84,7 @@ std::vector<Event> run_orders(const std::vector<Order>& orders) {
   for (const Order& order : orders) {
     const std::string name = "agent" + std::to_string(order.who);
     if (order.what <= 10) {
-      (void)simulation.command(command_of(order), real);
+      command(simulation, order, real);
     } else if (order.what == 11) {
       real = real_at(order.x, order.y, order.yaw, {order.x / 4, 0, order.y / 4});
       real->relocalized = order.steps % 2 == 0;

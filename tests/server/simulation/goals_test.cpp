@@ -71,13 +71,11 @@ TEST(Goals, AGoalInsideAWallIsRefused) {
   const Status status = simulation.spawn(runner, std::nullopt);
   ASSERT_FALSE(status.ok());
   EXPECT_NE(status.error().message.find("beside 'between 1'"), std::string::npos) << status.error().message;
-  AgentCommand command;
-  command.action = AgentCommand::Action::behave;
   runner.behaviour = {};
   spawn(simulation, runner);
-  command.agent = runner;
-  command.agent.behaviour.kind = BehaviourKind::follow;
-  command.agent.behaviour.target = "runer";
+  AgentBehaviour command{.agent = "runner"};
+  command.behaviour.kind = BehaviourKind::follow;
+  command.behaviour.target = "runer";
   const Status unknown = simulation.command(command, std::nullopt);
   ASSERT_FALSE(unknown.ok());
   EXPECT_NE(unknown.error().message.find("did you mean 'runner'"), std::string::npos);

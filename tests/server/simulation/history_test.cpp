@@ -95,11 +95,8 @@ TEST(History, AnAgentIsThereFromItsFirstStepUntilTheOneThatRemovedIt) {
   EXPECT_FALSE(has_body(simulation, first - nanoseconds(1), "crate"));
   EXPECT_TRUE(has_body(simulation, first, "crate"));
 
-  AgentCommand command;
-  command.action = AgentCommand::Action::remove;
-  command.agent.name = "crate";
   const SimulationTime last = simulation.now(), gone = simulation.next_step();
-  ASSERT_TRUE(simulation.command(command, std::nullopt).ok());
+  ASSERT_TRUE(simulation.command(AgentRemove{.agent = "crate"}, std::nullopt).ok());
   run(simulation, 0.5);
   EXPECT_TRUE(has_body(simulation, last, "crate"));
   EXPECT_TRUE(has_body(simulation, gone - nanoseconds(1), "crate"));
@@ -112,9 +109,7 @@ TEST(History, NothingIsInterpolatedOverATeleport) {
   run(simulation, 0.5);
   const BodyState then = body(simulation, "crate");
   const SimulationTime before = simulation.now(), after = simulation.next_step();
-  AgentCommand command;
-  command.action = AgentCommand::Action::move;
-  command.agent = agent("crate", AgentKind::box, 3, 0);
+  const AgentMove command{.agent = "crate", .T_map_base = Transform<Map, Base>::planar(3, 0, 0)};
   ASSERT_TRUE(simulation.command(command, std::nullopt).ok());
   run(simulation, 0.5);
   WorldSnapshot world;

@@ -112,10 +112,7 @@ TEST(Robots, TheTraineesIsTheRealRobotToOthers) {
     EXPECT_FALSE(event.unsensed);
   }
   EXPECT_TRUE(met);
-  AgentCommand command;
-  command.action = AgentCommand::Action::remove;
-  command.agent.name = "pioneer";
-  EXPECT_FALSE(simulation.command(command, std::nullopt).ok());
+  EXPECT_FALSE(simulation.command(AgentRemove{.agent = "pioneer"}, std::nullopt).ok());
 }
 
 TEST(Robots, UnknownModelsAndJointsAreNamed) {

@@ -278,10 +278,7 @@ TEST(Supervision, AnAgentsMovementIsSaidAndEndsWithIt) {
   Simulation simulation = make();
   spawn(simulation, moving("walker", AgentKind::person, 0, 0, BehaviourKind::wander));
   run(simulation, 3);
-  AgentCommand command;
-  command.action = AgentCommand::Action::remove;
-  command.agent.name = "walker";
-  ASSERT_TRUE(simulation.command(command, std::nullopt).ok());
+  ASSERT_TRUE(simulation.command(AgentRemove{.agent = "walker"}, std::nullopt).ok());
   const auto events = simulation.take_events();
   EXPECT_EQ(count(events, EventKind::movement_started), count(events, EventKind::movement_stopped));
   EXPECT_GE(count(events, EventKind::movement_started), 1U);

@@ -97,12 +97,13 @@ class BaseStationTest : public ::testing::Test {
     page.send_text(text);
     return next(page, "reply");
   }
-  std::vector<AgentCommand> commands() {
-    std::vector<AgentCommand> all;
+  std::vector<InstructorCommand> commands() {
+    std::vector<InstructorCommand> all;
     for (Message message; *witness_->receive(message, Duration{0});) {
-      if (message.channel != channel::mr_agent_cmd) continue;
-      all.emplace_back();
-      EXPECT_TRUE(decode(message.channel, message.payload, all.back()).ok());
+      auto command = command_on(message.channel);
+      if (!command) continue;
+      EXPECT_TRUE(decode(message.channel, message.payload, *command).ok());
+      all.push_back(std::move(*command));
     }
     return all;
   }

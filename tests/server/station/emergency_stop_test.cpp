@@ -10,8 +10,6 @@
 namespace parhelion::station {
 namespace {
 
-using Action = AgentCommand::Action;
-
 class EmergencyStopTest : public test::TickTest {
  protected:
   void SetUp() override {
@@ -46,12 +44,13 @@ class EmergencyStopTest : public test::TickTest {
     Message message;
     std::int64_t within = 0;
     while (*server_->receive(message, Duration{0})) {
-      if (drop_orders_ > 0 && message.channel == channel::mr_agent_cmd) {
+      if (drop_orders_ > 0 && message.channel == channel::mr_emergency_stop) {
         --drop_orders_;
         continue;
       }
-      AgentCommand command;
-      if (message.channel == channel::mr_agent_cmd && decode(message.channel, message.payload, command).ok())
+      EmergencyStopCommand command;
+      if (message.channel == channel::mr_emergency_stop &&
+          decode(message.channel, message.payload, command).ok())
         desk_->hear(command);
       message.arrival = ArrivalTime{stamp().ns + 1000 * ++within};
       feed(message);
@@ -99,13 +98,8 @@ class EmergencyStopTest : public test::TickTest {
           OperatorWord{{stamp().ns}, "eve", "trainee", OperatorWord::State::drives, "joystick"});
     };
   }
-  void order(Action action, const std::string& name, std::uint64_t request) {
-    AgentCommand command;
-    command.stamp = {stamp().ns};
-    command.action = action;
-    command.agent.name = name;
-    command.request = request;
-    say(channel::mr_agent_cmd, command);
+  void order(const std::string& robot, bool engaged, std::uint64_t request) {
+    say(channel::mr_emergency_stop, EmergencyStopCommand{{stamp().ns}, request, robot, engaged});
   }
 
   MemoryBusHub hub_;
@@ -127,7 +121,8 @@ TEST_F(EmergencyStopTest, NoConsoleDrivesAgainstItWhateverItSays) {
   EXPECT_EQ(wheels_ + arm_, 0);
   hold_stick(std::nan(""));
   EXPECT_LT(way_in(0.5), 0.002);
-  order(Action::unfreeze, "", 77);  // of the agents
+  say(channel::mr_freeze, AgentFreeze{.request = 77, .all = true, .frozen = false});
+  say(channel::mr_freeze, AgentFreeze{.request = 78, .agent = "trainee", .frozen = false});
   EXPECT_TRUE(console_->publish(channel::teleop, std::vector<std::uint8_t>{1, 2, 3}).ok());
   hold_stick(0);  // let go and pressed again, as often as he likes
   pass(0.2);
@@ -173,7 +168,7 @@ TEST_F(EmergencyStopTest, OrdersThatAreLostOnTheirWayAreSaidAgain) {
 TEST_F(EmergencyStopTest, WhatAnotherConsoleStopsOrLetsGoThePagesAreTold) {
   const auto page = StandInClient::make(1, "ada", Role::instructor);
   desk_->socket().opened(page);
-  order(Action::freeze, "trainee", 5);
+  order("trainee", true, 5);
   pass(0.1);
   ASSERT_EQ(desk_->stops().size(), 1U);
   EXPECT_EQ(desk_->stops()[0].by, "another console");
@@ -185,14 +180,18 @@ TEST_F(EmergencyStopTest, WhatAnotherConsoleStopsOrLetsGoThePagesAreTold) {
   EXPECT_TRUE(desk_->stops().empty());
   ASSERT_TRUE(desk_->stop("trainee", "ada").ok());
   pass(0.1);
-  order(Action::unfreeze, "trainee", 6);
+  order("trainee", false, 6);
   pass(0.5);
   EXPECT_TRUE(desk_->stops().empty());
   EXPECT_THAT(page->texts("estop").back(), testing::HasSubstr(R"("on":false)"));
   EXPECT_FALSE(state_->emergency_stop);
-  order(Action::freeze, "nobody", 7);  // refused, and no stop
+  order("nobody", true, 7);  // refused, and no stop
   pass(0.5);
   EXPECT_TRUE(desk_->stops().empty());
+  order("", true, 8);  // every robot
+  pass(0.5);
+  EXPECT_EQ(desk_->stops().size(), 1U);
+  EXPECT_TRUE(state_->emergency_stop);
 }
 
 TEST_F(EmergencyStopTest, ADeskThatIsOpenedAfterADeathStopsTheRobotAndSaysSo) {

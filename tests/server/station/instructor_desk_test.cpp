@@ -17,7 +17,7 @@ class InstructorDeskTest : public FeedTest {
   void begin(const tick::Configuration& configuration, station::DeskOptions options = {},
              bool recorded = false) {
     start(configuration, recorded);
-    EXPECT_TRUE(server_->subscribe("MR_AGENT_CMD", 1000).ok());
+    for (const char* channel : kInstructorChannels) EXPECT_TRUE(server_->subscribe(channel, 1000).ok());
     options.audit = [this](const station::Identity& who, const std::string&, const std::string& what,
                            const std::string& outcome) {
       audit_.push_back(who.name + ": " + what + ": " + outcome);
@@ -26,23 +26,23 @@ class InstructorDeskTest : public FeedTest {
         *bus_, *feed_, *station::SessionNotes::open(folder_ / "notes.jsonl"), std::move(options));
     feed_->heard_event = [this](const Event& event) { desk_->hear(event); };
   }
-  std::vector<AgentCommand> commands() {
-    std::vector<AgentCommand> all;
+  std::vector<InstructorCommand> commands() {
+    std::vector<InstructorCommand> all;
     Message message;
     while (*server_->receive(message, Duration{0})) {
-      AgentCommand command;
+      InstructorCommand command = command_on(message.channel).value();
       EXPECT_TRUE(decode(message.channel, message.payload, command).ok());
       all.push_back(command);
       feed_->take(message, now());
     }
     return all;
   }
-  void answer(const AgentCommand& command, EventKind kind, const std::string& text = {}) {
+  void answer(const InstructorCommand& command, EventKind kind, const std::string& text = {}) {
     Event event;
     event.stamp = at(t_);
     event.kind = kind;
-    event.subject = command.agent.name;
-    event.request = command.request;
+    event.subject = subject_of(command);
+    event.request = request_of(command);
     event.text = text;
     take(channel::mr_events, event);
   }
@@ -60,8 +60,8 @@ TEST_F(InstructorDeskTest, ACommandGoesToTheBusAndItsAnswerToThePageThatAsked) {
   desk_->receive(*page, R"({"type":"agent","request":5,"action":"spawn","name":"box_1","x":1,"y":2})", now());
   const auto sent = commands();
   ASSERT_EQ(sent.size(), 1U);
-  EXPECT_EQ(sent[0].agent.name, "box_1");
-  EXPECT_NE(sent[0].request, 0U);
+  EXPECT_EQ(std::get<AgentSpawn>(sent[0]).agent.name, "box_1");
+  EXPECT_NE(request_of(sent[0]), 0U);
   EXPECT_TRUE(page->newest("reply").is_null());  // nothing is done until the server says so
   answer(sent[0], EventKind::command_accepted);
   const auto reply = page->newest("reply");
@@ -87,8 +87,8 @@ TEST_F(InstructorDeskTest, ScriptsAndLessonsAreAskedOfTheServerAndAnsweredByIt) 
   desk_->receive(*page, R"({"type":"lesson","request":2,"kind":"camera_delay","amount":0.3})", now());
   const auto sent = commands();
   ASSERT_EQ(sent.size(), 2U);
-  EXPECT_EQ(sent[0].action, AgentCommand::Action::script);
-  EXPECT_EQ(sent[1].action, AgentCommand::Action::lesson);
+  EXPECT_EQ(std::get<ScriptStart>(sent[0]).script, "door slams");
+  EXPECT_EQ(std::get<FaultCommand>(sent[1]).amount, 0.3);
   EXPECT_TRUE(page->newest("reply").is_null());
   answer(sent[0], EventKind::command_refused, "no script 'door slams': the scenario has none");
   EXPECT_EQ(page->newest("reply")["request"], 1);
@@ -97,7 +97,7 @@ TEST_F(InstructorDeskTest, ScriptsAndLessonsAreAskedOfTheServerAndAnsweredByIt) 
   EXPECT_EQ(page->newest("reply")["request"], 2);
   EXPECT_EQ(page->newest("reply")["ok"], true);
   EXPECT_THAT(audit_, testing::ElementsAre(HasSubstr("ada: script door slams: no script"),
-                                           "ada: lesson camera_delay: done"));
+                                           "ada: fault camera_delay: done"));
 }
 
 TEST_F(InstructorDeskTest, AServerThatDoesNotAnswerIsSaidToBeSilent) {
@@ -131,7 +131,7 @@ TEST_F(InstructorDeskTest, ATraineeMayReportButNotCommandAndBothAreWrittenDown) 
   desk_->receive(*trainee, R"({"type":"report","request":2,"name":"gauge 1","x":1,"y":2})", now());
   const auto sent = commands();
   ASSERT_EQ(sent.size(), 1U);
-  EXPECT_EQ(sent[0].action, AgentCommand::Action::report_at);
+  EXPECT_EQ(std::get<ObjectReport>(sent[0]).position, Eigen::Vector2d(1, 2));
 }
 
 TEST_F(InstructorDeskTest, AnObserverOnlyLooks) {
@@ -218,7 +218,7 @@ TEST_F(InstructorDeskTest, WhatWasPlacedIsSavedAsAScenarioThatReadsBack) {
       *page, R"({"type":"agent","request":1,"action":"spawn","name":"person_1","kind":"person","x":2,"y":1,
                            "behaviour":"go","waypoints":[[3,3]]})",
       now());
-  const AgentCommand spawn = commands().at(0);
+  const InstructorCommand spawn = commands().at(0);
   answer(spawn, EventKind::agent_spawned);
   answer(spawn, EventKind::command_accepted);
   world({body("box_1", "box", AgentKind::box, 1.5), body("person_1", "torso", AgentKind::person, 2.25),

@@ -28,8 +28,7 @@ TEST(PageMessages, ReadAnAgentInTheWordsOfAScenario) {
           "behaviour":"patrol","speed":1.2,"waypoints":[[1,2],[3,4]],"yields":true,"opens_doors":false})");
   EXPECT_EQ(message.kind, PageMessage::Kind::agent);
   EXPECT_EQ(message.request, 7U);
-  const AgentDefinition& agent = message.command.agent;
-  EXPECT_EQ(message.command.action, AgentCommand::Action::spawn);
+  const AgentDefinition& agent = std::get<AgentSpawn>(message.command).agent;
   EXPECT_EQ(agent.name, "person_1");
   EXPECT_EQ(agent.kind, AgentKind::person);
   EXPECT_EQ(agent.T_map_base.translation(), Eigen::Vector3d(1.5, -2, 0));
@@ -42,8 +41,9 @@ TEST(PageMessages, ReadAnAgentInTheWordsOfAScenario) {
 
 TEST(PageMessages, ReadADoorsOpeningAsTheCommandHasIt) {
   const PageMessage message = read(R"({"type":"agent","action":"door","name":"door 1","opening":0.7})");
-  EXPECT_EQ(message.command.action, AgentCommand::Action::door);
-  EXPECT_DOUBLE_EQ(message.command.agent.T_map_base.yaw(), 0.7);
+  EXPECT_EQ(std::get<DoorCommand>(message.command).opening, 0.7);
+  const PageMessage released = read(R"({"type":"agent","action":"door_unknown","name":"door 1"})");
+  EXPECT_EQ(std::get<DoorCommand>(released.command).opening, std::nullopt);
 }
 
 TEST(PageMessages, EveryActionAndKindOfTheSchemaIsKnown) {
@@ -51,7 +51,7 @@ TEST(PageMessages, EveryActionAndKindOfTheSchemaIsKnown) {
        {"spawn", "move", "remove", "behave", "remove_all", "freeze", "unfreeze", "door", "door_unknown"}) {
     const PageMessage message = read(
         std::string(R"({"type":"agent","name":"a","x":0,"y":0,"opening":0,"action":")") + action + "\"}");
-    EXPECT_STREQ(to_string(message.command.action), action);
+    EXPECT_STREQ(action_of(message.command), action);
   }
   for (const char* action : {"pause", "resume", "step", "rate", "seek"})
     EXPECT_STREQ(
@@ -61,23 +61,21 @@ TEST(PageMessages, EveryActionAndKindOfTheSchemaIsKnown) {
 
 TEST(PageMessages, ReadScriptsAndLessonsAsTheServerIsToldOfThem) {
   const PageMessage script = read(R"({"type":"script","request":1,"name":"door slams"})");
-  EXPECT_EQ(script.command.action, AgentCommand::Action::script);
-  EXPECT_EQ(script.command.agent.name, "door slams");
-  const auto amount_and_seconds = [](const PageMessage& message) {
-    return Eigen::Vector2d(message.command.agent.T_map_base.translation().head<2>());
-  };
-  const PageMessage delay =
-      read(R"({"type":"lesson","kind":"camera_delay","amount":0.2,"lasting":30,"on":true})");
-  EXPECT_EQ(delay.command.action, AgentCommand::Action::lesson);
-  EXPECT_EQ(delay.command.agent.name, "camera_delay");
-  EXPECT_EQ(amount_and_seconds(delay), Eigen::Vector2d(0.2, 30));
-  EXPECT_EQ(amount_and_seconds(read(R"({"type":"lesson","kind":"dead_wheel","side":"right"})")),
-            Eigen::Vector2d(1, 0));
-  EXPECT_EQ(amount_and_seconds(read(R"({"type":"lesson","kind":"dead_wheel","side":"left","lasting":2})")),
-            Eigen::Vector2d(0, 2));
-  const PageMessage over = read(R"({"type":"lesson","kind":"camera_loss","on":false})");
-  EXPECT_EQ(over.command.action, AgentCommand::Action::lesson_over);
-  EXPECT_EQ(over.command.agent.name, "camera_loss");
+  EXPECT_EQ(std::get<ScriptStart>(script.command).script, "door slams");
+  const auto fault_in = [](const std::string& text) { return std::get<FaultCommand>(read(text).command); };
+  const FaultCommand delay =
+      fault_in(R"({"type":"lesson","kind":"camera_delay","amount":0.2,"lasting":30,"on":true})");
+  EXPECT_EQ(delay.kind, Lesson::Kind::camera_delay);
+  EXPECT_TRUE(delay.begins);
+  EXPECT_EQ(delay.amount, 0.2);
+  EXPECT_EQ(delay.duration, 30);
+  const FaultCommand right = fault_in(R"({"type":"lesson","kind":"dead_wheel","side":"right"})");
+  EXPECT_TRUE(right.right);
+  EXPECT_EQ(right.duration, std::nullopt);
+  EXPECT_FALSE(fault_in(R"({"type":"lesson","kind":"dead_wheel","side":"left","lasting":2})").right);
+  const FaultCommand over = fault_in(R"({"type":"lesson","kind":"camera_loss","on":false})");
+  EXPECT_EQ(over.kind, Lesson::Kind::camera_loss);
+  EXPECT_FALSE(over.begins);
   EXPECT_THAT(fault(R"({"type":"lesson","kind":"camera_loss"})"), HasSubstr("'amount'"));
   EXPECT_THAT(fault(R"({"type":"lesson","kind":"dead_wheel","amount":1})"), HasSubstr("'side'"));
   EXPECT_THAT(fault(R"({"type":"lesson","kind":"earthquake","amount":1})"), HasSubstr("kind"));

@@ -57,12 +57,8 @@ class RobotWatchTest : public TeleopDeskTest {
   }
   /// The instructor's command, answered by the server with `answer`.
   void order_camera(double rate, EventKind answer) {
-    AgentCommand command;
-    command.action = AgentCommand::Action::camera;
-    command.request = ++requests_;
-    command.agent.name = "robot_2";
-    command.agent.T_map_base = Transform<Map, Base>::planar(rate, 0, 0);
-    publish(channel::mr_agent_cmd, command);
+    const CameraRate command{.request = ++requests_, .agent = "robot_2", .rate = rate};
+    publish(channel::mr_camera_rate, command);
     Event event;
     event.kind = answer;
     event.subject = "robot_2";

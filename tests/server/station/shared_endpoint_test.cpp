@@ -115,9 +115,9 @@ TEST_F(SharedEndpointTest, WhatIsSaidGoesToTheBusAlsoAfterItsEnd) {
   const auto bus = shared_->connect();
   ASSERT_TRUE(bus->publish("TELEOP", Bytes{1}).ok());
   shared_.reset();
-  ASSERT_TRUE(bus->publish("MR_AGENT_CMD", Bytes{1}).ok());
+  ASSERT_TRUE(bus->publish("MR_SPAWN", Bytes{1}).ok());
   const std::lock_guard lock(script_->mutex);
-  EXPECT_EQ(script_->published, (std::vector<std::string>{"TELEOP", "MR_AGENT_CMD"}));
+  EXPECT_EQ(script_->published, (std::vector<std::string>{"TELEOP", "MR_SPAWN"}));
 }
 
 TEST_F(SharedEndpointTest, ABusThatFailsIsToldToAllWhoListenAndHeardAgainWhenItWorks) {

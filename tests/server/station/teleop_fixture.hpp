@@ -83,8 +83,8 @@ class TeleopDeskTest : public testing::Test {
         Joints joints;
         EXPECT_TRUE(decode(message.channel, message.payload, joints).ok());
         all[message.channel].push_back(joints.velocities.at(0));
-      } else if (message.channel == channel::mr_agent_cmd) {
-        AgentCommand order;
+      } else if (message.channel == channel::mr_emergency_stop) {
+        EmergencyStopCommand order;
         EXPECT_TRUE(decode(message.channel, message.payload, order).ok());
         orders_.push_back(order);
       } else {
@@ -104,7 +104,7 @@ class TeleopDeskTest : public testing::Test {
   std::vector<std::string> audited_;
   std::vector<EmergencyStop> stops_;
   std::vector<OperatorWord> words_;
-  std::vector<AgentCommand> orders_;
+  std::vector<EmergencyStopCommand> orders_;
   Twist2 last_;
   std::uint64_t clients_ = 0, sequence_ = 0;
   std::unique_ptr<TeleopDesk> desk_;

@@ -23,8 +23,8 @@ TEST_F(TeleopDeskTest, HoldsAnEmergencyStopUntilItIsReset) {
   EXPECT_GE(out[channel::teleop].size(), 9U) << "said again and again";
   EXPECT_FALSE(moves(out[channel::teleop]));
   EXPECT_GE(orders_.size(), 18U) << "the server is told until it answers";
-  for (const AgentCommand& order : orders_) {
-    EXPECT_EQ(order.action, AgentCommand::Action::freeze);
+  for (const EmergencyStopCommand& order : orders_) {
+    EXPECT_TRUE(order.engaged);
     Event answer;
     answer.kind = EventKind::command_accepted;
     answer.request = order.request;
@@ -38,11 +38,11 @@ TEST_F(TeleopDeskTest, HoldsAnEmergencyStopUntilItIsReset) {
   EXPECT_FALSE(desk_->reset("robot_7", "ines").ok());
   ASSERT_TRUE(desk_->reset("trainee", "ines").ok());
   heard();
-  EXPECT_EQ(orders_.back().action, AgentCommand::Action::unfreeze);
-  EXPECT_EQ(orders_.back().agent.name, "trainee");
+  EXPECT_FALSE(orders_.back().engaged);
+  EXPECT_EQ(orders_.back().robot, "trainee");
   pass(5);
   heard();
-  EXPECT_EQ(orders_.back().action, AgentCommand::Action::unfreeze) << "and robot_2 stays stopped";
+  EXPECT_FALSE(orders_.back().engaged) << "and robot_2 stays stopped";
   say(*anna, R"({"type":"drive","robot":"trainee"})");
   twist(*anna, 0.5);
   EXPECT_FALSE(moves(heard()[channel::teleop])) << "a key that was held all the while";

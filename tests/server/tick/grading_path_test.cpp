@@ -40,14 +40,9 @@ class GradingPath : public test::TickTest {
     advance(configuration_, ArrivalTime::from_utime(us(until)), *state_, outputs_, observer_);
     for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
   }
-  void say(AgentCommand::Action action, const std::string& name, double x = 0, double y = 0) {
-    AgentCommand command;
-    command.stamp = SensorTime::from_utime(us(time_ += 0.01));
-    command.request = 7;
-    command.action = action;
-    command.agent.name = name;
-    command.agent.T_map_base = Transform<Map, Base>::planar(x, y, 0);
-    feed(test::message(channel::mr_agent_cmd, us(time_), command));
+  void report(const std::string& object, std::optional<Eigen::Vector2d> position = {}) {
+    const SensorTime stamp = SensorTime::from_utime(us(time_ += 0.01));
+    feed(test::message(channel::mr_object_report, us(time_), ObjectReport{stamp, 7, object, position}));
   }
   std::vector<Event> events(EventKind kind) {
     std::vector<Event> all = decoded<Event>(channel::mr_events);
@@ -59,9 +54,9 @@ class GradingPath : public test::TickTest {
 
 TEST_F(GradingPath, AReportIsAnEventWithHowFarOffItsPlaceIsAndIsAnswered) {
   start(level_1({test::agent("gauge", AgentKind::box, 1, 1)}));
-  say(AgentCommand::Action::report, "gauge");
-  say(AgentCommand::Action::report_at, "gauge", 1.3, 1.4);
-  say(AgentCommand::Action::report_at, "unicorn", 0, 0);
+  report("gauge");
+  report("gauge", Eigen::Vector2d(1.3, 1.4));
+  report("unicorn", Eigen::Vector2d(0, 0));
   const auto reports = events(EventKind::object_reported);
   ASSERT_EQ(reports.size(), 3U);
   EXPECT_EQ(reports[0].subject, "trainee");

@@ -163,17 +163,13 @@ TEST_F(LevelsTest, ARobotThatFallsIsNotLost) {
 TEST_F(LevelsTest, AnAgentIsKeptOffTheTraineesRobotAndTheRobotItselfCanBeMoved) {
   start(level_1());
   run(0.2);
-  AgentCommand command;
-  command.request = 1;
-  command.stamp = SensorTime::from_utime(test::start_us);
-  command.agent = test::agent("box_1", AgentKind::box, -2, 0);
+  const SensorTime stamp = SensorTime::from_utime(test::start_us);
   const auto at = [this] { return teleop_at(time_ += 0.05, 0).arrival.utime(); };
-  feed(test::message(channel::mr_agent_cmd, at(), command));
+  feed(test::message(channel::mr_spawn, at(),
+                     AgentSpawn{stamp, 1, test::agent("box_1", AgentKind::box, -2, 0)}));
   EXPECT_EQ(events(EventKind::command_refused).size(), 1U);
-  command.request = 2;
-  command.action = AgentCommand::Action::move;
-  command.agent = test::agent("trainee", AgentKind::robot, 2, 1);
-  feed(test::message(channel::mr_agent_cmd, at(), command));
+  feed(test::message(channel::mr_move, at(),
+                     AgentMove{stamp, 2, "trainee", Transform<Map, Base>::planar(2, 1, 0)}));
   EXPECT_EQ(events(EventKind::command_accepted).size(), 1U);
   run(1);
   EXPECT_NEAR(motion().T_map_base.translation().x(), 2, 0.05);

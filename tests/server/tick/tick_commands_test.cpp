@@ -14,15 +14,15 @@ using test::TickTest;
 TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   start(test::configuration({}));
   feed(test::drive(2));
-  AgentCommand command;
-  command.request = 42;
-  command.agent = agent("box_1", AgentKind::box, 3, 2);
-  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
+  AgentSpawn command{.request = 42, .agent = agent("box_1", AgentKind::box, 3, 2)};
+  feed(test::message(channel::mr_spawn, test::start_us + 2'000'000, command));
   command.request = 43;  // the same name again
-  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'100, command));
+  feed(test::message(channel::mr_spawn, test::start_us + 2'000'100, command));
   command.request = 44;  // cannot be read
   command.agent.name = "box/2";
-  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'200, command));
+  feed(test::message(channel::mr_spawn, test::start_us + 2'000'200, command));
+  feed(test::message(channel::mr_freeze, test::start_us + 2'000'300,  // on the channel of another type
+                     AgentRemove{.request = 45, .agent = "box_1"}));
   std::map<std::uint64_t, EventKind> answers;
   std::map<std::uint64_t, std::string> reasons;
   for (const Event& event : decoded<Event>(channel::mr_events)) {
@@ -34,16 +34,16 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   EXPECT_EQ(answers[43], EventKind::command_refused);
   EXPECT_EQ(answers[44], EventKind::command_refused);
   EXPECT_NE(reasons[44].find("name"), std::string::npos) << reasons[44];
+  EXPECT_FALSE(answers.contains(45)) << "what it says cannot be read";
+  EXPECT_TRUE(state_->simulation.pose_of("box_1"));
 }
 
 TEST_F(TickTest, TickRefusesAnAgentOnTheRealRobotAndSaysWhereThereIsRoom) {
   start(test::configuration({}));
   feed(test::drive(2));
-  AgentCommand command;
-  command.request = 1;
   const auto here = test::pose_at(2).translation();
-  command.agent = agent("box_1", AgentKind::box, here.x(), here.y());
-  feed(test::message(channel::mr_agent_cmd, test::start_us + 2'000'000, command));
+  const AgentSpawn command{.request = 1, .agent = agent("box_1", AgentKind::box, here.x(), here.y())};
+  feed(test::message(channel::mr_spawn, test::start_us + 2'000'000, command));
   const auto events = decoded<Event>(channel::mr_events);
   const auto answer =
       std::find_if(events.begin(), events.end(), [](const Event& e) { return e.request == 1; });
@@ -102,7 +102,7 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
   EXPECT_EQ(given.back().twist.wz, 0);
 }
 
-/// Whoever goes on driving: a frozen robot stands until it is let go and the dead-man was released.
+/// Whoever goes on driving: a stopped robot stands until it is let go and the dead-man was released.
 TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
   start(test::configuration({}));
   auto log = test::drive(8);
@@ -111,20 +111,17 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
     log.push_back(
         test::message(channel::teleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, 0}}));
   };
-  const auto order = [&](double s, AgentCommand::Action action, std::uint64_t request) {
+  const auto order = [&](double s, bool engaged, std::uint64_t request) {
     const std::int64_t utime = test::start_us + static_cast<std::int64_t>(s * 1e6);
-    AgentCommand command;
-    command.stamp = SensorTime::from_utime(utime);
-    command.request = request;
-    command.action = action;
-    command.agent.name = configuration_.robot.name;
-    log.push_back(test::message(channel::mr_agent_cmd, utime, command));
+    const EmergencyStopCommand command{SensorTime::from_utime(utime), request, configuration_.robot.name,
+                                       engaged};
+    log.push_back(test::message(channel::mr_emergency_stop, utime, command));
   };
   for (int i = 20; i < 60; ++i) add(0.1 * i, 0.3);  // a stick that is held all the time
   add(6.0, 0);
   for (int i = 61; i < 70; ++i) add(0.1 * i, 0.3);
-  order(3, AgentCommand::Action::freeze, 7);
-  order(5, AgentCommand::Action::unfreeze, 8);
+  order(3, true, 7);
+  order(5, false, 8);
   std::stable_sort(log.begin(), log.end(),
                    [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
   double moved[4] = {};  // before, while it holds, until the stick is let go, afterwards
@@ -145,6 +142,29 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
   EXPECT_EQ(moved[1], 0);
   EXPECT_EQ(moved[2], 0) << "held through the stop: it must be let go first";
   EXPECT_GT(moved[3], 0);
+}
+
+TEST_F(TickTest, TickStopsTheTraineesRobotByAnEmergencyStopAloneAndAgentsByEither) {
+  start(test::configuration({agent("robot_1", AgentKind::robot, 3, 2)}));
+  feed(test::drive(1));
+  std::int64_t utime = test::start_us + 1'000'000;
+  const auto answer = [&](const char* channel, const auto& command) {
+    out_.clear();
+    feed(test::message(channel, utime += 100, command));
+    const auto events = decoded<Event>(channel::mr_events);
+    return events.empty() ? "no answer" : events.back().text;
+  };
+  const std::string robot = configuration_.robot.name;
+  EXPECT_NE(answer(channel::mr_freeze, AgentFreeze{.request = 1, .agent = robot}).find("MR_EMERGENCY_STOP"),
+            std::string::npos);
+  EXPECT_FALSE(state_->emergency_stop);
+  EXPECT_EQ(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 2, .robot = "robot_1"}), "");
+  EXPECT_FALSE(state_->emergency_stop) << "that was an agent";
+  EXPECT_NE(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 3, .robot = "nobody"}), "");
+  EXPECT_EQ(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 4}), "");
+  EXPECT_TRUE(state_->emergency_stop) << "every robot of a trainee";
+  EXPECT_EQ(answer(channel::mr_freeze, AgentFreeze{.request = 5, .all = true, .frozen = false}), "");
+  EXPECT_TRUE(state_->emergency_stop);
 }
 
 }  // namespace

@@ -115,8 +115,9 @@ class PlayedBusTest : public ::testing::Test {
     return names;
   }
   static void publish_all(PlayedBus& bus) {
-    for (const char* name : {"DRIVE", "TELEOP", "MR_JOINT_CMD", "JOINT_CMD", "MR_AGENT_CMD", "OPERATOR",
-                             "MR_AGENT_robot_1_TELEOP", "MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"})
+    for (const char* name :
+         {"DRIVE", "TELEOP", "MR_JOINT_CMD", "JOINT_CMD", "MR_SPAWN", "MR_EMERGENCY_STOP", "OPERATOR",
+          "MR_AGENT_robot_1_TELEOP", "MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"})
       ASSERT_TRUE(bus.publish({name, {}, {1, 2, 3}}).ok());
   }
 
@@ -128,14 +129,14 @@ TEST_F(PlayedBusTest, NoOldCommandReachesARobot) {
   PlayedBus bare = played("");
   publish_all(bare);
   EXPECT_EQ(heard(), (std::set<std::string>{"MR_SCAN", "MR_WORLD", "MR_AGENT_robot_1_SCAN"}));
-  EXPECT_EQ(bare.held_back(), 7U);
+  EXPECT_EQ(bare.held_back(), 8U);
 }
 
 TEST_F(PlayedBusTest, WithAPrefixEverythingGoesOutUnderNamesThatNobodyObeys) {
   PlayedBus prefixed = played("PLAY_");
   publish_all(prefixed);
   const auto names = heard();
-  EXPECT_EQ(names.size(), 10U);
+  EXPECT_EQ(names.size(), 11U);
   for (const std::string& name : names) EXPECT_TRUE(name.starts_with("PLAY_")) << name;
   for (const char* bad : {"a b", "ä", "this_is_far_too_long_for_a_prefix"})
     EXPECT_FALSE(PlayedBus::open(*bus_, {}, bad).ok()) << bad;

@@ -41,7 +41,9 @@ class AttackTest : public ::testing::Test {
     auto bus = open_network_bus(url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
-    for (const char* pattern : {"MR_SCAN", "MR_AGENT_CMD", "TELEOP", "JOINT_CMD"})
+    for (const char* pattern :
+         {"MR_SCAN", "MR_(SPAWN|MOVE|BEHAVIOUR|REMOVE|FREEZE|DOOR|FAULT|EMERGENCY_STOP)", "TELEOP",
+          "JOINT_CMD"})
       ASSERT_TRUE(bus_->subscribe(pattern, 1000).ok());
     server_.emplace(
         std::vector<std::string>{"serve", folder_ / "scenario.yaml", "-o", folder_ / "s.lcm", "--url", url(),

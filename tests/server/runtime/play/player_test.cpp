@@ -21,7 +21,7 @@ struct Listener {
     if (message.channel == channel::mr_events) {
       ASSERT_TRUE(decode(message.channel, message.payload, event).ok());
       if (event.kind != EventKind::collision_continued) events.push_back(message.payload);
-    } else if (message.channel == channel::mr_agent_cmd) {
+    } else if (message.channel == channel::mr_freeze || message.channel == channel::mr_spawn) {
       commands.push_back(message.payload);
     } else {
       newest[message.channel] = message.payload;

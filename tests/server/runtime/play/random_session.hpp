@@ -65,12 +65,11 @@ inline void write_random_session(const std::string& path, std::uint64_t seed, in
         break;
       }
       case 1: {
-        AgentCommand command;
-        command.stamp = {now.ns};
-        command.request = static_cast<std::uint64_t>(i);
-        command.agent.name = "agent";
+        InstructorCommand command = AgentFreeze{.agent = "agent"};
+        if (below(2) == 0) command = AgentSpawn{.agent = {.name = "agent"}};
+        set_request(command, {now.ns}, static_cast<std::uint64_t>(i));
         encode(command, bytes);
-        ASSERT_TRUE(log->write(channel::mr_agent_cmd, now, bytes).ok());
+        ASSERT_TRUE(log->write(channel_of(command), now, bytes).ok());
         break;
       }
       default: {

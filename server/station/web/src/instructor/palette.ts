@@ -1,4 +1,4 @@
-/** What an instructor can put into the session, and the commands that do it (agent_cmd_t by its words). */
+/** What an instructor can put into the session, and the commands that do it (in the words of a scenario file). */
 
 export type MapPoint = { x: number; y: number };
 export type AgentKind = "person" | "robot" | "box" | "barrel" | "container" | "cable";

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "fusion/scan/lidar_model.hpp"
-#include "protocols/nearest_name.hpp"
 #include "server/tick/tick.hpp"
 
 namespace parhelion::tick {
@@ -21,16 +20,6 @@ std::vector<const Lesson*> held_lessons(const State& state, Lesson::Kind kind) {
   return held;
 }
 
-Result<Lesson::Kind> lesson_kind(const std::string& name) {
-  std::vector<std::string> names;
-  for (int i = 0; i <= static_cast<int>(kLastLessonKind); ++i) {
-    const auto kind = static_cast<Lesson::Kind>(i);
-    names.emplace_back(to_string(kind));
-    if (names.back() == name) return kind;
-  }
-  return Error{"no lesson '" + name + "'" + suggestion_or_known(name, names)};
-}
-
 Status check_lesson(const Configuration& configuration, const Lesson& lesson) {
   const std::string name = to_string(lesson.kind);
   if (lesson.kind == Lesson::Kind::low_battery)
@@ -38,9 +27,6 @@ Status check_lesson(const Configuration& configuration, const Lesson& lesson) {
   if (needs_simulated_robot(lesson.kind) && !simulates_trainee(configuration.scenario))
     return Error{"'" + name +
                  "' is a lesson for simulated robots: nothing is taken from a real one's sensors or drive"};
-  if (lesson.lasting && !(*lesson.lasting > 0))
-    return Error{"lesson '" + name + "': it lasts " + std::to_string(*lesson.lasting) +
-                 " s, expected more than 0, or 0 for until it is ended"};
   const double most = lesson.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
   if (lesson.kind != Lesson::Kind::dead_wheel && !(lesson.amount >= 0 && lesson.amount <= most))
     return Error{"lesson '" + name + "': its amount is " + std::to_string(lesson.amount) +
@@ -94,25 +80,24 @@ void watch_lessons(const Configuration& configuration, SimulationTime now, State
   }
 }
 
-Status teach(const Configuration& configuration, const AgentCommand& command, SimulationTime now,
-             State& state) {
-  const auto kind = lesson_kind(command.agent.name);
-  if (!kind) return kind.error();
+Status process_fault_command(const Configuration& configuration, const FaultCommand& command,
+                             SimulationTime now, State& state) {
   const double age = (now - state.started).seconds();
-  if (command.action == AgentCommand::Action::lesson_over) {
-    if (end_begun_lessons(configuration, *kind, std::nullopt, age, state)) return {};
-    return Error{"lesson '" + command.agent.name + "' was not begun, so it cannot be ended"};
+  if (!command.begins) {
+    if (end_begun_lessons(configuration, command.kind, std::nullopt, age, state)) return {};
+    return Error{"lesson '" + std::string(to_string(command.kind)) +
+                 "' was not begun, so it cannot be ended"};
   }
-  const Eigen::Vector3d said = command.agent.T_map_base.translation();
-  const bool wheel = *kind == Lesson::Kind::dead_wheel;
+  const bool wheel = command.kind == Lesson::Kind::dead_wheel;
   Lesson lesson;
-  lesson.kind = *kind;
-  lesson.amount = wheel ? 0 : said.x();
-  lesson.right = wheel && said.x() > 0.5;
+  lesson.kind = command.kind;
+  lesson.amount = wheel ? 0 : command.amount;
+  lesson.right = wheel && command.right;
   lesson.after = age;
-  if (said.y() != 0) lesson.lasting = said.y();
+  lesson.lasting = command.duration;
   if (const Status fits = check_lesson(configuration, lesson); !fits) return fits;
-  end_begun_lessons(configuration, *kind, wheel ? std::optional(lesson.right) : std::nullopt, age, state);
+  end_begun_lessons(configuration, command.kind, wheel ? std::optional(lesson.right) : std::nullopt, age,
+                    state);
   // What is over is not kept: there is no end to what an instructor may begin.
   state.lessons.erase(
       std::remove_if(first_begun(configuration, state), state.lessons.end(),

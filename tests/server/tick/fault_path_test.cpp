@@ -1,4 +1,4 @@
-// Lessons and scripts that an instructor begins by command.
+// Faults and scripts that an instructor begins by command.
 #include <gmock/gmock.h>
 
 #include "tests/server/tick/level_1.hpp"
@@ -8,9 +8,9 @@ namespace parhelion::tick {
 namespace {
 
 using testing::HasSubstr;
-using Action = AgentCommand::Action;
+using Kind = Lesson::Kind;
 
-class LessonPath : public test::TickTest {
+class FaultPath : public test::TickTest {
  protected:
   void wait(double until) {
     time_ = until;
@@ -19,21 +19,21 @@ class LessonPath : public test::TickTest {
     for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
   }
   /// What the server answers: empty where it does so.
-  std::string order(Action action, const std::string& name, double amount = 0, double lasting = 0) {
+  std::string order(InstructorCommand command) {
     time_ += 0.01;
-    AgentCommand command;
-    command.stamp = {arrival().ns};
-    command.request = ++request_;
-    command.action = action;
-    command.agent.name = name;
-    command.agent.T_map_base = Transform<Map, Base>::planar(amount, lasting, 0);
-    feed(test::message(channel::mr_agent_cmd, arrival().utime(), command));
+    set_request(command, {arrival().ns}, ++request_);
+    feed(test::message(channel_of(command), arrival().utime(), command));
     for (const Event& event : decoded<Event>(channel::mr_events)) {
       if (event.request == request_ && event.kind == EventKind::command_accepted) return {};
       if (event.request == request_) return event.text;
     }
     return "no answer";
   }
+  std::string begin(Kind kind, double amount, std::optional<double> duration = {}) {
+    return order(FaultCommand{.kind = kind, .amount = amount, .duration = duration});
+  }
+  std::string kill_wheel(bool right) { return order(FaultCommand{.kind = Kind::dead_wheel, .right = right}); }
+  std::string end(Kind kind) { return order(FaultCommand{.kind = kind, .begins = false}); }
   std::vector<Event> events(EventKind kind) {
     std::vector<Event> all = decoded<Event>(channel::mr_events);
     std::erase_if(all, [kind](const Event& event) { return event.kind != kind; });
@@ -56,89 +56,86 @@ class LessonPath : public test::TickTest {
   std::uint64_t request_ = 0;
 };
 
-TEST_F(LessonPath, ALessonLastsAsLongAsItWasToldOrUntilItIsEnded) {
+TEST_F(FaultPath, AFaultLastsAsLongAsItWasToldOrUntilItIsEnded) {
   start(test::level_1());
-  EXPECT_EQ(order(Action::lesson, "camera_loss", 0.5, 1), "");
-  EXPECT_EQ(order(Action::lesson, "camera_delay", 0.2), "");
+  EXPECT_EQ(begin(Kind::camera_loss, 0.5, 1), "");
+  EXPECT_EQ(begin(Kind::camera_delay, 0.2), "");
   wait(0.5);
   EXPECT_THAT(said(), testing::ElementsAre("+camera_loss 0.5", "+camera_delay 0.2"));
   wait(2);
   EXPECT_THAT(said(), testing::ElementsAre("+camera_loss 0.5", "+camera_delay 0.2", "-camera_loss 0.5"));
-  EXPECT_EQ(order(Action::lesson_over, "camera_delay"), "");
+  EXPECT_EQ(end(Kind::camera_delay), "");
   wait(2.5);
   EXPECT_EQ(said().back(), "-camera_delay 0.2");
-  EXPECT_THAT(order(Action::lesson_over, "camera_delay"), HasSubstr("not begun"));
+  EXPECT_THAT(end(Kind::camera_delay), HasSubstr("not begun"));
 }
 
-TEST_F(LessonPath, BegunAgainItReplacesTheOneOfItsKind) {
+TEST_F(FaultPath, BegunAgainItReplacesTheOneOfItsKind) {
   start(test::level_1());
-  order(Action::lesson, "camera_delay", 0.2);
+  begin(Kind::camera_delay, 0.2);
   wait(0.5);
-  order(Action::lesson, "camera_delay", 0.4, 1);
+  begin(Kind::camera_delay, 0.4, 1);
   wait(1);
   EXPECT_THAT(said(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2", "+camera_delay 0.4"));
-  for (int i = 0; i < 1000; ++i) order(Action::lesson, "camera_delay", 0.1);
+  for (int i = 0; i < 1000; ++i) begin(Kind::camera_delay, 0.1);
   EXPECT_LE(state_->lessons.size(), 4U) << "there is no end to what may be begun";
 }
 
-TEST_F(LessonPath, TheTwoSidesOfADriveDieApart) {
+TEST_F(FaultPath, TheTwoSidesOfADriveDieApart) {
   start(test::level_1());
-  order(Action::lesson, "dead_wheel", 0);
-  order(Action::lesson, "dead_wheel", 1);
+  kill_wheel(false);
+  kill_wheel(true);
   wait(0.5);
   EXPECT_THAT(said(), testing::UnorderedElementsAre("+dead_wheel left", "+dead_wheel right"));
-  order(Action::lesson_over, "dead_wheel");
+  end(Kind::dead_wheel);
   wait(1);
   EXPECT_EQ(said().size(), 4U);
 }
 
-TEST_F(LessonPath, ALessonThatIsEndedAtOnceIsOver) {
+TEST_F(FaultPath, AFaultThatIsEndedAtOnceIsOver) {
   start(test::level_1());
-  EXPECT_EQ(order(Action::lesson, "camera_delay", 0.2), "");
-  EXPECT_EQ(order(Action::lesson_over, "camera_delay"), "");
+  EXPECT_EQ(begin(Kind::camera_delay, 0.2), "");
+  EXPECT_EQ(end(Kind::camera_delay), "");
   wait(1);
   EXPECT_THAT(said(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2"));
 }
 
-TEST_F(LessonPath, DropoutsThatAnInstructorBeginsTakeBeams) {
+TEST_F(FaultPath, DropoutsThatAnInstructorBeginsTakeBeams) {
   start(test::level_1());
   wait(0.5);
-  order(Action::lesson, "laser_dropouts", 1);
+  begin(Kind::laser_dropouts, 1);
   wait(1.5);
   const auto scan = decoded<Scan>(channel::mr_scan).back();
   const auto& convention = configuration_.robot.laser->convention;
   for (const float range : scan.ranges) EXPECT_EQ(convention.classify(range), BeamKind::no_return);
 }
 
-TEST_F(LessonPath, WhatCannotBeIsRefusedWithAReason) {
+TEST_F(FaultPath, WhatCannotBeIsRefusedWithAReason) {
   start(test::level_1());
-  EXPECT_THAT(order(Action::lesson, "camera_dely", 0.1), HasSubstr("camera_delay"));
-  EXPECT_THAT(order(Action::lesson, "camera_delay", 0.6), HasSubstr("0.5 s"));
-  EXPECT_THAT(order(Action::lesson, "camera_loss", -0.1), HasSubstr("0 to 1"));
-  EXPECT_THAT(order(Action::lesson, "camera_loss", 0.5, -3), HasSubstr("lasts"));
-  EXPECT_THAT(order(Action::lesson, "low_battery", 0.5), HasSubstr("starts"));
+  EXPECT_THAT(begin(Kind::camera_delay, 0.6), HasSubstr("0.5 s"));
+  EXPECT_THAT(begin(Kind::camera_loss, -0.1), HasSubstr("0 to 1"));
+  EXPECT_THAT(begin(Kind::camera_loss, 0.5, -3), HasSubstr("duration: -3"));
+  EXPECT_THAT(begin(Kind::low_battery, 0.5), HasSubstr("starts"));
   EXPECT_TRUE(state_->lessons.empty());
   start(test::configuration({}));
-  EXPECT_THAT(order(Action::lesson, "dead_wheel", 0), HasSubstr("simulated"));
-  EXPECT_THAT(order(Action::lesson, "laser_dropouts", 0.5), HasSubstr("simulated"));
-  EXPECT_EQ(order(Action::lesson, "camera_delay", 0.1), "") << "that is of the page";
+  EXPECT_THAT(kill_wheel(false), HasSubstr("simulated"));
+  EXPECT_THAT(begin(Kind::laser_dropouts, 0.5), HasSubstr("simulated"));
+  EXPECT_EQ(begin(Kind::camera_delay, 0.1), "") << "that is of the page";
 }
 
-TEST_F(LessonPath, AScriptIsSetOffByNameAndDoesWhatItSays) {
+TEST_F(FaultPath, AScriptIsSetOffByNameAndDoesWhatItSays) {
   Scenario scenario;
   Script script;
   script.name = "a box falls from the shelf";
   script.when.kind = ScriptTrigger::Kind::time;
   script.when.time = 1000;
-  script.actions.emplace_back();
-  script.actions[0].action = Action::spawn;
-  script.actions[0].agent = test::agent("box_1", AgentKind::box, 2, 1);
+  script.actions = {AgentSpawn{.agent = test::agent("box_1", AgentKind::box, 2, 1)}};
   scenario.scripts = {script};
   start(test::level_1({}, scenario));
-  EXPECT_THAT(order(Action::script, "a box falls"), HasSubstr("a box falls from the shelf"));
+  EXPECT_THAT(order(ScriptStart{.script = "a box falls"}), HasSubstr("a box falls from the shelf"));
   wait(0.5);
   EXPECT_FALSE(state_->simulation.pose_of("box_1"));
-  EXPECT_EQ(order(Action::script, "a box falls from the shelf"), "");
+  EXPECT_EQ(order(ScriptStart{.script = "a box falls from the shelf"}), "");
   wait(1);
   EXPECT_TRUE(state_->simulation.pose_of("box_1"));
 }

@@ -1,0 +1,142 @@
+// What an instructor asks of the server, one type and one channel a meaning. Each is answered by an event,
+// command_accepted or command_refused, that carries its request.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "protocols/channels.hpp"
+#include "protocols/command.hpp"
+#include "protocols/lesson.hpp"
+
+namespace parhelion {
+
+// Of all: `stamp` is when it was asked for, on the sender's clock; `request` is chosen by the sender.
+
+/// An agent appears.
+struct AgentSpawn {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  AgentDefinition agent = {};
+};
+
+/// It is put somewhere else at once.
+struct AgentMove {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string agent = {};
+  Transform<Map, Base> T_map_base = {};  ///< planar: on the floor
+};
+
+/// It does something else from now on.
+struct AgentBehaviour {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string agent = {};
+  Behaviour behaviour = {};
+};
+
+struct AgentRemove {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  bool all = false;        ///< all agents
+  std::string agent = {};  ///< empty where it is all
+};
+
+/// It stands still, or goes on. All includes the trainee's robot where it is simulated.
+struct AgentFreeze {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  bool all = false;        ///< all agents
+  std::string agent = {};  ///< empty where it is all
+  bool frozen = true;
+};
+
+struct DoorCommand {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string door = {};  ///< as the model calls it
+  std::optional<double> opening =
+      {};  ///< rad, from where it closes its opening; none: where the sensors see it
+};
+
+struct FaultCommand {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  Lesson::Kind kind = Lesson::Kind::camera_delay;
+  bool begins = true;                   ///< false: those of this kind that a command has begun end
+  double amount = 0;                    ///< by kind, as Lesson::amount
+  bool right = false;                   ///< side of dead_wheel
+  std::optional<double> duration = {};  ///< s, above 0; none: until it is ended
+};
+
+/// How many pictures an agent's camera sends.
+struct CameraRate {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string agent = {};
+  double rate = 0;  ///< Hz; 0: none
+};
+
+/// The trainee reports an object as found.
+struct ObjectReport {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string object = {};
+  std::optional<Eigen::Vector2d> position = {};  ///< m, map frame; none: it was not reported
+};
+
+/// Starts a script of the scenario, whatever it waits for.
+struct ScriptStart {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string script = {};
+};
+
+/// Holds a robot against whoever drives it, until it is released and the dead-man switch was let go.
+struct EmergencyStopCommand {
+  SensorTime stamp = {};
+  std::uint64_t request = 0;
+  std::string robot = {};  ///< the trainee's, or an agent; empty: every robot of a trainee
+  bool engaged = true;     ///< false: released
+};
+
+/// What scripts do as well.
+using AgentCommand = std::variant<AgentSpawn, AgentMove, AgentBehaviour, AgentRemove, AgentFreeze>;
+
+using InstructorCommand =
+    std::variant<AgentSpawn, AgentMove, AgentBehaviour, AgentRemove, AgentFreeze, DoorCommand, FaultCommand,
+                 CameraRate, ObjectReport, ScriptStart, EmergencyStopCommand>;
+
+/// Canonical names of their channels, in the order of InstructorCommand.
+inline constexpr std::array<const char*, std::variant_size_v<InstructorCommand>> kInstructorChannels{
+    channel::mr_spawn,         channel::mr_move,   channel::mr_behaviour,     channel::mr_remove,
+    channel::mr_freeze,        channel::mr_door,   channel::mr_fault,         channel::mr_camera_rate,
+    channel::mr_object_report, channel::mr_script, channel::mr_emergency_stop};
+
+inline const char* channel_of(const InstructorCommand& command) {
+  return kInstructorChannels[command.index()];
+}
+/// An empty command of the type that this canonical channel carries; nullopt: the channel is not one of
+/// theirs.
+std::optional<InstructorCommand> command_on(std::string_view canonical_channel);
+
+std::uint64_t request_of(const InstructorCommand& command);
+void set_request(InstructorCommand& command, SensorTime stamp, std::uint64_t request);
+/// Name of the agent, door, object, script, robot or kind of fault that it is about; empty: all.
+std::string subject_of(const InstructorCommand& command);
+/// m, map frame: the place that it gives; zero where it gives none.
+Eigen::Vector3d position_of(const InstructorCommand& command);
+/// What it does, in the words of scripts and of the page: "spawn", "unfreeze", "remove_all", "door_unknown".
+const char* action_of(const InstructorCommand& command);
+const char* action_of(const AgentCommand& command);
+
+/// The same command among all of an instructor's.
+InstructorCommand to_instructor_command(const AgentCommand& command);
+
+}  // namespace parhelion
