@@ -78,7 +78,7 @@ TEST_F(LessonPath, BegunAgainItReplacesTheOneOfItsKind) {
   wait(1);
   EXPECT_THAT(said(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2", "+camera_delay 0.4"));
   for (int i = 0; i < 1000; ++i) order(Action::lesson, "camera_delay", 0.1);
-  EXPECT_LE(state_->lessons.size(), 4U) << "there is no end to what may be begun";
+  EXPECT_LE(state_->faults.faults.size(), 4U) << "there is no end to what may be begun";
 }
 
 TEST_F(LessonPath, TheTwoSidesOfADriveDieApart) {
@@ -117,7 +117,7 @@ TEST_F(LessonPath, WhatCannotBeIsRefusedWithAReason) {
   EXPECT_THAT(order(Action::lesson, "camera_loss", -0.1), HasSubstr("0 to 1"));
   EXPECT_THAT(order(Action::lesson, "camera_loss", 0.5, -3), HasSubstr("lasts"));
   EXPECT_THAT(order(Action::lesson, "low_battery", 0.5), HasSubstr("starts"));
-  EXPECT_TRUE(state_->lessons.empty());
+  EXPECT_TRUE(state_->faults.faults.empty());
   start(test::configuration({}));
   EXPECT_THAT(order(Action::lesson, "dead_wheel", 0), HasSubstr("simulated"));
   EXPECT_THAT(order(Action::lesson, "laser_dropouts", 0.5), HasSubstr("simulated"));

@@ -1,0 +1,141 @@
+#include "server/tick/fault_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "fusion/scan/lidar_model.hpp"
+#include "protocols/nearest_name.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+constexpr std::uint64_t dropouts_seed = 0x9d5c0fb26c6e3a11U;  // apart from the noise of the ranges
+
+std::vector<const Lesson*> active_faults(const FaultState& faults, Lesson::Kind kind) {
+  std::vector<const Lesson*> active;
+  for (const TimedFault& each : faults.faults) {
+    if (each.active && each.fault.kind == kind) active.push_back(&each.fault);
+  }
+  return active;
+}
+
+Result<Lesson::Kind> fault_kind(const std::string& name) {
+  std::vector<std::string> names;
+  for (int i = 0; i <= static_cast<int>(kLastLessonKind); ++i) {
+    const auto kind = static_cast<Lesson::Kind>(i);
+    names.emplace_back(to_string(kind));
+    if (names.back() == name) return kind;
+  }
+  return Error{"no lesson '" + name + "'" + suggestion_or_known(name, names)};
+}
+
+Status check_fault(const Configuration& configuration, const Lesson& fault) {
+  const std::string name = to_string(fault.kind);
+  if (fault.kind == Lesson::Kind::low_battery)
+    return Error{"'low_battery' is how a session starts: put it into the scenario's 'lessons'"};
+  if (needs_simulated_robot(fault.kind) && !simulates_trainee(configuration.scenario))
+    return Error{"'" + name +
+                 "' is a lesson for simulated robots: nothing is taken from a real one's sensors or drive"};
+  if (fault.lasting && !(*fault.lasting > 0))
+    return Error{"lesson '" + name + "': it lasts " + std::to_string(*fault.lasting) +
+                 " s, expected more than 0, or 0 for until it is ended"};
+  const double most = fault.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
+  if (fault.kind != Lesson::Kind::dead_wheel && !(fault.amount >= 0 && fault.amount <= most))
+    return Error{"lesson '" + name + "': its amount is " + std::to_string(fault.amount) + ", expected 0 to " +
+                 (most < 1 ? "0.5 s" : "1")};
+  return {};
+}
+
+/// Of the faults that were begun by command; before it are the scenario's.
+std::vector<TimedFault>::iterator first_instructor_fault(const Configuration& configuration,
+                                                         FaultState& faults) {
+  return faults.faults.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.lessons.size());
+}
+
+/// Those of a kind, and of one side where that is given. False: there are none.
+bool end_instructor_faults(const Configuration& configuration, Lesson::Kind kind, std::optional<bool> right,
+                           double age, FaultState& faults) {
+  bool any = false;
+  for (auto each = first_instructor_fault(configuration, faults); each != faults.faults.end(); ++each) {
+    Lesson& fault = each->fault;
+    if (fault.kind != kind || (right && fault.right != *right) || !fault.holds(age)) continue;
+    fault.lasting = age - fault.after;
+    any = true;
+  }
+  return any;
+}
+
+void block_dead_sides(const Configuration& configuration, const FaultState& faults,
+                      simulation::Simulation& simulation) {
+  bool left = false, right = false;
+  for (const Lesson* fault : active_faults(faults, Lesson::Kind::dead_wheel))
+    (fault->right ? right : left) = true;
+  simulation.block_sides(configuration.robot.name, left, right);
+}
+
+}  // namespace
+
+void update_faults(const TickContext& context, FaultState& faults, simulation::Simulation& simulation) {
+  for (auto& [fault, was_active] : faults.faults) {
+    const bool active = fault.holds((context.now - faults.started).seconds());
+    if (active == was_active) continue;
+    was_active = active;
+    Event event;
+    event.stamp = context.now;
+    event.kind = active ? EventKind::lesson_started : EventKind::lesson_ended;
+    event.subject = context.configuration.robot.name;
+    event.object = to_string(fault.kind);
+    event.value = fault.amount;
+    if (fault.kind == Lesson::Kind::dead_wheel) {
+      event.text = fault.right ? "right" : "left";
+      block_dead_sides(context.configuration, faults, simulation);
+    }
+    publish_event(context, event);
+  }
+}
+
+Status process_fault_command(const TickContext& context, const AgentCommand& command, FaultState& faults) {
+  const Configuration& configuration = context.configuration;
+  const auto kind = fault_kind(command.agent.name);
+  if (!kind) return kind.error();
+  const double age = (context.now - faults.started).seconds();
+  if (command.action == AgentCommand::Action::lesson_over) {
+    if (end_instructor_faults(configuration, *kind, std::nullopt, age, faults)) return {};
+    return Error{"lesson '" + command.agent.name + "' was not begun, so it cannot be ended"};
+  }
+  const Eigen::Vector3d requested = command.agent.T_map_base.translation();
+  const bool wheel = *kind == Lesson::Kind::dead_wheel;
+  Lesson fault;
+  fault.kind = *kind;
+  fault.amount = wheel ? 0 : requested.x();
+  fault.right = wheel && requested.x() > 0.5;
+  fault.after = age;
+  if (requested.y() != 0) fault.lasting = requested.y();
+  if (const Status fits = check_fault(configuration, fault); !fits) return fits;
+  end_instructor_faults(configuration, *kind, wheel ? std::optional(fault.right) : std::nullopt, age, faults);
+  // What is over is not kept: there is no end to what an instructor may begin.
+  faults.faults.erase(
+      std::remove_if(first_instructor_fault(configuration, faults), faults.faults.end(),
+                     [&](const TimedFault& each) { return !each.active && !each.fault.holds(age); }),
+      faults.faults.end());
+  faults.faults.push_back({fault});
+  return {};
+}
+
+void drop_beams(const Configuration& configuration, const FaultState& faults, std::uint64_t sequence,
+                Scan& scan, std::span<scan::RangeHit> body_hits) {
+  double kept = 1;
+  for (const Lesson* fault : active_faults(faults, Lesson::Kind::laser_dropouts)) kept *= 1 - fault->amount;
+  if (kept == 1) return;
+  const scan::NoiseKey key{configuration.scenario.seed ^ dropouts_seed, sequence};
+  const auto nothing = configuration.robot.laser->convention.no_return_sentinel();
+  for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
+    const double drawn = 0.5 * std::erfc(-scan::standard_normal(key, i) / std::sqrt(2.0));  // even, 0 to 1
+    if (drawn >= 1 - kept) continue;
+    scan.ranges[i] = nothing;
+    body_hits[i].body = -1;  // for MR_SCAN_INFO
+  }
+}
+
+}  // namespace parhelion::tick
