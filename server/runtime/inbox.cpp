@@ -140,7 +140,7 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
   std::unique_lock lock(mutex_);
   while (queue_.empty()) {
     const Duration left = deadline - steady_now();
-    if (left.ns <= 0 || !fault_.empty()) return std::nullopt;
+    if (left.ns <= 0 || !fault_.empty() || std::exchange(woken_, false)) return std::nullopt;
     changed_.wait_for(lock, std::chrono::nanoseconds(left.ns));
   }
   Arrived arrived = std::move(queue_.front());
@@ -149,6 +149,14 @@ std::optional<Arrived> Inbox::take(WallTime deadline) {
   lock.unlock();
   arrived.message.arrival = stamp();
   return arrived;
+}
+
+void Inbox::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    woken_ = true;
+  }
+  changed_.notify_one();
 }
 
 ArrivalTime Inbox::stamp() {

@@ -48,8 +48,10 @@ class Inbox {
   /// Takes what the bus holds, then receives no more; what waits can still be taken.
   void close();
 
-  /// The next input, stamped; nullopt: none came until `deadline` (steady clock).
+  /// The next input, stamped; nullopt: none came until `deadline` (steady clock), or wake() was called.
   std::optional<Arrived> take(WallTime deadline);
+  /// Ends the wait of take(), or of the next one: there is something else to do than to handle an input.
+  void wake();
   /// As the session's clock has it.
   ArrivalTime now() const { return clock_->now(); }
   /// A stamp for a decision of the loop, or for a timer tick: later than all before it.
@@ -84,6 +86,7 @@ class Inbox {
   std::set<std::int64_t> foreign_;
   std::map<std::int64_t, WallTime> foreign_taken_;  // when each was taken last
   std::string fault_;
+  bool woken_ = false;
   const std::shared_ptr<const SessionClock> clock_;
   ArrivalTime last_;
   std::atomic<bool> stop_ = false;

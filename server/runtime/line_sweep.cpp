@@ -24,9 +24,9 @@ void LineSweep::add(const Scan& line) {
   waiting_.push_back(line);
 }
 
-std::optional<LineView> LineSweep::take(const tick::State& state) {
+std::optional<LineView> LineSweep::take(const tick::PoseState& robot) {
   while (!waiting_.empty() && waiting_.front().stamp + options_.settle <= waiting_.back().stamp) {
-    auto line = placed(state, std::move(waiting_.front()));
+    auto line = placed(robot, std::move(waiting_.front()));
     waiting_.pop_front();
     if (!line) {
       ++left_out_;
@@ -38,15 +38,15 @@ std::optional<LineView> LineSweep::take(const tick::State& state) {
 }
 
 /// Encoders are interpolated, never held: at a radian a second 20 ms are a degree.
-std::optional<cloud::PlacedLine> LineSweep::placed(const tick::State& state, Scan line) const {
+std::optional<cloud::PlacedLine> LineSweep::placed(const tick::PoseState& robot, Scan line) const {
   const cloud::LineSpan span = cloud::line_span(laser_.laser, line.ranges.size());
   cloud::PlacedLine result;
   const auto place = [&](SensorTime t, Transform<Map, Laser>& T_map_laser) {
-    const auto pose = tick::robot_pose(state, t);
+    const auto pose = tick::robot_pose(robot, t);
     const bool reached = std::all_of(laser_.head.begin(), laser_.head.end(), [&](const HeadJoint& joint) {
-      return state.joints.reaches(joint.joint, t);
+      return robot.joints.reaches(joint.joint, t);
     });
-    const auto turn = pose::head_turn(laser_.head, state.joints, t);
+    const auto turn = pose::head_turn(laser_.head, robot.joints, t);
     if (!pose || !reached || !turn) return false;
     result.T_base_laser = Transform<Base, Base>(*turn) * laser_.laser.T_base_laser;
     T_map_laser = pose->T_map_base * result.T_base_laser;

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "server/runtime/site_mapper.hpp"
-#include "server/tick/state.hpp"
+#include "server/tick/pose_path.hpp"
 
 namespace parhelion::runtime {
 
@@ -31,13 +31,13 @@ class LineSweep {
 
   /// A line as it came. A stamp that is not later than the one before starts anew.
   void add(const Scan& line);
-  /// A whole view, where the lines that have settled end one. Poses and encoders are the state's; a line for
-  /// which the state has none is left out.
-  std::optional<LineView> take(const tick::State& state);
+  /// A whole view, where the lines that have settled end one. A line for which
+  /// the robot's poses and encoders have none is left out.
+  std::optional<LineView> take(const tick::PoseState& robot);
   std::uint64_t left_out() const { return left_out_; }
 
  private:
-  std::optional<cloud::PlacedLine> placed(const tick::State& state, Scan line) const;
+  std::optional<cloud::PlacedLine> placed(const tick::PoseState& robot, Scan line) const;
   std::optional<LineView> keep(cloud::PlacedLine line);
   LineView start_anew();
 

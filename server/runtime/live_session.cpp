@@ -5,7 +5,6 @@
 #include "server/runtime/session_state.hpp"
 #include "server/tick/emergency_stop.hpp"
 #include "server/tick/instructor_input.hpp"
-#include "server/tick/sensor_path.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -39,7 +38,8 @@ LiveSession::LiveSession(Bus& bus, const tick::Configuration& configuration, con
       guard_(options.guard,
              [this](std::span<const std::uint8_t> scan) { outbox_.publish_now(mr_scan_, scan); }),
       inbox_(bus, configuration.channels, guard_, options.inbox, &sent_, options.clock),
-      renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), render_nice) {
+      renderer_(configuration.model, tick::simulates_trainee(configuration.scenario), render_nice,
+                [this] { inbox_.wake(); }) {
   if (configuration.scenario.mapping && options.update_site)
     views_.emplace(options.update_site, configuration, mapping_nice);
 }
@@ -62,7 +62,7 @@ void LiveSession::keep_robot_stopped() {
   const Message stop = tick::stop_of_robot(configuration_, inbox_.stamp());
   last_ = stop.arrival;
   outputs_.clear();
-  tick::tick(configuration_, stop, *state_, outputs_, *this);
+  tick::tick(configuration_, stop, *state_, outputs_, stages_);
   tell_robot_stop();
   outbox_.send(&stop, outputs_.entries(), stop.arrival);
   const std::string& robot = configuration_.robot.name;
@@ -75,8 +75,8 @@ void LiveSession::keep_robot_stopped() {
 }
 
 void LiveSession::tell_robot_stop() {
-  if (state_->emergency_stop == robot_stopped_) return;
-  robot_stopped_ = state_->emergency_stop;
+  if (robot().command.emergency_stop == robot_stopped_) return;
+  robot_stopped_ = robot().command.emergency_stop;
   if (options_.robot_stop_held) options_.robot_stop_held(robot_stopped_);
 }
 
@@ -88,7 +88,7 @@ Result<Report> LiveSession::operator()() {
   end();
   if (!fault.empty()) return Error{fault};
   Report whole = report();
-  whole.grade = grade_now(configuration_, *state_);
+  whole.grade = grade_now(configuration_, state_->grading.get());
   if (whole.grade) whole.grade->log = options_.session;
   whole.hash = outbox_.hashes();
   return whole;
@@ -101,7 +101,7 @@ std::string LiveSession::run_until_stopped() {
       handle(std::move(*arrived));
     } else if (std::string fault = inbox_.fault(); !fault.empty()) {
       return fault;
-    } else {
+    } else if (step_is_due()) {
       step_on_time();
     }
     note_given_up();
@@ -123,7 +123,7 @@ void LiveSession::end() {
   const ArrivalTime ended = inbox_.stamp();
   decide(LoopDecision::Kind::ended, 0, skip_late_steps(ended) ? inbox_.stamp() : ended);
   outputs_.clear();
-  tick::flush_images(configuration_, *state_, outputs_);
+  tick::finish(configuration_, *state_, outputs_);
   outbox_.send(nullptr, outputs_.entries(), last_);
   send_frames();
   renderer_.wait();
@@ -143,11 +143,11 @@ void LiveSession::handle(Arrived arrived) {
   const bool command = tick::is_command(configuration_.channels.kind(message.channel));
   if (command && refuse_unwritable(message)) return;
   outputs_.clear();
-  tick::tick(configuration_, message, *state_, outputs_, *this);
+  tick::tick(configuration_, message, *state_, outputs_, stages_);
   if (command) tell_robot_stop();
   outbox_.send(command ? nullptr : &message, outputs_.entries(), message.arrival);
   send_frames();
-  if (views_) views_->offer(configuration_.channels.kind(message.channel), *state_);
+  if (views_) views_->offer(configuration_.channels.kind(message.channel), robot());
 }
 
 /// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
@@ -169,32 +169,29 @@ bool LiveSession::refuse_unwritable(const Message& message) {
   return true;
 }
 
-/// Before anything is written, and before the server learns anything for itself from that scan.
-void LiveSession::answered(std::span<const std::uint8_t> scan) {
-  if (scan_ == nullptr) return;
-  answer_ = guard_.answer(scan_->ticket, scan) ? Answer::sent : Answer::too_late;
-  in_to_out_us_.add((steady_now() - scan_->received).microseconds());
+/// Before anything is written, and before the server learns anything for itself from that scan. If the guard
+/// was first, what it sent is what the log gets.
+tick::ScanSink::Receipt LiveSession::publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) {
+  const bool in_time = guard_.answer(scan_->arrived.ticket, mr_scan);
+  in_to_out_us_.add((steady_now() - scan_->arrived.received).microseconds());
+  scan_->sequence = sequence;
+  scan_->receipt = {.sent = true, .raw = !in_time};
+  return *scan_->receipt;
 }
 
-/// If the guard was first, what it sent is what the log gets.
 void LiveSession::handle_scan(const Arrived& arrived) {
   outputs_.clear();
   stages_.begin();
-  scan_ = &arrived;
-  answer_ = Answer::none;
-  tick::tick(configuration_, arrived.message, *state_, outputs_, *this);
-  scan_ = nullptr;
-  if (answer_ == Answer::none)
+  scan_.emplace(ScanInWork{arrived, std::nullopt});
+  tick::tick(configuration_, arrived.message, *state_, outputs_, stages_, *this);
+  if (!scan_->receipt)
     guard_.give_up(arrived.ticket);  // no scan, or a fault of the tick: the robot does not go blind
   std::optional<Message> fired;
-  if (answer_ == Answer::too_late) {
-    tick::substitute_raw_scan(configuration_, arrived.message, *state_, outputs_);
-    fired = note(LoopDecision::Kind::guard_fired, state_->scan.sequence);
-  }
-  outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, mr_scan_,
-               fired ? &*fired : nullptr);
+  if (scan_->receipt && scan_->receipt->raw) fired = note(LoopDecision::Kind::guard_fired, scan_->sequence);
+  scan_.reset();
+  outbox_.send(&arrived.message, outputs_.entries(), arrived.message.arrival, fired ? &*fired : nullptr);
   send_frames();
-  if (views_) views_->offer(tick::InputKind::scan, *state_);
+  if (views_) views_->offer(tick::InputKind::scan, robot());
 }
 
 /// Real time until the next step is due, if that is soon.
@@ -204,13 +201,15 @@ Duration LiveSession::until_step() const {
   return rate > 0 ? std::min(seconds(left.seconds() / rate), idle) : idle;
 }
 
+bool LiveSession::step_is_due() const { return state_->simulation.next_step().ns <= inbox_.now().ns; }
+
 void LiveSession::step_on_time() {
   ArrivalTime now = inbox_.stamp();
   if (skip_late_steps(now)) now = inbox_.stamp();
   last_ = now;
   outputs_.clear();
   stages_.begin();
-  tick::advance(configuration_, now, *state_, outputs_, *this);
+  tick::advance(configuration_, now, *state_, outputs_, stages_);
   if (!outputs_.entries().empty()) outbox_.send(nullptr, outputs_.entries(), now);
   send_frames();
 }
@@ -235,7 +234,7 @@ void LiveSession::decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTi
   last_ = stamp;
   const Message decision = loop_message(kind, stamp, count);
   outputs_.clear();
-  tick::tick(configuration_, decision, *state_, outputs_, *this);
+  tick::tick(configuration_, decision, *state_, outputs_, stages_);
   outbox_.send(&decision, outputs_.entries(), stamp);
   send_frames();  // an image that waited for its depth may have waited long enough
 }

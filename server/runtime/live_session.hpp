@@ -17,7 +17,7 @@ namespace parhelion::runtime {
 
 /// One live session, of one thread: what comes in goes through the tick, what comes of it to the log and the
 /// bus; what draws, maps and syncs does so on threads of its own.
-class LiveSession : private tick::StageObserver {
+class LiveSession : private tick::ScanSink {
  public:
   LiveSession(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options,
               std::optional<LogWriter> log);
@@ -31,12 +31,13 @@ class LiveSession : private tick::StageObserver {
   void end();
   void handle(Arrived arrived);
   void handle_scan(const Arrived& arrived);
-  void ended(tick::Stage stage) override { stages_.ended(stage); }
-  void answered(std::span<const std::uint8_t> scan) override;
+  Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) override;
   bool refuse_unwritable(const Message& message);
   void keep_robot_stopped();
   void tell_robot_stop();
   Duration until_step() const;
+  bool step_is_due() const;
+  const tick::RobotState& robot() const { return state_->robot(configuration_.robot.name); }
   void step_on_time();
   bool skip_late_steps(ArrivalTime now);
   void note_given_up();
@@ -65,8 +66,12 @@ class LiveSession : private tick::StageObserver {
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_;
   StageClock stages_;
-  const Arrived* scan_ = nullptr;  // the one that is being answered
-  enum class Answer : std::uint8_t { none, sent, too_late } answer_ = Answer::none;
+  struct ScanInWork {
+    const Arrived& arrived;
+    std::optional<Receipt> receipt;  // none yet: MR_SCAN is not computed
+    std::uint64_t sequence = 0;
+  };
+  std::optional<ScanInWork> scan_;
   ArrivalTime started_, last_;
   WallTime last_housekeeping_ = steady_now();
   tick::Percentiles frame_us_, agent_frame_us_, in_to_out_us_;

@@ -4,7 +4,6 @@
 
 #include "server/runtime/live_session.hpp"
 #include "server/tick/foreign_publisher.hpp"
-#include "server/tick/sensor_path.hpp"
 
 namespace parhelion::runtime {
 namespace {
@@ -18,7 +17,8 @@ constexpr Duration status_period = seconds(1.0);
 void LiveSession::send_frames() {
   for (tick::Outputs::Frame& frame : outputs_.frames()) {
     const bool agents = !frame.agent.empty();
-    if (agents && !agents_renderer_) agents_renderer_.emplace(configuration_.model, true, agents_nice);
+    if (agents && !agents_renderer_)
+      agents_renderer_.emplace(configuration_.model, true, agents_nice, [this] { inbox_.wake(); });
     const auto dropped = (agents ? *agents_renderer_ : renderer_).submit_newest(std::move(frame));
     if (!dropped) continue;
     ++(agents ? agent_frames_dropped_ : frames_dropped_);
@@ -32,7 +32,7 @@ void LiveSession::take_answers() {
   const auto take = [this](RenderThread& renderer, tick::Percentiles& latency_us) {
     while (auto done = renderer.take(false)) {
       tick::Outputs answer;
-      tick::add_frame_outputs(configuration_, *done, answer, *state_);
+      tick::publish_frame(configuration_, *done, answer, state_->tally);
       latency_us.add(done->latency.microseconds());
       outbox_.send(nullptr, answer.entries(), last_);
     }
@@ -48,10 +48,10 @@ void LiveSession::take_models() {
     if (skip_late_steps(last_)) last_ = inbox_.stamp();
     Message message{configuration_.channels.bus(channel::mr_model), last_, {}};
     encode(ready->message, message.payload);
-    state_->prepared_model = std::move(ready->prepared);
+    state_->site.prepared = std::move(ready->prepared);
     outputs_.clear();
     const WallTime begun = steady_now();
-    tick::tick(configuration_, message, *state_, outputs_, *this);
+    tick::tick(configuration_, message, *state_, outputs_, stages_);
     outbox_.send(&message, outputs_.entries(), last_);
     views_->held_up(steady_now() - begun);
     send_frames();
@@ -110,7 +110,8 @@ Report LiveSession::report() {
   report.notes["priority"] = real_time_.note();
   if (configuration_.scenario.mapping)
     report.notes["mapping"] = views_ ? views_->note() : "none: no mapper was given";
-  if (const std::string slam = tick::slam_note(*state_); !slam.empty()) report.notes["slam"] = slam;
+  if (const std::string slam = tick::slam_note(robot().sensors.get()); !slam.empty())
+    report.notes["slam"] = slam;
   return report;
 }
 

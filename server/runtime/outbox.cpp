@@ -11,12 +11,12 @@ void Outbox::write(std::span<const Message> messages) {
 }
 
 void Outbox::send(const Message* input, std::span<const tick::Outputs::Entry> outputs, ArrivalTime stamp,
-                  std::string_view published, const Message* note) {
+                  const Message* note) {
   record(input, outputs, stamp, note);
   if (bus_ == nullptr) return;
   for (const tick::Outputs::Entry& output : outputs) {
     // A receiver that is not there is no reason to stop; the bus counts what it could not send.
-    if (output.channel == published) continue;
+    if (output.sent) continue;
     if (sent_ != nullptr) sent_->add(output.channel, output.payload);
     (void)bus_->publish(output.channel, output.payload);
   }

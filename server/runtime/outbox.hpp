@@ -28,10 +28,10 @@ class Outbox {
 
   /// One input and what it led to, in one write; then the outputs go out. Where the write fails (disk full),
   /// scans go out all the same, commands are answered with a refusal, and the session is marked incomplete.
-  /// `published`: a channel that has gone out by publish_now already. `note`: on how it was answered, written
-  /// last and in the same write, so that no kill parts it from the answer.
+  /// What has gone out by publish_now already (Entry::sent) does not go out again. `note`: on how the input
+  /// was answered, written last and in the same write, so that no kill parts it from the answer.
   void send(const Message* input, std::span<const tick::Outputs::Entry> outputs, ArrivalTime stamp,
-            std::string_view published = {}, const Message* note = nullptr);
+            const Message* note = nullptr);
   /// Onto the bus only, at once; the log follows with send(). For what must not wait: MR_SCAN. Takes no lock:
   /// the guard speaks while a slow disk holds up a write.
   void publish_now(std::string_view channel, std::span<const std::uint8_t> payload);

@@ -86,8 +86,10 @@ class Painter {
   std::string fault_;
 };
 
-RenderThread::RenderThread(const SemanticModel& building, bool simulates, int nice)
-    : thread_([this, &building, simulates, nice] { run(building, simulates, nice); }) {}
+RenderThread::RenderThread(const SemanticModel& building, bool simulates, int nice,
+                           std::function<void()> finished)
+    : finished_(std::move(finished)),
+      thread_([this, &building, simulates, nice] { run(building, simulates, nice); }) {}
 
 RenderThread::~RenderThread() {
   {
@@ -175,6 +177,10 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
     busy_ = false;
     answers_.push_back(std::move(done));
     changed_.notify_all();
+    if (!finished_) continue;
+    lock.unlock();
+    finished_();
+    lock.lock();
   }
 }
 

@@ -12,7 +12,7 @@
 
 #include "protocols/model.hpp"
 #include "server/runtime/wall_clock.hpp"
-#include "server/tick/frame_answer.hpp"
+#include "server/tick/frame_path.hpp"
 #include "server/tick/outputs.hpp"
 
 namespace parhelion::runtime {
@@ -24,8 +24,8 @@ class RenderThread {
   /// `building` is what the session began with, and outlives this; a frame that names another one is drawn
   /// with that.
   /// `simulates`: all frames are of a simulated camera; else none is. `nice`: how much lower than the tick's
-  /// the thread's priority is.
-  RenderThread(const SemanticModel& building, bool simulates, int nice);
+  /// the thread's priority is. `finished`: called on the thread when an answer can be taken; may be empty.
+  RenderThread(const SemanticModel& building, bool simulates, int nice, std::function<void()> finished = {});
   ~RenderThread();
 
   /// Live: of each camera the newest waiting job wins, the cameras in turn; the sequence of the one that it
@@ -55,6 +55,7 @@ class RenderThread {
   bool stop_ = false;
   std::deque<tick::FrameAnswer> answers_;
   std::string fault_;
+  const std::function<void()> finished_;
   std::thread thread_;
 };
 

@@ -10,14 +10,13 @@
 #include "server/runtime/preview.hpp"
 #include "server/runtime/render_thread.hpp"
 #include "server/runtime/session_state.hpp"
-#include "server/tick/sensor_path.hpp"
 #include "server/tick/tick.hpp"
 
 namespace parhelion::runtime {
 namespace {
 
-/// One pass over the log.
-class Run {
+/// One pass over the log. MR_SCAN goes out with the other outputs.
+class Run : private tick::ScanSink {
  public:
   Run(const ReplayOptions& options, const Preview& preview, const tick::Configuration& configuration,
       Outbox& outbox)
@@ -34,6 +33,10 @@ class Run {
     bool busy = false;
   };
 
+  /// Where the guard was first in the live server, the raw scan is MR_SCAN again.
+  Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t>) override {
+    return {.sent = false, .raw = preview_.guarded_scans.contains(sequence)};
+  }
   bool is_input(const Message& message) const;
   Status handle(Message message);
   ArrivalTime place_in_time(const Message& message);
@@ -44,6 +47,7 @@ class Run {
   void take_stock();
   void publish_status();
   void finish(const LogReader& reader);
+  const tick::RobotState& robot() const { return state_->robot(configuration_.robot.name); }
 
   const ReplayOptions& options_;
   const Preview& preview_;
@@ -112,15 +116,11 @@ Status Run::handle(Message message) {
   pace(last_);
   outputs_.clear();
   stages_.begin();
-  const std::uint64_t scans_before = state_->scan.sequence;
-  tick::tick(configuration_, message, *state_, outputs_, stages_);
-  if (state_->scan.sequence != scans_before && preview_.guarded_scans.contains(state_->scan.sequence)) {
-    tick::substitute_raw_scan(configuration_, message, *state_, outputs_);
-  }
+  tick::tick(configuration_, message, *state_, outputs_, stages_, *this);
   outbox_.send(&message, outputs_.entries(), message.arrival);
   answer_frames();
   publish_status();
-  if (options_.watch) options_.watch(configuration_, message, *state_);
+  if (options_.watch) options_.watch(configuration_, message, robot());
   return {};
 }
 
@@ -148,7 +148,7 @@ void Run::write_frame(Easel& easel) {
   const auto done = easel.renderer->take(true);
   if (!done) return;
   frame_outputs_.clear();
-  tick::add_frame_outputs(configuration_, *done, frame_outputs_, *state_);
+  tick::publish_frame(configuration_, *done, frame_outputs_, state_->tally);
   (done->agent.empty() ? report_.frame_us : report_.agent_frame_us).add(done->latency.microseconds());
   outbox_.send(nullptr, frame_outputs_.entries(), last_);
   if (options_.watch_camera && done->agent.empty() && !done->answer.image.bytes.empty())
@@ -160,7 +160,8 @@ void Run::take_stock() {
   report_.notes.insert(options_.notes.begin(), options_.notes.end());
   if (state_) {
     report_.tally = state_->tally;
-    if (const std::string slam = tick::slam_note(*state_); !slam.empty()) report_.notes["slam"] = slam;
+    if (const std::string slam = tick::slam_note(robot().sensors.get()); !slam.empty())
+      report_.notes["slam"] = slam;
   }
   report_.scan_us = stages_.scan_us;
   report_.physics_step_us = stages_.physics_step_us;
@@ -185,7 +186,7 @@ void Run::publish_status() {
 void Run::finish(const LogReader& reader) {
   if (state_) {
     outputs_.clear();
-    tick::flush_images(configuration_, *state_, outputs_);
+    tick::finish(configuration_, *state_, outputs_);
     outbox_.send(nullptr, outputs_.entries(), last_);
     answer_frames();
   }
@@ -194,7 +195,7 @@ void Run::finish(const LogReader& reader) {
   take_stock();
   report_.log_damage_bytes = reader.skipped_bytes();
   report_.hash = outbox_.hashes();
-  if (state_) report_.grade = grade_now(configuration_, *state_);
+  if (state_) report_.grade = grade_now(configuration_, state_->grading.get());
   if (report_.grade) report_.grade->log = options_.session;
 }
 

@@ -10,6 +10,9 @@
 #include "server/runtime/report.hpp"
 #include "server/tick/configuration.hpp"
 
+namespace parhelion::tick {
+struct RobotState;
+}
 namespace parhelion::runtime {
 
 struct ReplayProgress {
@@ -31,7 +34,7 @@ struct ReplayOptions {
   std::function<bool()> stop;                ///< asked between inputs
   std::map<std::string, std::string> notes;  ///< for the report and MR_STATUS: what is not as it looks
   /// Shown every input after it was handled: for pictures and pages.
-  std::function<void(const tick::Configuration&, const Message&, const tick::State&)> watch;
+  std::function<void(const tick::Configuration&, const Message&, const tick::RobotState&)> watch;
   std::function<void(const Image&)> watch_camera;  ///< each MR_CAMERA
 };
 

@@ -59,10 +59,11 @@ void note_what_images_lack(const RobotDescription& robot, const std::string& ren
   }
 }
 
-std::optional<GradedSession> grade_now(const tick::Configuration& configuration, const tick::State& state) {
-  if (!state.grading) return std::nullopt;
+std::optional<GradedSession> grade_now(const tick::Configuration& configuration,
+                                       const tick::LiveGrading* grading) {
+  if (grading == nullptr) return std::nullopt;
   return GradedSession{
-      {}, configuration.scenario.name, tick::graded_robot(configuration), state.grading->grader.grade(), 0};
+      {}, configuration.scenario.name, tick::graded_robot(configuration), grading->grader.grade(), 0};
 }
 
 ServerStatus to_status(const Report& report, ArrivalTime now) {

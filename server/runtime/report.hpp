@@ -11,8 +11,11 @@
 #include "server/runtime/wall_clock.hpp"
 #include "server/tick/outputs.hpp"
 #include "server/tick/percentiles.hpp"
-#include "server/tick/state.hpp"
+#include "server/tick/tally.hpp"
 
+namespace parhelion::tick {
+struct LiveGrading;
+}
 namespace parhelion::runtime {
 
 /// Measures the stages of the tick.
@@ -55,8 +58,9 @@ void tell_completeness(const Outbox& outbox, Report& report);
 /// Why images go out as they came, where the robot description or the renderer makes it so; into the notes.
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);
 
-/// What is graded live, as it is now; none: nothing is.
-std::optional<GradedSession> grade_now(const tick::Configuration& configuration, const tick::State& state);
+/// What is graded live, as it is now; none: nothing is (`grading` is null).
+std::optional<GradedSession> grade_now(const tick::Configuration& configuration,
+                                       const tick::LiveGrading* grading);
 
 /// MR_STATUS at `now`: the same figures.
 ServerStatus to_status(const Report& report, ArrivalTime now);

@@ -18,7 +18,7 @@
 #include "protocols/model.hpp"
 #include "protocols/status.hpp"
 #include "server/tick/configuration.hpp"
-#include "server/tick/model_version.hpp"
+#include "server/tick/model_path.hpp"
 
 namespace parhelion::runtime {
 

@@ -19,25 +19,26 @@ ViewSource::ViewSource(UpdateSite update, const tick::Configuration& configurati
     scan_lines_.emplace(LineLaserDescription{*robot.laser, {}}, robot);
 }
 
-void ViewSource::offer(tick::InputKind kind, const tick::State& state) {
-  if (kind == tick::InputKind::depth) offer_depth(state);
-  if (kind == tick::InputKind::lines && lines_ && state.line) offer_line(*lines_, *state.line, state);
-  if (kind == tick::InputKind::scan && scan_lines_ && state.scan.have_real)
-    offer_line(*scan_lines_, state.scan.real, state);
+void ViewSource::offer(tick::InputKind kind, const tick::RobotState& robot) {
+  if (kind == tick::InputKind::depth && robot.camera.depth) offer_depth(*robot.camera.depth, robot.pose);
+  if (kind == tick::InputKind::lines && lines_ && robot.scan.line)
+    offer_line(*lines_, *robot.scan.line, robot.pose);
+  if (kind == tick::InputKind::scan && scan_lines_ && robot.scan.have_real)
+    offer_line(*scan_lines_, robot.scan.real, robot.pose);
 }
 
 /// Lines go to the mapper where together they have swept over something.
-void ViewSource::offer_line(LineSweep& sweep, const Scan& line, const tick::State& state) {
+void ViewSource::offer_line(LineSweep& sweep, const Scan& line, const tick::PoseState& robot) {
   sweep.add(line);
-  while (auto view = sweep.take(state)) mapper_.submit(std::move(*view));
+  while (auto view = sweep.take(robot)) mapper_.submit(std::move(*view));
 }
 
 /// A depth image from somewhere new goes to the mapper, where its place is known.
-void ViewSource::offer_depth(const tick::State& state) {
-  if (!state.depth || !configuration_.robot.depth) return;
+void ViewSource::offer_depth(const Image& depth, const tick::PoseState& robot) {
+  if (!configuration_.robot.depth) return;
   const DepthCameraDescription& camera = *configuration_.robot.depth;
-  const auto pose = tick::robot_pose(state, state.depth->stamp);
-  const auto turn = pose::head_turn(camera.head, state.joints, state.depth->stamp);
+  const auto pose = tick::robot_pose(robot, depth.stamp);
+  const auto turn = pose::head_turn(camera.head, robot.joints, depth.stamp);
   if (!pose || !turn) return;
   const auto T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
   if (last_view_) {
@@ -46,7 +47,7 @@ void ViewSource::offer_depth(const tick::State& state) {
     if (moved.translation().norm() < kViewDistance && !turned) return;
   }
   last_view_ = T_map_optical;
-  mapper_.submit(PlacedDepth{*state.depth, camera, T_map_optical});
+  mapper_.submit(PlacedDepth{depth, camera, T_map_optical});
 }
 
 std::optional<SiteMapper::Ready> ViewSource::take() {

@@ -17,8 +17,8 @@ class ViewSource {
   /// `nice`: as SiteMapper.
   ViewSource(UpdateSite update, const tick::Configuration& configuration, int nice);
 
-  /// After the tick has taken a message in: what of it is a view of somewhere new goes to the mapper.
-  void offer(tick::InputKind kind, const tick::State& state);
+  /// After the tick has handled a message: what of it is a view of somewhere new goes to the mapper.
+  void offer(tick::InputKind kind, const tick::RobotState& robot);
   /// The oldest model not yet taken.
   std::optional<SiteMapper::Ready> take();
   /// How long the loop was held up by a new model.
@@ -27,8 +27,8 @@ class ViewSource {
   std::string note() const;
 
  private:
-  void offer_depth(const tick::State& state);
-  void offer_line(LineSweep& sweep, const Scan& line, const tick::State& state);
+  void offer_depth(const Image& depth, const tick::PoseState& robot);
+  void offer_line(LineSweep& sweep, const Scan& line, const tick::PoseState& robot);
 
   const tick::Configuration& configuration_;
   SiteMapper mapper_;

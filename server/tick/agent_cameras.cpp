@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "protocols/channel_map.hpp"
 #include "protocols/yaml/quantity.hpp"
+#include "server/tick/simulated_camera.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -37,17 +37,14 @@ Result<const CameraDescription*> camera_of(const Configuration& configuration, c
 }  // namespace
 
 Status check_agent_camera(const Configuration& configuration, const AgentDefinition& agent,
-                          const State& state) {
+                          const AgentCameras& cameras) {
   if (agent.camera_rate == 0) return {};
   if (!(agent.camera_rate > 0))
     return Error{"the camera of '" + agent.name + "' cannot take " + hertz(agent.camera_rate) +
                  "; expected pictures a second, or 0 for none"};
   if (const auto camera = camera_of(configuration, agent); !camera) return camera.error();
   double others = 0;
-  if (state.agent_cameras) {
-    for (const AgentCamera& each : state.agent_cameras->cameras)
-      others += each.agent == agent.name ? 0 : each.rate;
-  }
+  for (const AgentCamera& each : cameras.cameras) others += each.agent == agent.name ? 0 : each.rate;
   const double most = configuration.scenario.most_agent_pictures;
   if (others + agent.camera_rate <= most) return {};
   return Error{"the cameras of agents take " + hertz(others) + ", and '" + agent.name + "' asks for " +
@@ -55,55 +52,46 @@ Status check_agent_camera(const Configuration& configuration, const AgentDefinit
                " (the scenario's most_agent_pictures)"};
 }
 
-Status set_agent_camera(const Configuration& configuration, const AgentDefinition& agent, State& state) {
-  if (const Status fits = check_agent_camera(configuration, agent, state); !fits) return fits;
-  if (!state.agent_cameras) state.agent_cameras = std::make_unique<AgentCameras>();
-  std::vector<AgentCamera>& cameras = state.agent_cameras->cameras;
-  std::erase_if(cameras, [&](const AgentCamera& each) { return each.agent == agent.name; });
+Status set_agent_camera(const Configuration& configuration, const AgentDefinition& agent, SimulationTime now,
+                        AgentCameras& cameras) {
+  if (const Status fits = check_agent_camera(configuration, agent, cameras); !fits) return fits;
+  std::erase_if(cameras.cameras, [&](const AgentCamera& each) { return each.agent == agent.name; });
   if (agent.camera_rate == 0) return {};
-  cameras.push_back({agent.name, **camera_of(configuration, agent), agent.camera_rate, state.simulation.now(),
-                     Cadence(agent.camera_rate)});
+  cameras.cameras.push_back(
+      {agent.name, **camera_of(configuration, agent), agent.camera_rate, now, Cadence(agent.camera_rate)});
   return {};
 }
 
-void forget_agent_cameras(State& state) {
-  if (!state.agent_cameras) return;
-  std::erase_if(state.agent_cameras->cameras,
-                [&](const AgentCamera& each) { return state.simulation.find_agent(each.agent) == nullptr; });
+void forget_agent_cameras(const simulation::Simulation& simulation, AgentCameras& cameras) {
+  std::erase_if(cameras.cameras,
+                [&](const AgentCamera& each) { return simulation.find_agent(each.agent) == nullptr; });
 }
 
-void take_agent_picture(const Configuration& configuration, SimulationTime now, State& state,
-                        Outputs& outputs) {
-  if (!state.agent_cameras) return;
-  auto& [cameras, taken] = *state.agent_cameras;
+void capture_agent_images(const TickContext& context, const simulation::Simulation& simulation,
+                          const SiteState& site, AgentCameras& agent_cameras) {
+  auto& [cameras, taken] = agent_cameras;
+  const SimulationTime now = context.now;
   const auto due = std::find_if(cameras.begin(), cameras.end(),
                                 [now](AgentCamera& each) { return each.clock.due(now - each.start); });
   if (due == cameras.end()) return;
   std::rotate(due, due + 1, cameras.end());  // the others are asked before it the next time
   const AgentCamera& camera = cameras.back();
-  const simulation::RobotMotion* motion = state.simulation.robot_motion(camera.agent);
+  const simulation::RobotMotion* motion = simulation.robot_motion(camera.agent);
   if (motion == nullptr) return;
   Outputs::Frame frame;
   render::RenderJob& job = frame.job;
   job.camera = camera.camera;
   const auto turn = simulated_head(job.camera.head, motion->joints);
-  if (!turn) return refuse({"the camera of '" + camera.agent + "': " + turn.error().message}, state);
+  if (!turn) return refuse(context, {"the camera of '" + camera.agent + "': " + turn.error().message});
   job.T_map_optical = motion->T_map_base * *turn * job.camera.T_base_optical;
-  if (!state.simulation.at(now, job.world)) return;
+  if (!simulation.at(now, job.world)) return;
   job.image.stamp = {now.ns};
   frame.agent = camera.agent;
   frame.sequence = first_sequence + ++taken;
-  frame.model = state.model;
-  frame.exposure = {true, job.camera.noise, configuration.scenario.seed, frame.sequence};
-  ++state.tally.agent_frames_in;
-  outputs.add_frame(std::move(frame));
-}
-
-void publish_agent_picture(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
-                           State& state) {
-  if (done.answer.image.bytes.empty()) return;
-  encode(done.answer.image, outputs.add(configuration.channels.bus(agent_camera_channel(done.agent))));
-  ++state.tally.agent_frames_out;
+  frame.model = site.model;
+  frame.exposure = {true, job.camera.noise, context.configuration.scenario.seed, frame.sequence};
+  ++context.tally.agent_frames_in;
+  context.outputs.add_frame(std::move(frame));
 }
 
 }  // namespace parhelion::tick

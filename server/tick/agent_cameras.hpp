@@ -5,8 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "server/tick/sensor_path.hpp"
-#include "server/tick/tick.hpp"
+#include "protocols/command.hpp"
+#include "protocols/robot.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/tick/cadence.hpp"
+#include "server/tick/model_path.hpp"
+#include "server/tick/tick_context.hpp"
 
 namespace parhelion::tick {
 
@@ -27,18 +31,16 @@ struct AgentCameras {
 /// is not known, has no camera or a slower one; or the cameras of all would take more than the scenario's
 /// most_agent_pictures.
 Status check_agent_camera(const Configuration& configuration, const AgentDefinition& agent,
-                          const State& state);
+                          const AgentCameras& cameras);
 /// From now on an agent that exists sends agent.camera_rate pictures a second; 0: none any more. Error: as
 /// check_agent_camera().
-Status set_agent_camera(const Configuration& configuration, const AgentDefinition& agent, State& state);
+Status set_agent_camera(const Configuration& configuration, const AgentDefinition& agent, SimulationTime now,
+                        AgentCameras& cameras);
 /// Of agents that are not there any more.
-void forget_agent_cameras(State& state);
+void forget_agent_cameras(const simulation::Simulation& simulation, AgentCameras& cameras);
 /// At the newest step: a job for the render thread, if a picture is due. One at a step, so that cameras of
 /// one rate do not hold up a step together.
-void take_agent_picture(const Configuration& configuration, SimulationTime now, State& state,
-                        Outputs& outputs);
-/// Onto its channel. Where nothing could be rendered the camera is silent, and the report says why.
-void publish_agent_picture(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
-                           State& state);
+void capture_agent_images(const TickContext& context, const simulation::Simulation& simulation,
+                          const SiteState& site, AgentCameras& cameras);
 
 }  // namespace parhelion::tick

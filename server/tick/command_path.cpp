@@ -1,73 +1,80 @@
-// The trainee's commands: TELEOP becomes MR_CMD, only ever reduced (promise 3).
+#include "server/tick/command_path.hpp"
+
 #include <algorithm>
 
-#include "server/tick/tick.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
 
 namespace parhelion::tick {
 namespace {
 
 constexpr Duration repeat =
-    milliseconds(100);  // how often a stop is said again: a command may be lost on its way
+    milliseconds(100);  // how often a stop is sent again: a command may be lost on its way
+constexpr Duration just_before =
+    seconds(1.0);  // of a silence: consoles send zeros for as long when they have stopped
 
 /// What TELEOP, the newest and as old as it is, allows now.
-simulation::VirtualContactResult limit_now(const Configuration& configuration, SimulationTime now,
-                                           State& state) {
+simulation::VirtualContactResult limit_now(const TickContext& context, const CommandPath& path) {
+  const Configuration& configuration = context.configuration;
+  const CommandState& command = path.command;
   simulation::VirtualContactInput input;
-  input.teleop = state.teleop;
-  input.teleop_age = now - simulation_time(state.teleop_arrival);
-  input.pose_known = state.real.has_value();
-  input.emergency_stop = state.emergency_stop;
-  if (state.teleop && state.real) {
-    const Twist2& twist = state.teleop->twist;
+  input.teleop = command.teleop;
+  input.teleop_age = context.now - simulation_time(command.teleop_arrival);
+  input.pose_known = path.pose.at_step.has_value();
+  input.emergency_stop = command.emergency_stop;
+  if (command.teleop && path.pose.at_step) {
+    const Twist2& twist = command.teleop->twist;
     const double lookahead =
         simulation::contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
-    // What is simulated itself is held back by the physics.
+    // A simulated robot is held back by the physics.
     if (simulates_trainee(configuration.scenario)) {
       input.clearance.distance = lookahead;
-      return simulation::limit(configuration.scenario.contact, configuration.robot, input, state.contact);
+    } else {
+      input.clearance = path.simulation.clearance(path.pose.at_step->T_map_base, twist, lookahead);
     }
-    input.clearance = state.simulation.clearance(state.real->T_map_base, twist, lookahead);
   }
-  return simulation::limit(configuration.scenario.contact, configuration.robot, input, state.contact);
+  return simulation::limit(configuration.scenario.contact, configuration.robot, input, path.command.contact);
 }
 
-void note_hold(const Configuration& configuration, SimulationTime now, simulation::HoldReason reason,
-               State& state, Outputs& outputs) {
-  if (reason == state.held) return;
-  state.held = reason;
+void report_speed_limit(const TickContext& context, simulation::HoldReason reason, CommandState& command) {
+  if (reason == command.speed_limit_reason) return;
+  command.speed_limit_reason = reason;
   Event event;
-  event.stamp = now;
+  event.stamp = context.now;
   event.kind =
       reason == simulation::HoldReason::none ? EventKind::command_restored : EventKind::command_reduced;
-  event.subject = configuration.robot.name;
+  event.subject = context.configuration.robot.name;
   event.pair = PairKind::real_virtual;
   event.text = to_string(reason);
-  publish_event(configuration, event, state, outputs);
+  publish_event(context, event);
 }
 
-void send_command(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  const simulation::VirtualContactResult result = limit_now(configuration, now, state);
-  state.last_command = now;
-  encode(result.command, outputs.add(configuration.channels.bus(channel::mr_cmd)));
+/// MR_CMD. A simulated robot obeys it, as a real one does.
+void send_command(const TickContext& context, const CommandPath& path) {
+  const Configuration& configuration = context.configuration;
+  const simulation::VirtualContactResult result = limit_now(context, path);
+  path.command.last_command = context.now;
+  encode(result.command, context.outputs.add(configuration.channels.bus(channel::mr_cmd)));
   if (simulates_trainee(configuration.scenario))
-    state.simulation.teleop(configuration.robot.name, result.command.twist);
+    path.simulation.teleop(configuration.robot.name, result.command.twist);
   // Consoles are silent when they have stopped: that holds nothing back.
   const bool stopped = result.reason == simulation::HoldReason::silence &&
-                       simulation::footprint_speed(configuration.robot, state.teleop->twist) == 0;
-  note_hold(configuration, now, stopped ? simulation::HoldReason::none : result.reason, state, outputs);
+                       simulation::footprint_speed(configuration.robot, path.command.teleop->twist) == 0;
+  report_speed_limit(context, stopped ? simulation::HoldReason::none : result.reason, path.command);
 }
 
-/// A stop of what was asked for last: no velocity, no effort, and the position where the encoders say that
-/// the joints are. Where they do not, no position: none is made up.
-Joints joint_stop(const Configuration& configuration, SimulationTime now, const State& state) {
-  Joints stop = state.joint_command;
-  stop.stamp = {now.ns};
+/// A stop of what was asked for last: no velocity, no effort, and the position where the encoders have the
+/// joints. Where they do not, no position: none is made up.
+Joints joint_stop(const TickContext& context, const CommandPath& path) {
+  const JointPositions& encoders = path.pose.joint_positions;
+  Joints stop = path.command.joint_command;
+  stop.stamp = {context.now.ns};
   stop.velocities.assign(stop.names.size(), 0.0);
   std::fill(stop.efforts.begin(), stop.efforts.end(), 0.0);
   for (std::size_t i = 0; i < stop.positions.size(); ++i) {
-    const auto measured = state.joint_positions.find(stop.names[i]);
-    const bool fresh = measured != state.joint_positions.end() &&
-                       (now - measured->second.second).seconds() < configuration.scenario.contact.silence;
+    const auto measured = encoders.find(stop.names[i]);
+    const bool fresh = measured != encoders.end() && (context.now - measured->second.second).seconds() <
+                                                         context.configuration.scenario.contact.silence;
     if (!fresh) {
       stop.positions.clear();
       break;
@@ -77,59 +84,53 @@ Joints joint_stop(const Configuration& configuration, SimulationTime now, const 
   return stop;
 }
 
-constexpr Duration just_before =
-    seconds(1.0);  // of a silence: consoles say for as long that they have stopped
-
-void say_dead_man(const Configuration& configuration, SimulationTime now, EventKind kind, double value,
-                  State& state, Outputs& outputs) {
-  state.dead_man.pressed = kind == EventKind::deadman_pressed;
+void publish_dead_man(const TickContext& context, EventKind kind, double value, DeadMan& dead_man) {
+  dead_man.pressed = kind == EventKind::deadman_pressed;
   Event event;
-  event.stamp = now;
+  event.stamp = context.now;
   event.kind = kind;
-  event.subject = configuration.robot.name;
+  event.subject = context.configuration.robot.name;
   event.value = value;
-  publish_event(configuration, event, state, outputs);
+  publish_event(context, event);
 }
 
-/// TELEOP says nothing of the switch but by coming: consoles are silent while it is released.
-void hear_dead_man(const Configuration& configuration, ArrivalTime arrival, const Twist2& twist, State& state,
-                   Outputs& outputs) {
-  DeadMan& dead_man = state.dead_man;
-  dead_man.heard = arrival;
-  const double speed = simulation::footprint_speed(configuration.robot, twist);
+/// TELEOP shows the switch only by coming: consoles are silent while it is released.
+void update_dead_man(const TickContext& context, ArrivalTime arrival, const Twist2& twist,
+                     DeadMan& dead_man) {
+  dead_man.received = arrival;
+  const double speed = simulation::footprint_speed(context.configuration.robot, twist);
   if (speed > 0) {
     dead_man.moved = arrival;
     dead_man.speed = speed;
   }
   // A stop that nothing came before is no beginning.
-  if (!dead_man.pressed && speed > 0)
-    say_dead_man(configuration, simulation_time(arrival), EventKind::deadman_pressed, 0, state, outputs);
+  if (!dead_man.pressed && speed > 0) publish_dead_man(context, EventKind::deadman_pressed, 0, dead_man);
 }
 
-void watch_dead_man(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  const DeadMan& dead_man = state.dead_man;
+void watch_dead_man(const TickContext& context, DeadMan& dead_man) {
   if (!dead_man.pressed) return;
-  if ((now - simulation_time(dead_man.heard)).seconds() < configuration.scenario.contact.silence) return;
-  const bool moving = dead_man.moved && dead_man.heard - *dead_man.moved <= just_before;
-  say_dead_man(configuration, now, EventKind::deadman_released, moving ? dead_man.speed : 0, state, outputs);
+  const double silent = (context.now - simulation_time(dead_man.received)).seconds();
+  if (silent < context.configuration.scenario.contact.silence) return;
+  const bool moving = dead_man.moved && dead_man.received - *dead_man.moved <= just_before;
+  publish_dead_man(context, EventKind::deadman_released, moving ? dead_man.speed : 0, dead_man);
 }
 
-/// What the operator says does not arrive at a simulated robot that is out of radio range: its silence stops
+/// The operator's commands do not arrive at a simulated robot that is out of radio range: its silence stops
 /// it.
-bool is_heard(const Configuration& configuration, const State& state) {
+bool radio_reaches_robot(const Configuration& configuration, const simulation::Simulation& simulation) {
   return !simulates_trainee(configuration.scenario) ||
-         !state.simulation.supply_of(configuration.robot.name).radio_lost;
+         !simulation.supply_of(configuration.robot.name).radio_lost;
 }
 
-/// A simulated robot obeys what goes out, as a real one does.
-void send_joint_command(const Configuration& configuration, SimulationTime now, const Joints& command,
-                        State& state, Outputs& outputs) {
-  state.last_joint_command = now;
-  encode(command, outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
+/// MR_JOINT_CMD. A simulated robot obeys it, as a real one does.
+void send_joint_command(const TickContext& context, const Joints& command, const CommandPath& path) {
+  const Configuration& configuration = context.configuration;
+  path.command.last_joint_command = context.now;
+  encode(command, context.outputs.add(configuration.channels.bus(channel::mr_joint_cmd)));
   const std::string& robot = configuration.robot.name;
-  if (!simulates_trainee(configuration.scenario) || state.simulation.supply_of(robot).battery_empty) return;
-  const Status done = state.simulation.joint_command(robot, command);
-  if (!done) refuse({configuration.channels.bus(channel::joint_cmd) + ": " + done.error().message}, state);
+  if (!simulates_trainee(configuration.scenario) || path.simulation.supply_of(robot).battery_empty) return;
+  const Status done = path.simulation.joint_command(robot, command);
+  if (!done) refuse(context, {configuration.channels.bus(channel::joint_cmd) + ": " + done.error().message});
 }
 
 bool moves_nothing(const Joints& command) {
@@ -139,88 +140,84 @@ bool moves_nothing(const Joints& command) {
          std::all_of(command.efforts.begin(), command.efforts.end(), is_zero);
 }
 
-void stop_joints(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  send_joint_command(configuration, now, joint_stop(configuration, now, state), state, outputs);
+/// Nothing to stop where no joint was ever commanded.
+void stop_joints(const TickContext& context, const CommandPath& path) {
+  if (path.command.joint_command.names.empty()) return;
+  send_joint_command(context, joint_stop(context, path), path);
 }
 
 }  // namespace
 
-void answer_teleop(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+void handle_teleop(const TickContext& context, const Message& input, const CommandPath& path) {
   TwistCommand command;
   if (const Status read = decode(input.channel, input.payload, command); !read) {
-    refuse(read.error(), state);
+    refuse(context, read.error());
     command = {};  // a command that cannot be read is a stop
   }
-  hear_dead_man(configuration, input.arrival, command.twist, state, outputs);
-  if (!is_heard(configuration, state)) return;
-  state.teleop = command;
-  state.teleop_arrival = input.arrival;
-  send_command(configuration, simulation_time(input.arrival), state, outputs);
+  update_dead_man(context, input.arrival, command.twist, path.command.dead_man);
+  if (!radio_reaches_robot(context.configuration, path.simulation)) return;
+  path.command.teleop = command;
+  path.command.teleop_arrival = input.arrival;
+  send_command(context, path);
 }
 
-void stop_robot(const Configuration& configuration, const std::string& robot, ArrivalTime now, State& state,
-                Outputs& outputs) {
-  if (robot != configuration.robot.name) return state.simulation.teleop(robot, {});
-  if (!state.teleop) return;  // nobody has moved it
-  state.teleop = TwistCommand{{now.ns}, {}};
-  state.teleop_arrival = now;
-  send_command(configuration, simulation_time(now), state, outputs);
-  if (!state.joint_command.names.empty()) stop_joints(configuration, simulation_time(now), state, outputs);
+void stop_robot(const TickContext& context, const std::string& robot, const CommandPath& path) {
+  if (robot != context.configuration.robot.name) return path.simulation.teleop(robot, {});
+  if (!path.command.teleop) return;  // nobody has moved it
+  path.command.teleop = TwistCommand{{context.now.ns}, {}};
+  path.command.teleop_arrival = ArrivalTime{context.now.ns};
+  send_command(context, path);
+  stop_joints(context, path);
 }
 
-void set_emergency_stop(const Configuration& configuration, bool engaged, SimulationTime now, State& state,
-                        Outputs& outputs) {
-  state.emergency_stop = engaged;
-  state.joints_stopped = state.joints_stopped || engaged;
-  if (state.teleop) send_command(configuration, now, state, outputs);
-  if (engaged && !state.joint_command.names.empty()) stop_joints(configuration, now, state, outputs);
+void set_emergency_stop(const TickContext& context, bool stopped, const CommandPath& path) {
+  CommandState& command = path.command;
+  command.emergency_stop = stopped;
+  command.joints_stopped = command.joints_stopped || stopped;
+  if (command.teleop) send_command(context, path);
+  if (stopped) stop_joints(context, path);
 }
 
-void watch_silence(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  watch_dead_man(configuration, now, state, outputs);
-  const auto silent = [&](ArrivalTime last, SimulationTime said) {
-    return now - said >= repeat &&
-           (now - simulation_time(last)).seconds() >= configuration.scenario.contact.silence;
+void watch_silence(const TickContext& context, const CommandPath& path) {
+  const CommandState& command = path.command;
+  watch_dead_man(context, path.command.dead_man);
+  const auto silent = [&](ArrivalTime last, SimulationTime sent) {
+    return context.now - sent >= repeat &&
+           (context.now - simulation_time(last)).seconds() >= context.configuration.scenario.contact.silence;
   };
-  if (state.teleop && silent(state.teleop_arrival, state.last_command))
-    send_command(configuration, now, state, outputs);
-  if (!state.joint_command.names.empty() && silent(state.joint_command_arrival, state.last_joint_command))
-    stop_joints(configuration, now, state, outputs);
+  if (command.teleop && silent(command.teleop_arrival, command.last_command)) send_command(context, path);
+  if (silent(command.joint_command_arrival, command.last_joint_command)) stop_joints(context, path);
 }
 
 /// Joints have no virtual contact: a command passes as it is, and stops when it is not renewed. After an
-/// emergency stop none passes before somebody has let go: a command that moves nothing, or silence.
-void answer_joint_command(const Configuration& configuration, const Message& input, State& state,
-                          Outputs& outputs) {
-  const SimulationTime now = simulation_time(input.arrival);
+/// emergency stop none passes before the joints were released: a command that moves nothing, or silence.
+void handle_joint_command(const TickContext& context, const Message& input, const CommandPath& path) {
+  CommandState& state = path.command;
   Joints command;
   if (const Status read = decode(input.channel, input.payload, command); !read) {
-    refuse(read.error(), state);
-    // A command that cannot be read is a stop of what moves.
-    if (!state.joint_command.names.empty()) stop_joints(configuration, now, state, outputs);
-    return;
+    refuse(context, read.error());
+    return stop_joints(context, path);  // a command that cannot be read is a stop
   }
-  if (!is_heard(configuration, state)) return;
-  const bool silent = (now - simulation_time(state.joint_command_arrival)).seconds() >=
-                      configuration.scenario.contact.silence;
-  const bool let_go = silent || moves_nothing(command);
-  state.joints_stopped = state.emergency_stop || (state.joints_stopped && !let_go);
+  if (!radio_reaches_robot(context.configuration, path.simulation)) return;
+  const bool silent = (context.now - simulation_time(state.joint_command_arrival)).seconds() >=
+                      context.configuration.scenario.contact.silence;
+  const bool released = silent || moves_nothing(command);
+  state.joints_stopped = state.emergency_stop || (state.joints_stopped && !released);
   state.joint_command = std::move(command);
   state.joint_command_arrival = input.arrival;
-  if (state.joints_stopped) return stop_joints(configuration, now, state, outputs);
-  send_joint_command(configuration, now, state.joint_command, state, outputs);
+  send_joint_command(context, state.joints_stopped ? joint_stop(context, path) : state.joint_command, path);
 }
 
-void drive_agent(const Configuration& configuration, const Message& input, std::string_view agent,
-                 State& state) {
+void handle_agent_teleop(const TickContext& context, const Message& input, std::string_view agent,
+                         simulation::Simulation& simulation) {
+  const Configuration& configuration = context.configuration;
   if (simulates_trainee(configuration.scenario) && agent == configuration.robot.name)
-    return refuse({input.channel + ": this is the trainee's robot; send " +
-                   configuration.channels.bus(channel::teleop)},
-                  state);
+    return refuse(context, {input.channel + ": this is the trainee's robot; send " +
+                            configuration.channels.bus(channel::teleop)});
   TwistCommand command;
   if (const Status read = decode(input.channel, input.payload, command); !read)
-    return refuse(read.error(), state);
-  state.simulation.teleop(std::string(agent), command.twist);
+    return refuse(context, read.error());
+  simulation.teleop(std::string(agent), command.twist);
 }
 
 }  // namespace parhelion::tick

@@ -1,13 +1,14 @@
-// Events and worlds to the grader, and what it says of them to MR_EVENTS.
 #include "server/tick/grading_path.hpp"
+
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
 
 namespace parhelion::tick {
 namespace {
 
-/// The grader's own words are heard by scripts, and never graded.
-void publish_changes(const Configuration& configuration, State& state, Outputs& outputs) {
-  for (const Event& event : state.grading->grader.take_events())
-    publish_event(configuration, event, state, outputs);
+/// The grader's own events start scripts, and are never graded.
+void publish_changes(const TickContext& context, LiveGrading& grading) {
+  for (const Event& event : grading.grader.take_events()) publish_event(context, event);
 }
 
 }  // namespace
@@ -24,29 +25,24 @@ std::unique_ptr<LiveGrading> make_grading(const Configuration& configuration, Ar
                   {}});
 }
 
-void grade_event(const Configuration& configuration, const std::vector<std::uint8_t>& payload, State& state,
-                 Outputs& outputs) {
-  if (!state.grading) return;
-  const Status read = decode(channel::mr_events, payload, state.grading->event);
-  if (!read) return refuse(read.error(), state);
-  if (is_grading(state.grading->event.kind)) return;
-  state.grading->grader.take(state.grading->event);
-  publish_changes(configuration, state, outputs);
+void grade_event(const TickContext& context, const std::vector<std::uint8_t>& payload, LiveGrading& grading) {
+  const Status read = decode(channel::mr_events, payload, grading.event);
+  if (!read) return refuse(context, read.error());
+  if (is_grading(grading.event.kind)) return;
+  grading.grader.take(grading.event);
+  publish_changes(context, grading);
 }
 
-void grade_world(const Configuration& configuration, const std::vector<std::uint8_t>& payload, State& state,
-                 Outputs& outputs) {
-  if (!state.grading) return;
-  const Status read = decode(channel::mr_world, payload, state.grading->world);
-  if (!read) return refuse(read.error(), state);
-  state.grading->grader.take(state.grading->world);
-  publish_changes(configuration, state, outputs);
+void grade_world(const TickContext& context, const std::vector<std::uint8_t>& payload, LiveGrading& grading) {
+  const Status read = decode(channel::mr_world, payload, grading.world);
+  if (!read) return refuse(context, read.error());
+  grading.grader.take(grading.world);
+  publish_changes(context, grading);
 }
 
-void close_grading(const Configuration& configuration, SimulationTime end, State& state, Outputs& outputs) {
-  if (!state.grading) return;
-  state.grading->grader.close(end);
-  publish_changes(configuration, state, outputs);
+void close_grading(const TickContext& context, LiveGrading& grading) {
+  grading.grader.close(context.now);
+  publish_changes(context, grading);
 }
 
 }  // namespace parhelion::tick

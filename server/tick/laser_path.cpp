@@ -1,15 +1,18 @@
-// Simulated lasers: cast in the building and against all bodies but their own, as this type measures. Those
-// of a step are cast by several threads; what is done with the scans is done in the order of the requests.
+#include "server/tick/laser_path.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "protocols/codec.hpp"
 #include "server/tick/bodies_in_sweep.hpp"
-#include "server/tick/tick.hpp"
 
 namespace parhelion::tick {
 namespace {
 
-/// All that a laser with this sweep may meet; shared by those of a step that sweep alike. Nothing: the world
-/// is not known.
-std::optional<std::size_t> bring_sweep(SimulationTime start, SimulationTime end, State& state) {
-  AgentScanPath& own = state.agent_laser;
+/// All that a laser with this sweep may meet; shared by those of a step that sweep alike. None: the world is
+/// not known.
+std::optional<std::size_t> find_sweep(SimulationTime start, SimulationTime end,
+                                      const simulation::Simulation& simulation, LaserState& own) {
   if (own.swept != end) own.sweep_count = 0;
   own.swept = end;
   for (std::size_t i = 0; i < own.sweep_count; ++i) {
@@ -18,8 +21,8 @@ std::optional<std::size_t> bring_sweep(SimulationTime start, SimulationTime end,
   const auto holds = [](const WorldSnapshot& world, SimulationTime t) {
     return world.scene && world.stamp == t;
   };
-  if (!holds(own.world_end, end) && !state.simulation.at(end, own.world_end)) return std::nullopt;
-  if (!state.simulation.at(start, own.world_start)) own.world_start = own.world_end;
+  if (!holds(own.world_end, end) && !simulation.at(end, own.world_end)) return std::nullopt;
+  if (!simulation.at(start, own.world_start)) own.world_start = own.world_end;
   if (own.sweeps.size() == own.sweep_count) own.sweeps.emplace_back();
   SweptWorld& sweep = own.sweeps[own.sweep_count];
   sweep.start = start;
@@ -43,11 +46,10 @@ scan::LaserMotion laser_motion(const simulation::LaserRequest& request, const Sw
 
 /// The job of a request. Noise is keyed apart from the real scans, whose sequence numbers stay below 2^32.
 std::optional<LaserJob> job_of(const Configuration& configuration, const simulation::LaserRequest& request,
-                               State& state) {
-  AgentScanPath& own = state.agent_laser;
+                               const simulation::Simulation& simulation, LaserState& own) {
   const scan::Sweep sweep = scan::beam_times(request.laser, static_cast<std::size_t>(request.laser.beams),
-                                             own.benches.front().beam_time);
-  const auto swept = bring_sweep(request.stamp - (sweep.end - sweep.start), request.stamp, state);
+                                             own.scratch.front().beam_time);
+  const auto swept = find_sweep(request.stamp - (sweep.end - sweep.start), request.stamp, simulation, own);
   if (!swept) return std::nullopt;
   return LaserJob{
       &request,
@@ -57,57 +59,62 @@ std::optional<LaserJob> job_of(const Configuration& configuration, const simulat
       {request.stamp.ns - sweep.end.ns}};
 }
 
-void cast(const LaserJob& job, const SweptWorld& sweep, const scan::RayCaster& building, LaserBench& bench,
-          Scan& scan) {
+void cast(const LaserJob& job, const SweptWorld& sweep, const scan::RayCaster& building,
+          LaserScratch& scratch, Scan& scan) {
   const LaserDescription& laser = job.request->laser;
   const auto beams = static_cast<std::size_t>(laser.beams);
-  scan::beam_times(laser, beams, bench.beam_time);
+  scan::beam_times(laser, beams, scratch.beam_time);
   const scan::BeamSet set{static_cast<float>(laser.angle_first), static_cast<float>(laser.angle_step),
-                          bench.beam_time};
+                          scratch.beam_time};
   const auto& own_bodies = job.request->own_bodies;
-  bench.groups.clear();
+  scratch.groups.clear();
   for (const scan::BodyGroup& group : sweep.groups) {
     const BodyId id = sweep.motions[group.first].body->id;
-    if (!std::binary_search(own_bodies.begin(), own_bodies.end(), id)) bench.groups.push_back(group);
+    if (!std::binary_search(own_bodies.begin(), own_bodies.end(), id)) scratch.groups.push_back(group);
   }
-  bench.body_hits.resize(beams);
-  bench.building_hits.resize(beams);
-  bench.caster.share_building(building);
+  scratch.body_hits.resize(beams);
+  scratch.building_hits.resize(beams);
+  scratch.caster.share_building(building);
   const double range_max = laser.convention.range_max;
-  bench.caster.cast_groups(job.laser, set, sweep.motions, bench.groups, range_max, bench.body_hits);
-  bench.caster.cast_building_before(bench.body_hits, job.laser, set, range_max, bench.building_hits);
-  scan::simulate_scan(laser, job.key, bench.body_hits, bench.building_hits, job.stamp, scan);
+  scratch.caster.cast_groups(job.laser, set, sweep.motions, scratch.groups, range_max, scratch.body_hits);
+  scratch.caster.cast_building_before(scratch.body_hits, job.laser, set, range_max, scratch.building_hits);
+  scan::simulate_scan(laser, job.key, scratch.body_hits, scratch.building_hits, job.stamp, scan);
 }
 
 }  // namespace
 
-bool simulate_laser(const Configuration& configuration, const simulation::LaserRequest& request, State& state,
-                    Scan& scan) {
-  AgentScanPath& own = state.agent_laser;
-  const auto job = job_of(configuration, request, state);
+LaserState::LaserState(std::unique_ptr<Executor> executor_) : executor(std::move(executor_)) {
+  scratch.resize(static_cast<std::size_t>(executor->size()));
+}
+
+bool simulate_laser(const Configuration& configuration, const simulation::LaserRequest& request,
+                    const simulation::Simulation& simulation, const scan::RayCaster& building,
+                    LaserState& lasers, Scan& scan) {
+  const auto job = job_of(configuration, request, simulation, lasers);
   if (!job) return false;
-  cast(*job, own.sweeps[job->sweep], state.caster, own.benches.front(), scan);
-  own.jobs.assign(1, *job);
+  cast(*job, lasers.sweeps[job->sweep], building, lasers.scratch.front(), scan);
+  lasers.jobs.assign(1, *job);
   return true;
 }
 
-void answer_lasers(const Configuration& configuration, State& state, Outputs& outputs) {
-  AgentScanPath& own = state.agent_laser;
-  own.jobs.clear();
-  for (const simulation::LaserRequest& request : state.laser_requests) {
-    if (const auto job = job_of(configuration, request, state)) own.jobs.push_back(*job);
+void publish_agent_scans(const TickContext& context, const scan::RayCaster& building,
+                         simulation::Simulation& simulation, LaserState& lasers) {
+  lasers.jobs.clear();
+  for (const simulation::LaserRequest& request : lasers.requests) {
+    if (const auto job = job_of(context.configuration, request, simulation, lasers))
+      lasers.jobs.push_back(*job);
   }
-  if (own.jobs.empty()) return;
-  if (own.scans.size() < own.jobs.size()) own.scans.resize(own.jobs.size());
-  state.executor->run(static_cast<int>(own.jobs.size()), [&](int i, int worker) {
+  if (lasers.jobs.empty()) return;
+  if (lasers.scans.size() < lasers.jobs.size()) lasers.scans.resize(lasers.jobs.size());
+  lasers.executor->run(static_cast<int>(lasers.jobs.size()), [&](int i, int worker) {
     const auto at = static_cast<std::size_t>(i);
-    cast(own.jobs[at], own.sweeps[own.jobs[at].sweep], state.caster,
-         own.benches[static_cast<std::size_t>(worker)], own.scans[at]);
+    cast(lasers.jobs[at], lasers.sweeps[lasers.jobs[at].sweep], building,
+         lasers.scratch[static_cast<std::size_t>(worker)], lasers.scans[at]);
   });
-  for (std::size_t i = 0; i < own.jobs.size(); ++i) {
-    const std::string& agent = own.jobs[i].request->agent;
-    state.simulation.give_scan(agent, own.scans[i]);
-    encode(own.scans[i], outputs.add("MR_AGENT_" + agent + "_SCAN"));
+  for (std::size_t i = 0; i < lasers.jobs.size(); ++i) {
+    const std::string& agent = lasers.jobs[i].request->agent;
+    simulation.give_scan(agent, lasers.scans[i]);
+    encode(lasers.scans[i], context.outputs.add("MR_AGENT_" + agent + "_SCAN"));
   }
 }
 

@@ -1,6 +1,10 @@
-// MR_MODEL: a new version of the building takes the old one's place between two physics steps.
-#include "server/tick/door_sight.hpp"
-#include "server/tick/tick.hpp"
+#include "server/tick/model_path.hpp"
+
+#include <utility>
+
+#include "protocols/codec.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/tick/world_path.hpp"
 
 namespace parhelion::tick {
 
@@ -20,37 +24,42 @@ Result<PreparedModel> prepare_model(const ModelVersion& message, const Configura
                        std::move(tree), std::move(*building)};
 }
 
-void change_model(const Configuration& configuration, const Message& input, State& state, Outputs& outputs) {
+SiteState::SiteState(const Configuration& configuration) {
+  caster.set_building(scan::BuildingTree(configuration.model, scan::BuildingTree::Doors::left_out));
+}
+
+void handle_model(const TickContext& context, const Message& input, SiteState& site, DoorTracker& doors,
+                  simulation::Simulation& simulation) {
+  const Configuration& configuration = context.configuration;
   ModelVersion message;
   if (const Status read = decode(input.channel, input.payload, message); !read)
-    return refuse(read.error(), state);
-  std::optional<PreparedModel> prepared = std::exchange(state.prepared_model, std::nullopt);
-  if (!configuration.scenario.mapping) {
-    return refuse({input.channel + ": a new model, though the scenario does not say 'mapping: true'"}, state);
-  }
-  if (message.version <= state.model_version) {
-    return refuse({input.channel + ": version " + std::to_string(message.version) + " after version " +
-                   std::to_string(state.model_version)},
-                  state);
+    return refuse(context, read.error());
+  std::optional<PreparedModel> prepared = std::exchange(site.prepared, std::nullopt);
+  if (!configuration.scenario.mapping)
+    return refuse(context,
+                  {input.channel + ": a new model, though the scenario does not say 'mapping: true'"});
+  if (message.version <= site.model_version) {
+    return refuse(context, {input.channel + ": version " + std::to_string(message.version) +
+                            " after version " + std::to_string(site.model_version)});
   }
   if (!prepared || prepared->version != message.version) {
     auto made = prepare_model(message, configuration);
-    if (!made) return refuse(made.error(), state);
+    if (!made) return refuse(context, made.error());
     prepared = std::move(*made);
   }
-  if (const Status set = state.simulation.set_building(*prepared->model, std::move(prepared->building)); !set)
-    return refuse({input.channel + ": " + set.error().message}, state);
-  state.caster.set_building(std::move(prepared->tree));
-  state.model = std::move(prepared->model);
-  state.model_version = message.version;
-  find_real_doors(configuration, *state.model, state);
+  if (const Status set = simulation.set_building(*prepared->model, std::move(prepared->building)); !set)
+    return refuse(context, {input.channel + ": " + set.error().message});
+  site.caster.set_building(std::move(prepared->tree));
+  site.model = std::move(prepared->model);
+  site.model_version = message.version;
+  find_real_doors(configuration, *site.model, simulation, doors);
   Event event;
-  event.stamp = simulation_time(input.arrival);
+  event.stamp = context.now;
   event.kind = EventKind::model_changed;
   event.text = "version " + std::to_string(message.version) + ": " +
-               std::to_string(state.model->entities.size()) + " entities";
-  publish_simulation_events(configuration, state, outputs);
-  publish_event(configuration, event, state, outputs);
+               std::to_string(site.model->entities.size()) + " entities";
+  publish_simulation_events(context, simulation);
+  publish_event(context, event);
 }
 
 }  // namespace parhelion::tick

@@ -1,4 +1,5 @@
-// What one tick gives: messages in order, jobs for the render thread, and stage marks for whoever measures.
+// What one tick gives: messages in order, jobs for the render thread, MR_SCAN ahead of the rest, and stage
+// marks for whoever measures.
 #pragma once
 
 #include <cstdint>
@@ -28,14 +29,30 @@ enum class Stage : std::uint8_t {
   encode
 };
 
-/// Told how far a tick is. The tick itself reads no clock and sends nothing.
+/// Learns how far a tick is, to measure it. The tick itself reads no clock.
 class StageObserver {
  public:
   virtual ~StageObserver() = default;
   virtual void ended(Stage) {}
-  /// MR_SCAN of the input is whole, and what the server learns from the scan for itself comes after: a robot
-  /// need not wait for that. The same bytes are among the outputs.
-  virtual void answered(std::span<const std::uint8_t>) {}
+};
+
+/// Takes MR_SCAN as soon as it is computed, in the middle of the tick: the robot need not wait for what the
+/// server then learns from the scan for itself.
+class ScanSink {
+ public:
+  struct Receipt {
+    bool sent = false;  ///< MR_SCAN is on the bus; else it goes out with the other outputs
+    bool raw = false;   ///< the raw scan is MR_SCAN: the guard was first
+  };
+  virtual ~ScanSink() = default;
+  /// `sequence`: the number of the scan in this session, from 1.
+  virtual Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) = 0;
+};
+
+/// MR_SCAN goes out with the other outputs.
+class DeferredScanSink : public ScanSink {
+ public:
+  Receipt publish(std::uint64_t, std::span<const std::uint8_t>) override { return {}; }
 };
 
 /// Reused from tick to tick, so that warm messages keep their capacity.
@@ -44,6 +61,7 @@ class Outputs {
   struct Entry {
     std::string channel;  ///< name on the bus
     std::vector<std::uint8_t> payload;
+    bool sent = false;  ///< it is on the bus already, and only has to be logged
   };
   /// An image that waits for the render thread, with what it looked like when it came.
   struct Frame {
@@ -60,11 +78,12 @@ class Outputs {
     used_ = 0;
     frames_.clear();
   }
-  /// The payload of a new message on `channel`, to be encoded into.
-  std::vector<std::uint8_t>& add(std::string_view channel) {
+  /// The payload of a new message on `channel`, to be encoded into. `sent`: as Entry has it.
+  std::vector<std::uint8_t>& add(std::string_view channel, bool sent = false) {
     if (used_ == entries_.size()) entries_.emplace_back();
     Entry& entry = entries_[used_++];
     entry.channel.assign(channel);
+    entry.sent = sent;
     return entry.payload;
   }
   void add_frame(Frame frame) { frames_.push_back(std::move(frame)); }

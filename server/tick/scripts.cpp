@@ -49,7 +49,7 @@ Status Scripts::set_off(const std::string& name, SimulationTime now) {
   return Error{"no script '" + name + "'" + suggestion_or_known(name, names)};
 }
 
-void Scripts::hear(const Event& event) {
+void Scripts::handle(const Event& event) {
   for (std::size_t i = 0; i < scripts_.size(); ++i) {
     const ScriptTrigger& when = scripts_[i].when;
     if (when.kind == Kind::event && when.event == event.kind && is(when.subject, event.subject) &&
@@ -58,10 +58,10 @@ void Scripts::hear(const Event& event) {
   }
 }
 
-void Scripts::look(SimulationTime now, const PlaceOf& place_of) {
+void Scripts::update(SimulationTime now, const PlaceOf& place_of) {
   for (std::size_t i = 0; i < scripts_.size(); ++i) {
     const Script& script = scripts_[i];
-    if (script.when.kind == Kind::near) look_near(i, now, place_of);
+    if (script.when.kind == Kind::near) update_near(i, now, place_of);
     if (script.when.kind != Kind::time || progress_[i].spent || now < progress_[i].next) continue;
     set_off(i, progress_[i].next, {});
     // Periods that were skipped are not made up for.
@@ -70,7 +70,7 @@ void Scripts::look(SimulationTime now, const PlaceOf& place_of) {
   }
 }
 
-void Scripts::look_near(std::size_t script, SimulationTime now, const PlaceOf& place_of) {
+void Scripts::update_near(std::size_t script, SimulationTime now, const PlaceOf& place_of) {
   const ScriptTrigger& when = scripts_[script].when;
   bool& near = progress_[script].near;
   const auto a = place_of(when.subject), b = place_of(when.object);

@@ -13,7 +13,7 @@
 
 namespace parhelion::tick {
 
-/// Deterministic: a function of the events heard and of the instants and places looked at.
+/// Deterministic: a function of the events received, and of the instants and places it is asked about.
 class Scripts {
  public:
   /// Where somebody is now, map frame; none: nobody of this name is anywhere. kTrainee is asked for as well.
@@ -31,10 +31,10 @@ class Scripts {
   /// message says which there are.
   Status set_off(const std::string& name, SimulationTime now);
   /// Every event that is published.
-  void hear(const Event& event);
+  void handle(const Event& event);
   /// Once a step: what time and nearness (in the plane) set off. Nearness does so when it begins; it has
   /// ended when they are kApart farther.
-  void look(SimulationTime now, const PlaceOf& place_of);
+  void update(SimulationTime now, const PlaceOf& place_of);
   /// Those whose actions are due by `now`, in the order of their instants, then of the scenario. What these
   /// set off is for the next step, and a script that is set off several times for one instant runs once: no
   /// loop of scripts can hold up a step.
@@ -55,7 +55,7 @@ class Scripts {
   };
   bool is(const std::string& wanted, const std::string& name) const;
   void set_off(std::size_t script, SimulationTime at, const std::string& by);
-  void look_near(std::size_t script, SimulationTime now, const PlaceOf& place_of);
+  void update_near(std::size_t script, SimulationTime now, const PlaceOf& place_of);
 
   std::vector<Script> scripts_;
   std::vector<std::string> trainees_;
@@ -65,7 +65,7 @@ class Scripts {
 
 struct Configuration;
 
-/// Names that no trigger will ever hear of. Error: the script, the name, and the nearest that is known.
+/// Names that no trigger will ever meet. Error: the script, the name, and the nearest that is known.
 Status check_scripts(const Configuration& configuration);
 
 }  // namespace parhelion::tick

@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
-#include "server/tick/tick.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "server/tick/fault_path.hpp"
+#include "server/tick/laser_path.hpp"
+#include "server/tick/simulated_camera.hpp"
 
 namespace parhelion::tick {
 namespace {
@@ -17,89 +22,92 @@ constexpr double odometry_rate = 50;
 constexpr double pose_rate = 50;
 constexpr double scan_rate = 10;    // of a laser whose description says none
 constexpr double camera_rate = 15;  // of a camera, the same
-// What is known exactly is said to be known to a millimetre: no covariance may be singular.
+// What is known exactly is published as known to a millimetre: no covariance may be singular.
 constexpr double exact_position = 1e-3;  // m
 constexpr double exact_angle = 1e-4;     // rad
 
-/// A sensor's word is an output, and then an input of the same instant.
-void send(const Configuration& configuration, const char* name, InputKind kind, State& state,
-          Outputs& outputs) {
-  StageObserver unmeasured;
-  Message& message = state.sensors->message;
-  message.channel = configuration.channels.bus(name);
-  std::vector<std::uint8_t>& out = outputs.add(message.channel);
-  out.assign(message.payload.begin(), message.payload.end());
-  if (kind != InputKind::none) take_input(configuration, kind, {}, message, state, outputs, unmeasured);
+/// Publishes the payload of sensors.message on that channel, too.
+const Message& publish_again(const TickContext& context, const char* name, SimulatedSensors& sensors) {
+  Message& message = sensors.message;
+  message.channel = context.configuration.channels.bus(name);
+  context.outputs.add(message.channel).assign(message.payload.begin(), message.payload.end());
+  return message;
 }
 
+/// What is returned is to be handled as if a real robot had sent it, where the server takes such messages in.
 template <class T>
-void send(const Configuration& configuration, const char* name, InputKind kind, const T& word, State& state,
-          Outputs& outputs) {
-  encode(word, state.sensors->message.payload);
-  send(configuration, name, kind, state, outputs);
+const Message& publish(const TickContext& context, const char* name, const T& item,
+                       SimulatedSensors& sensors) {
+  encode(item, sensors.message.payload);
+  return publish_again(context, name, sensors);
 }
 
-void send_imu(const Configuration& configuration, SensorTime stamp, const simulation::RobotMotion& motion,
-              State& state, Outputs& outputs) {
-  SimulatedSensors& sensors = *state.sensors;
+void publish_imu(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
+  SimulatedSensors& sensors = path.sensors;
   const bool restart = std::exchange(sensors.imu_epoch, motion.epoch) != motion.epoch;
   const BaseMotion base{motion.T_map_base, motion.velocity, motion.rotation_rate};
-  send(configuration, channel::imu, InputKind::imu, sensors.imu->add(stamp, base, restart), state, outputs);
+  const ImuSample sample = sensors.imu->add({context.now.ns}, base, restart);
+  handle_imu(context, publish(context, channel::imu, sample, sensors), path.pose);
 }
 
-void send_joints(const Configuration& configuration, SensorTime stamp, const simulation::RobotMotion& motion,
-                 State& state, Outputs& outputs) {
+void publish_joints(const TickContext& context, const simulation::RobotMotion& motion,
+                    const SensorPath& path) {
   if (motion.joints.names.empty()) return;
-  Joints& joints = state.sensors->joints;
+  Joints& joints = path.sensors.joints;
   joints = motion.joints;
-  joints.stamp = stamp;
-  send(configuration, channel::joint_state, InputKind::joint_state, joints, state, outputs);
+  joints.stamp = {context.now.ns};
+  handle_joint_state(context, publish(context, channel::joint_state, joints, path.sensors), path.pose);
 }
 
 /// Positions: 1 of a bumper that touches something, else 0.
-void send_bumpers(const Configuration& configuration, SensorTime stamp, const simulation::RobotMotion& motion,
-                  State& state, Outputs& outputs) {
-  SimulatedSensors& sensors = *state.sensors;
+void publish_bumpers(const TickContext& context, const simulation::RobotMotion& motion,
+                     SimulatedSensors& sensors) {
   sensors.touching = motion.touching;
   Joints& bumpers = sensors.joints;
-  bumpers = {stamp, sensors.bumpers, {}, {}, {}};
+  bumpers = {{context.now.ns}, sensors.bumpers, {}, {}, {}};
   for (const std::string& link : sensors.bumpers) {
     const bool touches =
         std::find(motion.touching.begin(), motion.touching.end(), link) != motion.touching.end();
     bumpers.positions.push_back(touches ? 1 : 0);
   }
-  send(configuration, channel::bumper, InputKind::none, bumpers, state, outputs);
+  publish(context, channel::bumper, bumpers, sensors);
+}
+
+void publish_odometry(const TickContext& context, const simulation::RobotMotion& motion,
+                      const SensorPath& path) {
+  const Odometry odometry =
+      path.sensors.odometry.add({context.now.ns}, motion.left, motion.right, motion.epoch);
+  handle_odometry(context, publish(context, channel::odometry, odometry, path.sensors), path.pose);
 }
 
 /// POSE_COV for the server, as a localization would give it, and POSE for others.
-void send_pose(const Configuration& configuration, SensorTime stamp, const simulation::RobotMotion& motion,
-               State& state, Outputs& outputs) {
+void publish_pose(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
   PoseEstimate estimate;
-  estimate.stamp = stamp;
+  estimate.stamp = {context.now.ns};
   estimate.T_map_base = motion.T_map_base;
   estimate.covariance.diagonal().head<3>().setConstant(exact_position * exact_position);
   estimate.covariance.diagonal().tail<3>().setConstant(exact_angle * exact_angle);
-  estimate.map_id = (state.model ? *state.model : configuration.model).map_id;
+  estimate.map_id = current_model(context.configuration, path.site).map_id;
   estimate.state = SlamState::tracking;
-  send(configuration, channel::pose_cov, InputKind::pose_cov, estimate, state, outputs);
+  handle_pose_estimate(context, publish(context, channel::pose_cov, estimate, path.sensors), path.site,
+                       path.simulation, &path.sensors, path.pose);
 
   const Eigen::Matrix3d R_base_map = motion.T_map_base.rotation().transpose();
-  const bool in_map = configuration.robot.velocity_frame == RobotDescription::VelocityFrame::local;
+  const bool in_map = context.configuration.robot.velocity_frame == RobotDescription::VelocityFrame::local;
   PoseStamped pose;
-  pose.stamp = stamp;
+  pose.stamp = estimate.stamp;
   pose.T_map_base = motion.T_map_base;
   pose.velocity = in_map ? motion.velocity : R_base_map * motion.velocity;
   pose.rotation_rate = R_base_map * motion.rotation_rate;
   pose.acceleration = R_base_map * motion.acceleration;
-  send(configuration, channel::pose, InputKind::none, pose, state, outputs);
+  publish(context, channel::pose, pose, path.sensors);
 }
 
-/// Whose body each beam hit: of what was drawn into the site, as in a scan that was injected into.
-void name_hits(State& state) {
-  const AgentScanPath& path = state.agent_laser;
-  const LaserBench& laser = path.benches.front();
-  const SweptWorld& sweep = path.sweeps[path.jobs.front().sweep];
-  ScanInfo& info = state.scan.info;
+/// MR_SCAN_INFO: whose body each beam hit, of what was drawn into the site, as in a scan that was injected
+/// into.
+void name_hits(const LaserState& lasers, ScanInfo& info) {
+  const LaserScratch& laser = lasers.scratch.front();
+  const SweptWorld& sweep = lasers.sweeps[lasers.jobs.front().sweep];
   info.agents.clear();
   info.beam_agent.assign(laser.body_hits.size(), -1);
   for (std::size_t i = 0; i < laser.body_hits.size(); ++i) {
@@ -114,30 +122,32 @@ void name_hits(State& state) {
 }
 
 /// A simulated laser sees the agents itself: there is nothing to inject, and MR_SCAN is SCAN.
-void send_scan(const Configuration& configuration, const simulation::RobotMotion& motion, SimulationTime now,
-               State& state, Outputs& outputs) {
-  SimulatedSensors& sensors = *state.sensors;
-  sensors.laser.stamp = now;
+void publish_scan(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
+  SimulatedSensors& sensors = path.sensors;
+  sensors.laser.stamp = context.now;
   sensors.laser.T_map_laser = motion.T_map_base * sensors.laser.laser.T_base_laser;
-  ScanPath& path = state.scan;
-  Scan& scan = path.real;
-  if (!simulate_laser(configuration, sensors.laser, state, scan)) return;
-  drop_beams(configuration, state, scan);
-  send(configuration, channel::scan, InputKind::none, scan, state, outputs);
-  send(configuration, channel::mr_scan, InputKind::none, state, outputs);
-  path.have_real = true;
-  path.last_scan = now;
-  ++path.sequence;
-  ++state.tally.scans_in;
-  ++state.tally.scans_out;
-  state.tally.beams_total += scan.ranges.size();
-  path.info.stamp = scan.stamp;
-  path.info.live = true;
-  path.info.reason.clear();
-  path.info.predicted_error = 0;
-  name_hits(state);
-  encode(path.info, outputs.add(configuration.channels.bus(channel::mr_scan_info)));
-  note_injection(configuration, now, {}, state, outputs);
+  Scan& scan = path.scan.real;
+  if (!simulate_laser(context.configuration, sensors.laser, path.simulation, path.site.caster, path.lasers,
+                      scan))
+    return;
+  drop_beams(context.configuration, path.faults, path.scan.sequence, scan,
+             path.lasers.scratch.front().body_hits);
+  publish(context, channel::scan, scan, sensors);
+  publish_again(context, channel::mr_scan, sensors);
+  path.scan.have_real = true;
+  path.injection.last_scan = context.now;
+  ++path.scan.sequence;
+  ++context.tally.scans_in;
+  ++context.tally.scans_out;
+  context.tally.beams_total += scan.ranges.size();
+  ScanInfo& info = path.scan.info;
+  info.stamp = scan.stamp;
+  info.live = true;
+  info.reason.clear();
+  info.predicted_error = 0;
+  name_hits(path.lasers, info);
+  encode(info, context.outputs.add(context.configuration.channels.bus(channel::mr_scan_info)));
+  report_injection(context, {}, path.injection);
 }
 
 double rate_of(const LaserDescription& laser) {
@@ -145,14 +155,6 @@ double rate_of(const LaserDescription& laser) {
 }
 
 }  // namespace
-
-bool Cadence::due(Duration since_start) {
-  // A step is a rounded number of nanoseconds after the start: half a microsecond decides nothing.
-  const auto periods = static_cast<std::int64_t>(std::floor((since_start.seconds() + 5e-7) * rate_));
-  if (periods == last_) return false;
-  last_ = periods;
-  return true;
-}
 
 SimulatedSensors::SimulatedSensors(const Configuration& configuration, const simulation::RobotModel& model,
                                    SimulationTime begin)
@@ -181,31 +183,31 @@ SimulatedSensors::SimulatedSensors(const Configuration& configuration, const sim
   laser.laser = *configuration.robot.laser;
 }
 
-Status spawn_trainee(const Configuration& configuration, State& state) {
-  if (!simulates_trainee(configuration.scenario)) return {};
+Result<std::unique_ptr<SimulatedSensors>> spawn_trainee(const Configuration& configuration,
+                                                        simulation::Simulation& simulation) {
+  if (!simulates_trainee(configuration.scenario)) return std::unique_ptr<SimulatedSensors>();
   const Trainee& trainee = *configuration.scenario.trainee;
   AgentDefinition definition;
   definition.name = trainee.name;
   definition.kind = AgentKind::robot;
   definition.T_map_base = trainee.T_map_base;
   definition.model = trainee.model;
-  const BodyId others = state.simulation.scene()->bodies.back()->id;
-  if (const Status spawned = state.simulation.spawn_trainee(definition); !spawned)
+  const BodyId others = simulation.scene()->bodies.back()->id;
+  if (const Status spawned = simulation.spawn_trainee(definition); !spawned)
     return Error{"scenario trainee '" + trainee.name + "': " + spawned.error().message};
-  state.kinds[trainee.name] = AgentKind::robot;
   const auto model = std::find_if(configuration.robot_models.begin(), configuration.robot_models.end(),
                                   [&](const auto& each) { return each->name == trainee.model; });
-  state.sensors = std::make_unique<SimulatedSensors>(configuration, **model, state.simulation.now());
-  for (const auto& body : state.simulation.scene()->bodies) {
-    if (body->id > others) state.sensors->laser.own_bodies.push_back(body->id);
+  auto sensors = std::make_unique<SimulatedSensors>(configuration, **model, simulation.now());
+  for (const auto& body : simulation.scene()->bodies) {
+    if (body->id > others) sensors->laser.own_bodies.push_back(body->id);
   }
-  return {};
+  return sensors;
 }
 
 std::optional<simulation::RealRobotState> trainee_state(const Configuration& configuration,
-                                                        const State& state) {
+                                                        const simulation::Simulation& simulation) {
   if (!simulates_trainee(configuration.scenario)) return std::nullopt;
-  const simulation::RobotMotion* motion = state.simulation.robot_motion(configuration.robot.name);
+  const simulation::RobotMotion* motion = simulation.robot_motion(configuration.robot.name);
   if (motion == nullptr) return std::nullopt;
   simulation::RealRobotState robot;
   robot.T_map_base = motion->T_map_base;
@@ -215,11 +217,11 @@ std::optional<simulation::RealRobotState> trainee_state(const Configuration& con
   return robot;
 }
 
-void take_slam_word(const Configuration& configuration, PoseEstimate& estimate, State& state) {
-  if (!state.sensors) return;
-  if (estimate.map_id.empty()) estimate.map_id = (state.model ? *state.model : configuration.model).map_id;
-  SimulatedSensors& sensors = *state.sensors;
-  if (!state.simulation.at(SimulationTime{estimate.stamp.ns}, sensors.truth)) return;
+void check_slam_estimate(const Configuration& configuration, const SiteState& site,
+                         const simulation::Simulation& simulation, SimulatedSensors& sensors,
+                         PoseEstimate& estimate) {
+  if (estimate.map_id.empty()) estimate.map_id = current_model(configuration, site).map_id;
+  if (!simulation.at(SimulationTime{estimate.stamp.ns}, sensors.truth)) return;
   const BodyId base = sensors.laser.own_bodies.front();
   for (const BodyState& body : sensors.truth.bodies) {
     if (body.id != base) continue;
@@ -228,9 +230,9 @@ void take_slam_word(const Configuration& configuration, PoseEstimate& estimate, 
   }
 }
 
-std::string slam_note(const State& state) {
-  if (!state.sensors || state.sensors->slam_error_um.count() == 0) return {};
-  const Percentiles& error = state.sensors->slam_error_um;
+std::string slam_note(const SimulatedSensors* sensors) {
+  if (sensors == nullptr || sensors->slam_error_um.count() == 0) return {};
+  const Percentiles& error = sensors->slam_error_um;
   char text[128];
   std::snprintf(text, sizeof text, "%llu poses, off by p50 %.3f m, p99 %.3f m, at most %.3f m",
                 static_cast<unsigned long long>(error.count()), error.at(0.5) / 1e6, error.at(0.99) / 1e6,
@@ -238,31 +240,26 @@ std::string slam_note(const State& state) {
   return text;
 }
 
-void publish_sensors(const Configuration& configuration, SimulationTime now, State& state, Outputs& outputs) {
-  if (!state.sensors) return;
-  SimulatedSensors& sensors = *state.sensors;
-  const simulation::RobotMotion* motion = state.simulation.robot_motion(configuration.robot.name);
+void publish_sensors(const TickContext& context, const SensorPath& path) {
+  const Configuration& configuration = context.configuration;
+  SimulatedSensors& sensors = path.sensors;
+  const simulation::RobotMotion* motion = path.simulation.robot_motion(configuration.robot.name);
   if (motion == nullptr) return;
-  const Duration running = now - sensors.start;
-  const SensorTime stamp{now.ns};
-  sensors.message.arrival = {now.ns};
+  const Duration running = context.now - sensors.start;
+  sensors.message.arrival = {context.now.ns};
   if (sensors.robot.due(running))
-    send(configuration, channel::robot, InputKind::none, RobotMessage{stamp, to_yaml(configuration.robot)},
-         state, outputs);
-  if (sensors.imu && sensors.imu_clock.due(running)) send_imu(configuration, stamp, *motion, state, outputs);
-  if (sensors.joints_clock.due(running)) send_joints(configuration, stamp, *motion, state, outputs);
+    publish(context, channel::robot, RobotMessage{{context.now.ns}, to_yaml(configuration.robot)}, sensors);
+  if (sensors.imu && sensors.imu_clock.due(running)) publish_imu(context, *motion, path);
+  if (sensors.joints_clock.due(running)) publish_joints(context, *motion, path);
   const bool bumped = sensors.touching != motion->touching;
   if (!sensors.bumpers.empty() && (sensors.bumper_clock.due(running) || bumped))
-    send_bumpers(configuration, stamp, *motion, state, outputs);
-  if (sensors.odometry_clock.due(running)) {
-    const Odometry odometry = sensors.odometry.add(stamp, motion->left, motion->right, motion->epoch);
-    send(configuration, channel::odometry, InputKind::odometry, odometry, state, outputs);
-  }
+    publish_bumpers(context, *motion, sensors);
+  if (sensors.odometry_clock.due(running)) publish_odometry(context, *motion, path);
   if (!configuration.scenario.trainee->slam && sensors.pose_clock.due(running))
-    send_pose(configuration, stamp, *motion, state, outputs);
-  if (sensors.scan_clock.due(running)) send_scan(configuration, *motion, now, state, outputs);
+    publish_pose(context, *motion, path);
+  if (sensors.scan_clock.due(running)) publish_scan(context, *motion, path);
   if (sensors.camera_clock && sensors.camera_clock->due(running))
-    take_picture(configuration, *motion, now, state, outputs);
+    capture_images(context, *motion, path.simulation, path.site, sensors, path.camera);
 }
 
 }  // namespace parhelion::tick

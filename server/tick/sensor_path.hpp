@@ -1,36 +1,32 @@
 // The sensors of the trainee's robot where that is simulated (levels 1 and 2).
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "protocols/bus/bus.hpp"
 #include "protocols/joints.hpp"
-#include "protocols/robot.hpp"
+#include "protocols/pose.hpp"
+#include "protocols/world.hpp"
 #include "server/simulation/simulation.hpp"
+#include "server/tick/cadence.hpp"
 #include "server/tick/imu_model.hpp"
 #include "server/tick/percentiles.hpp"
+#include "server/tick/tick_context.hpp"
 #include "server/tick/wheel_odometry.hpp"
 
 namespace parhelion::tick {
 
-struct Configuration;
-struct State;
-
-/// Which of its messages is due at a step: the first that lies at or after each multiple of its period. A
-/// loop that skipped steps sends it once.
-class Cadence {
- public:
-  explicit Cadence(double rate) : rate_(rate) {}
-  bool due(Duration since_start);
-
- private:
-  double rate_;  ///< Hz
-  std::int64_t last_ = -1;
-};
+struct CameraState;
+struct FaultState;
+struct InjectionState;
+struct LaserState;
+struct PoseState;
+struct ScanState;
+struct SiteState;
 
 struct SimulatedSensors {
   SimulatedSensors(const Configuration& configuration, const simulation::RobotModel& model,
@@ -49,20 +45,41 @@ struct SimulatedSensors {
   Percentiles slam_error_um;          ///< of POSE_COV in the plane, against where the robot was
   Joints joints;                      // scratch
   WorldSnapshot truth;                // scratch
-  Message message;                    // scratch: what is sent is taken in from here
+  Message message;                    // scratch: the newest that was sent
 };
 
-/// What SLAM says of the simulated robot. A map that is still being built has no id, and is the model's as
-/// far as SLAM began where the robot did: it is taken for it. How far off it is goes into slam_error_um.
-void take_slam_word(const Configuration& configuration, PoseEstimate& estimate, State& state);
-/// For the report; empty where the pose is not SLAM's.
-std::string slam_note(const State& state);
+/// What the simulated sensors work on.
+struct SensorPath {
+  SimulatedSensors& sensors;
+  PoseState& pose;
+  ScanState& scan;
+  InjectionState& injection;
+  CameraState& camera;
+  LaserState& lasers;
+  const FaultState& faults;
+  const SiteState& site;
+  simulation::Simulation& simulation;
+};
 
-/// How a head that a sensor sits on is turned in a simulated robot's joints. Error: it lacks one of them.
-Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head, const Joints& joints);
+/// What the sensors measure at the newest step: outputs that are handled at once, as a real robot's are when
+/// they arrive.
+void publish_sensors(const TickContext& context, const SensorPath& path);
+
+/// The trainee's robot into the simulation, with its sensors. Null at level 3.
+Result<std::unique_ptr<SimulatedSensors>> spawn_trainee(const Configuration& configuration,
+                                                        simulation::Simulation& simulation);
+
+/// SLAM's estimate of the simulated robot's pose. A map that is still being built has no id, and is the
+/// model's as far as SLAM began where the robot did: the estimate gets that. Its error goes into
+/// slam_error_um.
+void check_slam_estimate(const Configuration& configuration, const SiteState& site,
+                         const simulation::Simulation& simulation, SimulatedSensors& sensors,
+                         PoseEstimate& estimate);
+/// For the report; empty where the pose is not SLAM's. `sensors`: null at level 3.
+std::string slam_note(const SimulatedSensors* sensors);
 
 /// The trainee's simulated robot as agents must reckon with it; nullopt at level 3.
 std::optional<simulation::RealRobotState> trainee_state(const Configuration& configuration,
-                                                        const State& state);
+                                                        const simulation::Simulation& simulation);
 
 }  // namespace parhelion::tick

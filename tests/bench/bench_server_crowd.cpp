@@ -273,11 +273,12 @@ void cast(benchmark::State& bench) {
   do {
     outputs.clear();
     tick::advance(configuration, ArrivalTime::from_utime(utime += 4'000), state, outputs, unmeasured);
-  } while (state.laser_requests.empty());
+  } while (state.lasers.requests.empty());
   std::size_t scans = 0;
+  const tick::TickContext context = state.context(configuration, state.simulation.now(), outputs);
   for (auto _ : bench) {
     outputs.clear();
-    tick::answer_lasers(configuration, state, outputs);
+    tick::publish_agent_scans(context, state.site.caster, state.simulation, state.lasers);
     scans += outputs.entries().size();
   }
   bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(scans), benchmark::Counter::kIsRate);

@@ -227,7 +227,7 @@ Status Demo::look_on(runtime::ReplayOptions& options) {
     show(static_cast<double>(at.bytes_done) / 1e6, static_cast<double>(at.bytes_total) / 1e6);
   };
   options.watch = [this](const tick::Configuration& configuration, const Message& input,
-                         const tick::State& state) { witness_.see(configuration, input, state); };
+                         const tick::RobotState& robot) { witness_.see(configuration, input, robot); };
   options.watch_camera = [this](const Image& answer) { witness_.see_answer(answer); };
   auto report = runtime::replay(options);
   if (!report) return report.error();

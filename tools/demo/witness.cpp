@@ -12,45 +12,45 @@ constexpr double nearest_drawn = 1;      // m: a virtual return nearer than that
 constexpr int slight_change = 5;
 constexpr int visible_change = 24;  // of 255: well above what encoding an unchanged pixel again does
 
-WitnessedScan place(const tick::Configuration& configuration, const tick::State& state,
+WitnessedScan place(const tick::Configuration& configuration, const tick::ScanState& scan,
                     const pose::PoseAtInstant& pose) {
-  const tick::ScanPath& path = state.scan;
   WitnessedScan seen;
   seen.T_map_base = pose.T_map_base;
   seen.T_map_laser = pose.T_map_base * configuration.robot.laser->T_base_laser;
-  seen.world = path.world_end;
-  for (std::size_t i = 0; i < path.out.ranges.size(); ++i) {
-    if (configuration.robot.laser->convention.classify(path.out.ranges[i]) != BeamKind::hit) continue;
-    const double angle = path.out.angle_first + static_cast<double>(i) * path.out.angle_step;
-    const Eigen::Vector3d p_laser(path.out.ranges[i] * std::cos(angle), path.out.ranges[i] * std::sin(angle),
+  seen.world = scan.world_end;
+  for (std::size_t i = 0; i < scan.out.ranges.size(); ++i) {
+    if (configuration.robot.laser->convention.classify(scan.out.ranges[i]) != BeamKind::hit) continue;
+    const double angle = scan.out.angle_first + static_cast<double>(i) * scan.out.angle_step;
+    const Eigen::Vector3d p_laser(scan.out.ranges[i] * std::cos(angle), scan.out.ranges[i] * std::sin(angle),
                                   0);
     const Eigen::Vector2d p_map = (seen.T_map_laser * p_laser).head<2>();
-    const bool is_virtual = path.beam_body[i] >= 0;
+    const bool is_virtual = scan.beam_body[i] >= 0;
     (is_virtual ? seen.virtual_returns : seen.real_returns).push_back(p_map);
     seen.replaced += is_virtual ? 1 : 0;
-    if (is_virtual) seen.nearest = std::min<double>(seen.nearest, path.out.ranges[i]);
+    if (is_virtual) seen.nearest = std::min<double>(seen.nearest, scan.out.ranges[i]);
   }
   return seen;
 }
 
 }  // namespace
 
-void Witness::see(const tick::Configuration& configuration, const Message& input, const tick::State& state) {
+void Witness::see(const tick::Configuration& configuration, const Message& input,
+                  const tick::RobotState& robot) {
   const tick::InputKind kind = configuration.channels.kind(input.channel);
   if (kind == tick::InputKind::camera) return remember(input);
-  if (kind != tick::InputKind::scan || !state.scan.live) return;
-  const auto pose = state.track.at(state.scan.real.stamp);
+  if (kind != tick::InputKind::scan || !robot.injection.live) return;
+  const auto pose = robot.pose.track.at(robot.scan.real.stamp);
   if (!pose) return;
   driven_.push_back(pose->T_map_base.translation().head<2>());
-  auto definition = state.scan.world_end.scene->bodies.begin();
+  auto definition = robot.scan.world_end.scene->bodies.begin();
   std::string last;
-  for (const BodyState& body : state.scan.world_end.bodies) {
+  for (const BodyState& body : robot.scan.world_end.bodies) {
     while ((*definition)->id < body.id) ++definition;
     if ((*definition)->owner != BodyOwner::agent || (*definition)->entity == last) continue;
     last = (*definition)->entity;
     agent_paths_[last].push_back(body.T_map_body.translation().head<2>());
   }
-  WitnessedScan seen = place(configuration, state, *pose);
+  WitnessedScan seen = place(configuration, robot.scan, *pose);
   if (seen.replaced == 0) return;
   const auto rank = [](const WitnessedScan& scan) {
     return std::pair(scan.nearest >= nearest_drawn, scan.replaced);

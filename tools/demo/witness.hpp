@@ -31,7 +31,7 @@ struct WitnessedScan {
 class Witness {
  public:
   /// After each input.
-  void see(const tick::Configuration& configuration, const Message& input, const tick::State& state);
+  void see(const tick::Configuration& configuration, const Message& input, const tick::RobotState& robot);
   /// Each MR_CAMERA: the one that differs most from the CAMERA that it answers is kept.
   void see_answer(const Image& answer);
 

@@ -53,7 +53,7 @@ class AgentCamerasTest : public test::TickTest {
       ASSERT_TRUE(done);
       EXPECT_EQ(done->answer.reason, "");
       outputs_.clear();
-      tick::add_frame_outputs(configuration_, *done, outputs_, *state_);
+      tick::publish_frame(configuration_, *done, outputs_, state_->tally);
       for (const tick::Outputs::Entry& entry : outputs_.entries())
         out_[entry.channel].push_back(entry.payload);
     }
@@ -184,7 +184,7 @@ TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
 TEST_F(AgentCamerasTest, AreOffAndCostNothingWhereNobodyAsksForThem) {
   start(with_rovers({rover(-3, 0)}));
   feed(test::drive(1));
-  EXPECT_EQ(state_->agent_cameras, nullptr);
+  EXPECT_TRUE(state_->agent_cameras.cameras.empty());
   EXPECT_EQ(state_->tally.agent_frames_in, 0U);
   EXPECT_FALSE(out_.contains(pictures));
 }

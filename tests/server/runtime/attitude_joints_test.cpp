@@ -170,7 +170,7 @@ TEST_F(TickTest, ACameraOnAHeadLooksWhereTheEncodersSay) {
   const tick::Outputs::Frame& frame = outputs_.frames().front();
   EXPECT_EQ(frame.reason, "");
   // A turn of the head about the base's own axis is a turn of the robot for the camera.
-  const auto robot = *state_->track.at(SensorTime::from_utime(seen));
+  const auto robot = *state_->robots.front().pose.track.at(SensorTime::from_utime(seen));
   const auto expected = robot.T_map_base * Transform<Base, Base>::planar(0, 0, 0.7) *
                         configuration_.robot.camera->T_base_optical;
   EXPECT_TRUE(frame.job.T_map_optical.isometry().isApprox(expected.isometry(), 1e-9));
@@ -215,7 +215,7 @@ TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
     const double row = lens.fy * p.y() / p.z() + lens.cy;
     ASSERT_GT(row, 0.6 * lens.height);
     const double after = (std::min(row / (lens.height - 1), 1.0) - 0.5) * readout;
-    const auto then = *state_->track.at(SensorTime::from_utime(seen) + seconds(after));
+    const auto then = *state_->robots.front().pose.track.at(SensorTime::from_utime(seen) + seconds(after));
     const auto T_map_optical = then.T_map_base * robot.camera->T_base_optical;
     const Eigen::Vector3d expected = T_map_optical.inverse() * (shown[0.0] * centre);
     const Eigen::Vector3d found = job.T_map_optical.inverse() * (shown[readout] * centre);

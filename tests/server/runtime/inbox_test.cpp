@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "server/runtime/wall_clock.hpp"
 #include "tests/server/tick/synthetic.hpp"
 
@@ -42,6 +44,19 @@ class InboxTest : public testing::Test {
   tick::ChannelMap channels_{Scenario{}};
   Guard guard_;
 };
+
+TEST_F(InboxTest, InboxIsWokenWhileNothingComes) {
+  Inbox inbox(*server_, channels_, guard_);
+  const WallTime begun = steady_now();
+  inbox.wake();
+  EXPECT_FALSE(inbox.take(begun + seconds(60))) << "woken before it waited";
+  std::thread other([&inbox] { inbox.wake(); });
+  EXPECT_FALSE(inbox.take(begun + seconds(60)));
+  other.join();
+  EXPECT_LT(steady_now() - begun, seconds(30));
+  send("ODOMETRY");
+  EXPECT_TRUE(inbox.take(steady_now() + seconds(20))) << "a wake is used up";
+}
 
 TEST_F(InboxTest, InboxStampsStrictlyIncreasing) {
   Inbox inbox(*server_, channels_, guard_);

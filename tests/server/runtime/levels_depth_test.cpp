@@ -45,7 +45,7 @@ class LevelsDepth : public LevelsTest {
         ASSERT_TRUE(done);
         EXPECT_EQ(done->answer.reason, "");
         outputs_.clear();
-        tick::add_frame_outputs(configuration_, *done, outputs_, *state_);
+        tick::publish_frame(configuration_, *done, outputs_, state_->tally);
         for (const tick::Outputs::Entry& entry : outputs_.entries())
           out_[entry.channel].push_back(entry.payload);
       }

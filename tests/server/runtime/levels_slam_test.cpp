@@ -82,7 +82,7 @@ class LevelsSlamTest : public test::TickTest {
   }
   void compare() {
     const SensorTime at{state_->simulation.now().ns};
-    const auto pose = tick::robot_pose(*state_, at);
+    const auto pose = tick::robot_pose(state_->robots.front().pose, at);
     if (!pose) return;
     const Eigen::Isometry3d off =
         state_->simulation.robot_motion("trainee")->T_map_base.isometry().inverse() *
@@ -119,7 +119,7 @@ double explained(const pose::GridMap& map, const SemanticModel& model) {
 
 TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
   live(0.5, {});
-  EXPECT_TRUE(state_->real.has_value()) << "SLAM has spoken";
+  EXPECT_TRUE(state_->robots.front().pose.at_step.has_value()) << "SLAM has spoken";
   live(12, {0.4, 0, 0.5});
   live(12, {0.4, 0, -0.5});
   live(1, {});
@@ -132,7 +132,7 @@ TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
   EXPECT_LT(worst_turn_, 0.07);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
   EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "SLAM says it, and nobody else";
-  EXPECT_THAT(tick::slam_note(*state_), testing::HasSubstr("poses, off by"));
+  EXPECT_THAT(tick::slam_note(state_->robots.front().sensors.get()), testing::HasSubstr("poses, off by"));
   const auto path = slam_->finish();
   EXPECT_GT(path.size(), 900U);
   EXPECT_GT(explained(slam_->grid_map(), configuration_.model), 0.95);

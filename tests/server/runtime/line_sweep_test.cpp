@@ -109,9 +109,10 @@ Swept sweep(const tick::Configuration& configuration, const std::vector<Message>
   for (const Message& message : log) {
     outputs.clear();
     tick::tick(configuration, message, **state, outputs, stages);
-    if (message.channel != channel::lines || !(*state)->line) continue;
-    lines.add(*(*state)->line);
-    while (auto view = lines.take(**state)) swept.views.push_back(std::move(*view));
+    const tick::RobotState& robot = (*state)->robots.front();
+    if (message.channel != channel::lines || !robot.scan.line) continue;
+    lines.add(*robot.scan.line);
+    while (auto view = lines.take(robot.pose)) swept.views.push_back(std::move(*view));
   }
   swept.left_out = lines.left_out();
   swept.refused = (*state)->tally.refused_inputs;

@@ -59,7 +59,7 @@ class ModelChangeTest : public testing::Test {
     const float time = 0;
     scan::RangeHit hit;
     const auto T = Transform<Map, Laser>::planar(0, 0, 0, 0.5);
-    state_->caster.cast_building({T, T}, {0, 0.01F, {&time, 1}}, 30, {&hit, 1});
+    state_->site.caster.cast_building({T, T}, {0, 0.01F, {&time, 1}}, 30, {&hit, 1});
     return hit.range;
   }
 
@@ -79,8 +79,8 @@ TEST_F(ModelChangeTest, LasersAgentsAndPicturesHaveTheNewBuildingAndTheHistoryTh
   give(new_model(test::start_us + 600'000, room_with_wall_at(4), 1));
   EXPECT_EQ(events(EventKind::model_changed), 1);
   EXPECT_NEAR(range_ahead(), 3.95, 1e-4);
-  ASSERT_NE(state_->model, nullptr);
-  EXPECT_EQ(state_->model->entities.size(), 5U);
+  ASSERT_NE(state_->site.model, nullptr);
+  EXPECT_EQ(state_->site.model->entities.size(), 5U);
 
   give(test::message(channel::odometry, test::start_us + 700'000, Odometry{}));
   WorldSnapshot now, then;

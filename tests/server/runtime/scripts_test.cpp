@@ -56,7 +56,7 @@ std::optional<Eigen::Vector3d> nobody(const std::string&) { return std::nullopt;
 /// Names of what is due at t.
 std::vector<std::string> due(tick::Scripts& scripts, double t,
                              const tick::Scripts::PlaceOf& place_of = nobody) {
-  scripts.look(kStart + seconds(t), place_of);
+  scripts.update(kStart + seconds(t), place_of);
   std::vector<std::string> names;
   for (const tick::Scripts::Due& each : scripts.take_due(kStart + seconds(t)))
     names.push_back(each.script->name);
@@ -80,13 +80,13 @@ TEST(Scripts, StartAtTheirTimeOnceOrAgainAndAgain) {
 TEST(Scripts, HearOfTheTraineeByAnyOfItsNamesAndOfNobodyElse) {
   tick::Scripts scripts({on_event("door", EventKind::door_space_left, kTrainee, "door 2")},
                         {"rover", "pupil"}, kStart);
-  scripts.hear(happened(EventKind::door_space_left, 1, "person_1", "door 2"));
-  scripts.hear(happened(EventKind::door_space_left, 1, "rover", "door 3"));
-  scripts.hear(happened(EventKind::door_space_entered, 1, "rover", "door 2"));
+  scripts.handle(happened(EventKind::door_space_left, 1, "person_1", "door 2"));
+  scripts.handle(happened(EventKind::door_space_left, 1, "rover", "door 3"));
+  scripts.handle(happened(EventKind::door_space_entered, 1, "rover", "door 2"));
   EXPECT_THAT(due(scripts, 1), IsEmpty());
-  scripts.hear(happened(EventKind::door_space_left, 2, "pupil", "door 2"));
+  scripts.handle(happened(EventKind::door_space_left, 2, "pupil", "door 2"));
   EXPECT_THAT(due(scripts, 2), ElementsAre("door"));
-  scripts.hear(happened(EventKind::door_space_left, 3, "rover", "door 2"));
+  scripts.handle(happened(EventKind::door_space_left, 3, "rover", "door 2"));
   EXPECT_THAT(due(scripts, 3), IsEmpty()) << "it runs once";
 }
 
@@ -95,7 +95,7 @@ TEST(Scripts, WaitAsLongAsTheySayAndComeInTheOrderOfTheirInstants) {
   late.after = 0.5;
   soon.after = 0.2;
   tick::Scripts scripts({late, soon}, {}, kStart);
-  scripts.hear(happened(EventKind::agent_spawned, 1, "a"));
+  scripts.handle(happened(EventKind::agent_spawned, 1, "a"));
   EXPECT_THAT(due(scripts, 1.19), IsEmpty());
   EXPECT_THAT(due(scripts, 2), ElementsAre("soon", "late"));
 }
@@ -110,7 +110,7 @@ TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
   EXPECT_THAT(due(scripts, 2), ElementsAre("once"));
   EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits as long as it says";
   EXPECT_THAT(due(scripts, 60), IsEmpty());
-  scripts.hear(happened(EventKind::agent_spawned, 61, "a"));
+  scripts.handle(happened(EventKind::agent_spawned, 61, "a"));
   EXPECT_THAT(due(scripts, 62), IsEmpty()) << "it has run";
 }
 
@@ -130,8 +130,8 @@ TEST(Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
   for (int step = 1; step < 100; ++step) {
     const double t = step / 240.0;
     // Each run of the script leads to two more events that set it off.
-    scripts.hear(happened(EventKind::command_refused, t, "a"));
-    scripts.hear(happened(EventKind::command_refused, t, "a"));
+    scripts.handle(happened(EventKind::command_refused, t, "a"));
+    scripts.handle(happened(EventKind::command_refused, t, "a"));
     EXPECT_EQ(due(scripts, t).size(), 1U);
   }
 }

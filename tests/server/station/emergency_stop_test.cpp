@@ -184,14 +184,14 @@ TEST_F(EmergencyStopTest, WhatAnotherConsoleStopsOrLetsGoThePagesAreTold) {
   pass(0.5);
   EXPECT_TRUE(desk_->stops().empty());
   EXPECT_THAT(page->texts("estop").back(), testing::HasSubstr(R"("on":false)"));
-  EXPECT_FALSE(state_->emergency_stop);
+  EXPECT_FALSE(state_->robots.front().command.emergency_stop);
   order("nobody", true, 7);  // refused, and no stop
   pass(0.5);
   EXPECT_TRUE(desk_->stops().empty());
   order("", true, 8);  // every robot
   pass(0.5);
   EXPECT_EQ(desk_->stops().size(), 1U);
-  EXPECT_TRUE(state_->emergency_stop);
+  EXPECT_TRUE(state_->robots.front().command.emergency_stop);
 }
 
 TEST_F(EmergencyStopTest, ADeskThatIsOpenedAfterADeathStopsTheRobotAndSaysSo) {
@@ -203,7 +203,7 @@ TEST_F(EmergencyStopTest, ADeskThatIsOpenedAfterADeathStopsTheRobotAndSaysSo) {
   EXPECT_THAT(page->texts("estop").at(0), testing::HasSubstr("died"));
   pass(0.5);
   EXPECT_LT(way_in(2), 0.002);
-  EXPECT_TRUE(state_->emergency_stop);
+  EXPECT_TRUE(state_->robots.front().command.emergency_stop);
 }
 
 }  // namespace

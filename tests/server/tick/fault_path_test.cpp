@@ -78,7 +78,7 @@ TEST_F(FaultPath, BegunAgainItReplacesTheOneOfItsKind) {
   wait(1);
   EXPECT_THAT(said(), testing::ElementsAre("+camera_delay 0.2", "-camera_delay 0.2", "+camera_delay 0.4"));
   for (int i = 0; i < 1000; ++i) begin(Kind::camera_delay, 0.1);
-  EXPECT_LE(state_->lessons.size(), 4U) << "there is no end to what may be begun";
+  EXPECT_LE(state_->faults.faults.size(), 4U) << "there is no end to what may be begun";
 }
 
 TEST_F(FaultPath, TheTwoSidesOfADriveDieApart) {
@@ -116,7 +116,7 @@ TEST_F(FaultPath, WhatCannotBeIsRefusedWithAReason) {
   EXPECT_THAT(begin(Kind::camera_loss, -0.1), HasSubstr("0 to 1"));
   EXPECT_THAT(begin(Kind::camera_loss, 0.5, -3), HasSubstr("duration: -3"));
   EXPECT_THAT(begin(Kind::low_battery, 0.5), HasSubstr("starts"));
-  EXPECT_TRUE(state_->lessons.empty());
+  EXPECT_TRUE(state_->faults.faults.empty());
   start(test::configuration({}));
   EXPECT_THAT(kill_wheel(false), HasSubstr("simulated"));
   EXPECT_THAT(begin(Kind::laser_dropouts, 0.5), HasSubstr("simulated"));

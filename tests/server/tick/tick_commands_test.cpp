@@ -157,14 +157,14 @@ TEST_F(TickTest, TickStopsTheTraineesRobotByAnEmergencyStopAloneAndAgentsByEithe
   const std::string robot = configuration_.robot.name;
   EXPECT_NE(answer(channel::mr_freeze, AgentFreeze{.request = 1, .agent = robot}).find("MR_EMERGENCY_STOP"),
             std::string::npos);
-  EXPECT_FALSE(state_->emergency_stop);
+  EXPECT_FALSE(state_->robots.front().command.emergency_stop);
   EXPECT_EQ(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 2, .robot = "robot_1"}), "");
-  EXPECT_FALSE(state_->emergency_stop) << "that was an agent";
+  EXPECT_FALSE(state_->robots.front().command.emergency_stop) << "that was an agent";
   EXPECT_NE(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 3, .robot = "nobody"}), "");
   EXPECT_EQ(answer(channel::mr_emergency_stop, EmergencyStopCommand{.request = 4}), "");
-  EXPECT_TRUE(state_->emergency_stop) << "every robot of a trainee";
+  EXPECT_TRUE(state_->robots.front().command.emergency_stop) << "every robot of a trainee";
   EXPECT_EQ(answer(channel::mr_freeze, AgentFreeze{.request = 5, .all = true, .frozen = false}), "");
-  EXPECT_TRUE(state_->emergency_stop);
+  EXPECT_TRUE(state_->robots.front().command.emergency_stop);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <numeric>
 #include <random>
 
 #include "tests/server/tick/tick_fixture.hpp"
@@ -51,37 +52,79 @@ TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
   EXPECT_GT(replaced, 50U);
 }
 
-/// What is told of an answer, and what the server had learnt by then.
-class Answers : public StageObserver {
+/// Keeps each MR_SCAN, and what the server had learnt by then.
+class KeptScans : public ScanSink {
  public:
-  explicit Answers(const std::unique_ptr<State>& state) : state_(state) {}
-  void answered(std::span<const std::uint8_t> scan) override {
+  explicit KeptScans(const std::unique_ptr<State>& state) : state_(state) {}
+  Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> scan) override {
+    EXPECT_EQ(sequence, scans.size() + 1);
     scans.emplace_back(scan.begin(), scan.end());
-    learnt = learnt || state_->obstacles_seen == state_->scan.last_scan;
+    learnt =
+        learnt || state_->robots.front().scan.obstacles_seen == state_->robots.front().injection.last_scan;
+    return {.sent = true, .raw = false};
   }
   std::vector<std::vector<std::uint8_t>> scans;
-  bool learnt = false;  ///< anything from the scan that was not answered yet
+  bool learnt = false;  ///< anything from the scan that was not published yet
 
  private:
   const std::unique_ptr<State>& state_;
 };
 
-TEST_F(TickTest, TickTellsOfEachAnswerBeforeItLearnsFromThatScan) {
+TEST_F(TickTest, TickPublishesEachScanBeforeItLearnsFromThatScan) {
   start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
-  Answers answers(state_);
+  KeptScans sink(state_);
   std::vector<std::vector<std::uint8_t>> sent;
   for (const Message& each : test::drive(3)) {
     outputs_.clear();
-    tick(configuration_, each, *state_, outputs_, answers);
+    tick(configuration_, each, *state_, outputs_, observer_, sink);
     for (const Outputs::Entry& entry : outputs_.entries()) {
-      if (entry.channel == channel::mr_scan) sent.push_back(entry.payload);
+      EXPECT_EQ(entry.sent, entry.channel == channel::mr_scan);
+      if (entry.sent) sent.push_back(entry.payload);
     }
-    ASSERT_EQ(answers.scans.size(), sent.size());
+    ASSERT_EQ(sink.scans.size(), sent.size());
   }
   EXPECT_GT(sent.size(), 20U);
-  EXPECT_TRUE(answers.scans == sent) << "what was told is not what is sent and logged";
-  EXPECT_FALSE(answers.learnt);
-  EXPECT_EQ(state_->obstacles_seen, state_->scan.last_scan) << "nothing was learnt at all";
+  EXPECT_TRUE(sink.scans == sent) << "what was published is not what is logged";
+  EXPECT_FALSE(sink.learnt);
+  EXPECT_EQ(state_->robots.front().scan.obstacles_seen, state_->robots.front().injection.last_scan)
+      << "nothing was learnt at all";
+}
+
+/// The guard is first each time.
+class LateSink : public ScanSink {
+ public:
+  Receipt publish(std::uint64_t, std::span<const std::uint8_t>) override {
+    return {.sent = true, .raw = true};
+  }
+};
+
+TEST_F(TickTest, TickLogsTheRawScanAndWhyWhereTheGuardWasFirst) {
+  start(test::configuration({agent("barrel_1", AgentKind::barrel, 3.0, 2.0)}));
+  LateSink guard;
+  const auto log = test::drive(3);
+  std::size_t scans = 0;
+  for (const Message& each : log) {
+    outputs_.clear();
+    tick(configuration_, each, *state_, outputs_, observer_, guard);
+    for (const Outputs::Entry& entry : outputs_.entries()) {
+      if (entry.channel == channel::mr_scan) {
+        EXPECT_EQ(entry.payload, each.payload);
+      }
+      if (entry.channel != channel::mr_scan_info) continue;
+      ScanInfo info;
+      ASSERT_TRUE(decode(entry.channel, entry.payload, info));
+      EXPECT_FALSE(info.live);
+      EXPECT_EQ(info.reason, "guard: no answer in time");
+      EXPECT_TRUE(info.agents.empty());
+      EXPECT_EQ(info.beam_agent, std::vector<std::int16_t>(181, -1));
+      ++scans;
+    }
+  }
+  EXPECT_EQ(scans, 30U);
+  const auto& degraded = state_->tally.scans_degraded;
+  EXPECT_GT(degraded[static_cast<std::size_t>(Degraded::guard)], 20U);
+  EXPECT_EQ(std::accumulate(degraded.begin(), degraded.end(), std::uint64_t{0}), scans)
+      << "a scan that was degraded anyway counts once";
 }
 
 TEST_F(TickTest, TickAnswersTheFirstScansWithThemselvesUntilThereIsAPose) {

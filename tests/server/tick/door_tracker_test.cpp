@@ -169,7 +169,7 @@ TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
   }
   EXPECT_TRUE(seen);
   // What explains real returns stands there too: the leaf is nobody who is in the way.
-  EXPECT_TRUE(state_->obstacles.empty());
+  EXPECT_TRUE(state_->robots.front().scan.obstacles.empty());
 }
 
 /// The rover stands at x = -2 and looks at the door.

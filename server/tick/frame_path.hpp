@@ -1,4 +1,4 @@
-// A camera frame that the renderer has finished.
+// A camera frame that the renderer has finished, to MR_CAMERA and MR_DEPTH.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,9 @@
 
 #include "protocols/time.hpp"
 #include "render/compositor.hpp"
+#include "server/tick/configuration.hpp"
+#include "server/tick/outputs.hpp"
+#include "server/tick/tally.hpp"
 
 namespace parhelion::tick {
 
@@ -18,5 +21,10 @@ struct FrameAnswer {
   render::RenderAnswer answer;
   Duration latency;  ///< from submit() to the answer, measured
 };
+
+/// MR_CAMERA, and MR_DEPTH where there is one; of the simulated robot's cameras CAMERA and DEPTH too, and of
+/// an agent's camera its own channel.
+void publish_frame(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
+                   Tally& tally);
 
 }  // namespace parhelion::tick

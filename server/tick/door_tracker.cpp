@@ -1,0 +1,72 @@
+#include "server/tick/door_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "server/simulation/simulation.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+constexpr Duration door_life = seconds(1.0);  // unseen for longer, it may have been turned
+constexpr double still = 0.01;                // rad: less is the noise of the fit, and no leaf that turns
+constexpr double leap = 0.35;      // rad: what leaps farther must be seen by two scans, as people walk past
+constexpr double max_error = 0.1;  // m: a pose known worse shows no door
+
+void observe(TrackedDoor& tracked, const scan::LeafSight& fit, SimulationTime now,
+             simulation::Simulation& simulation) {
+  const std::optional<double> before = std::exchange(tracked.newest, fit.angle);
+  const auto is_near = [&](const std::optional<double>& angle) {
+    return angle && std::abs(*angle - *fit.angle) < leap;
+  };
+  if (fit.angle && (is_near(tracked.angle) || is_near(before))) {
+    tracked.seen = now;
+    if (tracked.angle && std::abs(*tracked.angle - *fit.angle) < still) return;
+    tracked.angle = fit.angle;
+    simulation.observe_door(tracked.door.name, opening_of(tracked.hinge, *fit.angle));
+    return;
+  }
+  const bool gone = fit.gone && !fit.angle;
+  if (!tracked.angle || (!gone && now - tracked.seen < door_life)) return;
+  tracked.angle.reset();
+  simulation.observe_door(tracked.door.name, std::nullopt);
+}
+
+}  // namespace
+
+void find_real_doors(const Configuration& configuration, const SemanticModel& model,
+                     simulation::Simulation& simulation, DoorTracker& tracker) {
+  const std::vector<TrackedDoor> old = std::exchange(tracker.doors, {});
+  if (simulates_trainee(configuration.scenario)) return;
+  for (const simulation::DoorState& stands : simulation.doors()) {
+    const auto door = std::find_if(model.entities.begin(), model.entities.end(),
+                                   [&](const ModelEntity& entity) { return entity.name == stands.name; });
+    if (stands.dynamic || door == model.entities.end()) continue;
+    TrackedDoor& tracked =
+        tracker.doors.emplace_back(TrackedDoor{*door, hinge_of(*door), {}, std::nullopt, {}, std::nullopt});
+    tracked.walls = scan::walls_beside(*door, tracked.hinge, model);
+    for (const TrackedDoor& before : old) {
+      if (before.door.name != stands.name || !before.angle) continue;
+      tracked.angle = before.angle;
+      tracked.seen = before.seen;
+      simulation.observe_door(stands.name, opening_of(tracked.hinge, *before.angle));
+    }
+  }
+}
+
+void update_door_angles(const TickContext& context, const PlacedScan& placed, DoorTracker& tracker,
+                        simulation::Simulation& simulation) {
+  if (tracker.doors.empty()) return;
+  const bool usable = placed.sigma <= max_error;
+  if (usable) {
+    const LaserDescription& laser = *context.configuration.robot.laser;
+    tracker.fit.set_scan(placed.real, laser, placed.laser, placed.beam_time, placed.sigma);
+  }
+  for (TrackedDoor& door : tracker.doors)
+    observe(door,
+            usable ? tracker.fit.find(door.door, door.hinge, door.angle, door.walls) : scan::LeafSight{},
+            context.now, simulation);
+}
+
+}  // namespace parhelion::tick

@@ -1,0 +1,44 @@
+#include "server/tick/frame_path.hpp"
+
+#include "protocols/channel_map.hpp"
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+/// Where nothing could be rendered the camera is silent, and the report says why.
+void publish_agent_frame(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
+                         Tally& tally) {
+  if (done.answer.image.bytes.empty()) return;
+  encode(done.answer.image, outputs.add(configuration.channels.bus(agent_camera_channel(done.agent))));
+  ++tally.agent_frames_out;
+}
+
+/// Its bodies are in it already: MR_CAMERA is CAMERA and MR_DEPTH is DEPTH, as MR_SCAN is SCAN. Where nothing
+/// could be rendered a camera is silent, and the report says why.
+void publish_simulated_frame(const Configuration& configuration, const render::RenderAnswer& answer,
+                             Outputs& outputs, Tally& tally) {
+  const bool seen = !answer.image.bytes.empty();
+  // The depth first: whoever waits for an image's depth has it when the image comes.
+  for (const char* name : {channel::depth, channel::mr_depth})
+    if (answer.depth) encode(*answer.depth, outputs.add(configuration.channels.bus(name)));
+  for (const char* name : {channel::camera, channel::mr_camera})
+    if (seen) encode(answer.image, outputs.add(configuration.channels.bus(name)));
+  if (seen || answer.depth) ++tally.frames_out;
+}
+
+}  // namespace
+
+void publish_frame(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
+                   Tally& tally) {
+  if (!done.agent.empty()) return publish_agent_frame(configuration, done, outputs, tally);
+  if (done.simulated) return publish_simulated_frame(configuration, done.answer, outputs, tally);
+  encode(done.answer.image, outputs.add(configuration.channels.bus(channel::mr_camera)));
+  if (done.answer.depth)
+    encode(*done.answer.depth, outputs.add(configuration.channels.bus(channel::mr_depth)));
+  ++tally.frames_out;
+  if (done.answer.drawn) ++tally.frames_composited;
+}
+
+}  // namespace parhelion::tick

@@ -1,0 +1,40 @@
+// The instructor's commands: what happens to agents, doors, faults, scripts and cameras, the trainee's reports and
+// emergency stop. Each is answered by an event.
+#pragma once
+
+#include "protocols/bus/bus.hpp"
+#include "protocols/instructor_command.hpp"
+#include "server/tick/agent_cameras.hpp"
+#include "server/tick/command_path.hpp"
+#include "server/tick/fault_path.hpp"
+#include "server/tick/model_path.hpp"
+#include "server/tick/pose_path.hpp"
+#include "server/tick/scripts.hpp"
+#include "server/tick/tick_context.hpp"
+#include "server/tick/world_path.hpp"
+
+namespace parhelion::tick {
+
+/// What a command about agents works on, the instructor's or a script's.
+struct AgentPath {
+  const PoseState& pose;  ///< of the robot that nothing may appear on
+  AgentKinds& kinds;
+  AgentCameras& cameras;
+  simulation::Simulation& simulation;
+};
+
+/// What any of the instructor's commands works on.
+struct InstructorPath {
+  AgentPath agents;
+  CommandPath robot;
+  Scripts& scripts;
+  FaultState& faults;
+  const SiteState& site;
+};
+
+void handle_instructor_command(const TickContext& context, const Message& input, const InstructorPath& path);
+
+/// Does the command. Error: why not.
+Status apply_agent_command(const TickContext& context, const AgentCommand& command, const AgentPath& path);
+
+}  // namespace parhelion::tick

@@ -1,0 +1,121 @@
+#include "server/tick/pose_path.hpp"
+
+#include "protocols/codec.hpp"
+#include "server/tick/sensor_path.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+pose::PoseTrackOptions track_options(const Configuration& configuration) {
+  pose::PoseTrackOptions options;
+  options.map_id = configuration.model.map_id;
+  return options;
+}
+
+std::vector<std::vector<HeadJoint>> heads(const RobotDescription& robot) {
+  std::vector<std::vector<HeadJoint>> all;
+  if (robot.camera) all.push_back(robot.camera->head);
+  if (robot.depth) all.push_back(robot.depth->head);
+  if (robot.line_laser) all.push_back(robot.line_laser->head);
+  return all;
+}
+
+/// The pose of a simulated robot without SLAM is exact.
+bool is_exact(const Scenario& scenario) { return simulates_trainee(scenario) && !scenario.trainee->slam; }
+
+void apply_estimate(const TickContext& context, const Message& input, const PoseEstimate& estimate,
+                    PoseState& pose) {
+  if (!pose.clock.known()) pose.clock.add(input.arrival, estimate.stamp);
+  if (pose.track.add(estimate) != pose::PoseTrack::Correction::relocalization) return;
+  // A simulated robot that tips over has not been lost.
+  if (is_exact(context.configuration.scenario)) return;
+  pose.relocalized = true;
+  Event event;
+  event.stamp = context.now;
+  event.kind = EventKind::relocalized;
+  event.subject = context.configuration.robot.name;
+  event.position = estimate.T_map_base.translation();
+  publish_event(context, event);
+}
+
+}  // namespace
+
+PoseState::PoseState(const Configuration& configuration)
+    : track(configuration.robot, track_options(configuration)),
+      attitude(configuration.robot.imu),
+      joints(heads(configuration.robot)) {}
+
+std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime t, pose::NoPose* why) {
+  auto at_t = pose.track.at(t, why);
+  if (!at_t) return at_t;
+  if (const auto attitude = pose.attitude.at(t)) {
+    at_t->T_map_base = pose::with_attitude(at_t->T_map_base, *attitude);
+    at_t->attitude_known = true;
+  }
+  return at_t;
+}
+
+void handle_odometry(const TickContext& context, const Message& input, PoseState& pose) {
+  Odometry odometry;
+  if (const Status read = decode(input.channel, input.payload, odometry); !read)
+    return refuse(context, read.error());
+  if (pose.clock.add(input.arrival, odometry.stamp)) pose.track.add(odometry);
+}
+
+void handle_imu(const TickContext& context, const Message& input, PoseState& pose) {
+  ImuSample sample;
+  if (const Status read = decode(input.channel, input.payload, sample); !read)
+    return refuse(context, read.error());
+  if (pose.clock.add(input.arrival, sample.stamp)) pose.attitude.add(sample);
+}
+
+void handle_joint_state(const TickContext& context, const Message& input, PoseState& pose) {
+  constexpr std::size_t max_joints = 256;
+  Joints& joints = pose.joint_state;
+  if (const Status read = decode(input.channel, input.payload, joints); !read)
+    return refuse(context, read.error());
+  if (!pose.clock.add(input.arrival, joints.stamp)) return;
+  pose.joints.add(joints);
+  for (std::size_t i = 0; i < joints.positions.size(); ++i) {
+    auto known = pose.joint_positions.find(joints.names[i]);
+    if (known == pose.joint_positions.end()) {
+      if (pose.joint_positions.size() == max_joints) continue;
+      known = pose.joint_positions.try_emplace(joints.names[i]).first;
+    }
+    known->second = {joints.positions[i], context.now};
+  }
+}
+
+/// Whoever publishes POSE is taken to be sure of it while it comes.
+void handle_pose(const TickContext& context, const Message& input, PoseState& pose) {
+  PoseStamped stamped;
+  if (const Status read = decode(input.channel, input.payload, stamped); !read)
+    return refuse(context, read.error());
+  const PoseInput& known = *context.configuration.scenario.pose;
+  PoseEstimate estimate;
+  estimate.stamp = stamped.stamp;
+  estimate.T_map_base = stamped.T_map_base;
+  estimate.covariance.diagonal().head<3>().setConstant(known.position_sigma * known.position_sigma);
+  estimate.covariance.diagonal().tail<3>().setConstant(known.yaw_sigma * known.yaw_sigma);
+  estimate.map_id = known.map_id.empty() ? context.configuration.model.map_id : known.map_id;
+  estimate.state = SlamState::tracking;
+  apply_estimate(context, input, estimate, pose);
+}
+
+void handle_pose_estimate(const TickContext& context, const Message& input, const SiteState& site,
+                          const simulation::Simulation& simulation, SimulatedSensors* sensors,
+                          PoseState& pose) {
+  PoseEstimate estimate;
+  if (const Status read = decode(input.channel, input.payload, estimate); !read)
+    return refuse(context, read.error());
+  if (estimate.step_time.ns > 0)
+    context.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
+  if (!estimate.causal)
+    return refuse(context,
+                  {input.channel + ": a pose that was computed with later data is never injected with"});
+  if (sensors != nullptr && !is_exact(context.configuration.scenario))
+    check_slam_estimate(context.configuration, site, simulation, *sensors, estimate);
+  apply_estimate(context, input, estimate, pose);
+}
+
+}  // namespace parhelion::tick

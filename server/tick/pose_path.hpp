@@ -1,0 +1,57 @@
+// ODOMETRY, IMU, JOINT_STATE, POSE and POSE_COV: where the robot is at any instant.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "fusion/pose/attitude_track.hpp"
+#include "fusion/pose/joint_track.hpp"
+#include "fusion/pose/pose_track.hpp"
+#include "protocols/bus/bus.hpp"
+#include "protocols/joints.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/tick/clock_offset.hpp"
+#include "server/tick/tick_context.hpp"
+
+namespace parhelion::tick {
+
+struct SimulatedSensors;
+struct SiteState;
+
+/// Position of each joint by its encoder, and when that arrived. At most 256 joints are kept.
+using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
+
+struct PoseState {
+  explicit PoseState(const Configuration& configuration);
+
+  pose::PoseTrack track;
+  pose::AttitudeTrack attitude;
+  pose::JointTrack joints;
+  ClockOffset clock;  ///< of the robot against the server's
+  JointPositions joint_positions;
+  Joints joint_state;  ///< scratch of JOINT_STATE
+
+  std::optional<simulation::RealRobotState> at_step;  ///< at the last physics step; none: the pose is lost
+  bool known = false;                                 ///< as the newest event has it
+  bool relocalized = false;                           ///< since the last physics step
+};
+
+/// The robot at t: place and heading from SLAM and odometry, roll and pitch from the inertial sensor where
+/// these are known. `why`: set where there is none.
+std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime t,
+                                              pose::NoPose* why = nullptr);
+
+void handle_odometry(const TickContext& context, const Message& input, PoseState& pose);
+void handle_imu(const TickContext& context, const Message& input, PoseState& pose);
+void handle_joint_state(const TickContext& context, const Message& input, PoseState& pose);
+/// POSE, which has no covariance: the scenario's is taken.
+void handle_pose(const TickContext& context, const Message& input, PoseState& pose);
+/// POSE_COV. Of a simulated robot that runs SLAM the estimate is compared with where the robot is: `sensors`,
+/// null where the robot is real.
+void handle_pose_estimate(const TickContext& context, const Message& input, const SiteState& site,
+                          const simulation::Simulation& simulation, SimulatedSensors* sensors,
+                          PoseState& pose);
+
+}  // namespace parhelion::tick

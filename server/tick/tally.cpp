@@ -1,0 +1,29 @@
+#include "server/tick/tally.hpp"
+
+namespace parhelion::tick {
+
+const char* to_string(Degraded why) {
+  switch (why) {
+    case Degraded::no:
+      return "none";
+    case Degraded::pose:
+      return "pose";
+    case Degraded::error:
+      return "predicted_error";
+    case Degraded::clock:
+      return "clock";
+    case Degraded::history:
+      return "history";
+    case Degraded::robot_mismatch:
+      return "robot_mismatch";
+    case Degraded::unreadable:
+      return "unreadable";
+    case Degraded::guard:
+      return "guard";
+    case Degraded::fault:
+      return "fault";
+  }
+  return "?";
+}
+
+}  // namespace parhelion::tick

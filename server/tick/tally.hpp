@@ -1,0 +1,46 @@
+// Counts that the report is made of.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "protocols/event.hpp"
+#include "server/tick/percentiles.hpp"
+
+namespace parhelion::tick {
+
+/// Why a scan went out as it came in.
+enum class Degraded : std::uint8_t {
+  no,
+  pose,            ///< the pose track has none; the reason names why
+  error,           ///< predicted error above the scenario's limit for every agent in range
+  clock,           ///< the stamp disagrees with the robot's clock
+  history,         ///< the world at the stamp is no longer, or not yet, known
+  robot_mismatch,  ///< the scan does not fit the robot description
+  unreadable,      ///< it claims to be a scan, and cannot be decoded
+  guard,           ///< no answer in time
+  fault,           ///< a broken invariant; the text names it
+};
+constexpr std::size_t degraded_kinds = 9;
+const char* to_string(Degraded why);
+
+struct Tally {
+  std::uint64_t scans_in = 0, scans_out = 0;
+  std::uint64_t scans_left_out = 0;  ///< of these, went out as they came and are not in the session log
+  std::uint64_t foreign_scans =
+      0;  ///< messages on SCAN that are of another type: not sent on, not in scans_in
+  std::array<std::uint64_t, degraded_kinds> scans_degraded{};
+  std::uint64_t beams_total = 0, beams_replaced = 0;
+  std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
+  std::uint64_t agent_frames_in = 0, agent_frames_out = 0;  ///< of agents' cameras: due, and published
+  std::uint64_t refused_inputs = 0;
+  std::string last_refusal;
+  std::array<std::uint64_t, static_cast<std::size_t>(kLastEventKind) + 1> events{};  ///< by EventKind
+  Percentiles pose_age_us;
+  Percentiles slam_us;                              ///< POSE_COV's time of its own step
+  std::optional<double> radio_power, battery_left;  ///< of the trainee's simulated robot (SupplyState)
+};
+
+}  // namespace parhelion::tick

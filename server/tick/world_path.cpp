@@ -1,0 +1,81 @@
+#include "server/tick/world_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "protocols/channels.hpp"
+#include "protocols/codec.hpp"
+#include "server/tick/grading_path.hpp"
+
+namespace parhelion::tick {
+namespace {
+
+constexpr double world_rate = 30;   // Hz of MR_WORLD: what a page draws and a grader needs
+constexpr double hazard_rate = 10;  // Hz of HAZARD
+
+/// How many steps there are from one message to the next.
+double steps_between(const Configuration& configuration, double rate) {
+  return std::max(1.0, std::round(configuration.scenario.physics_rate / rate));
+}
+
+bool is_due(const Configuration& configuration, const WorldState& world, double rate) {
+  return world.steps % static_cast<std::uint64_t>(steps_between(configuration, rate)) == 0;
+}
+
+void publish_hazard_reading(const TickContext& context, const ClockOffset& clock,
+                            simulation::Simulation& simulation, HazardResponse& sensor) {
+  HazardReading reading;
+  if (!simulation.hazard_reading(reading)) return;
+  const Scenario& scenario = context.configuration.scenario;
+  const double period = steps_between(context.configuration, hazard_rate) / scenario.physics_rate;
+  sensor.measure(scenario.hazard_sensor, scenario.seed, period, reading);
+  reading.stamp = clock.known() ? clock.to_sensor(context.now) : SensorTime{context.now.ns};
+  encode(reading, context.outputs.add(context.configuration.channels.bus(channel::hazard)));
+}
+
+}  // namespace
+
+void publish_simulation_events(const TickContext& context, simulation::Simulation& simulation) {
+  for (const Event& event : simulation.take_events()) publish_event(context, event);
+}
+
+void publish_world(const TickContext& context, const simulation::Simulation& simulation, WorldState& world) {
+  if (!is_due(context.configuration, world, world_rate) &&
+      simulation.scene()->version == world.scene_published)
+    return;
+  WorldSnapshot& now = world.snapshot;
+  if (!simulation.at(context.now, now)) return;
+  WorldMessage& message = world.message;
+  message.stamp = {now.stamp.ns};
+  message.step = now.step;
+  message.attitude_known = now.attitude_known;
+  message.bodies.clear();
+  auto definition = now.scene->bodies.begin();
+  for (const BodyState& body : now.bodies) {
+    while ((*definition)->id < body.id) ++definition;
+    // In the model, which MR_SESSION embeds, but for doors that need not stand as it draws them.
+    if ((*definition)->owner == BodyOwner::building && !((*definition)->moves && body.known)) continue;
+    const auto kind = world.kinds.find((*definition)->entity);
+    message.bodies.push_back({(*definition)->entity, (*definition)->part,
+                              kind != world.kinds.end() ? kind->second : AgentKind::robot,
+                              (*definition)->owner, body.epoch, body.T_map_body, body.velocity,
+                              body.rotation_rate});
+  }
+  world.scene_published = now.scene->version;
+  std::vector<std::uint8_t>& payload =
+      context.outputs.add(context.configuration.channels.bus(channel::mr_world));
+  encode(message, payload);
+  if (context.listeners.grading != nullptr) grade_world(context, payload, *context.listeners.grading);
+}
+
+void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
+                     WorldState& world) {
+  if (!is_due(context.configuration, world, hazard_rate)) return;
+  publish_hazard_reading(context, clock, simulation, world.hazard_sensor);
+  if (!simulates_trainee(context.configuration.scenario)) return;
+  const simulation::SupplyState supply = simulation.supply_of(context.configuration.robot.name);
+  context.tally.radio_power = supply.radio_power;
+  context.tally.battery_left = supply.battery_left;
+}
+
+}  // namespace parhelion::tick

@@ -1,0 +1,36 @@
+// What the simulation made of a step, to MR_EVENTS, MR_WORLD and HAZARD.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "protocols/codec.hpp"
+#include "protocols/world.hpp"
+#include "server/simulation/simulation.hpp"
+#include "server/tick/clock_offset.hpp"
+#include "server/tick/hazard_sensor.hpp"
+#include "server/tick/tick_context.hpp"
+
+namespace parhelion::tick {
+
+/// Of each agent, and of the trainee's simulated robot, by name.
+using AgentKinds = std::map<std::string, AgentKind>;
+
+struct WorldState {
+  AgentKinds kinds;
+  std::uint64_t steps = 0;            ///< done since the start
+  std::uint64_t scene_published = 0;  ///< version of the scene in the last MR_WORLD
+  HazardResponse hazard_sensor;
+  WorldSnapshot snapshot;  ///< scratch
+  WorldMessage message;    ///< scratch
+};
+
+void publish_simulation_events(const TickContext& context, simulation::Simulation& simulation);
+/// MR_WORLD, 30 times a second and at each change of the scene; the grader gets it too.
+void publish_world(const TickContext& context, const simulation::Simulation& simulation, WorldState& world);
+/// HAZARD, and radio and battery for MR_STATUS, ten times a second. `clock`: the robot's.
+void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
+                     WorldState& world);
+
+}  // namespace parhelion::tick
