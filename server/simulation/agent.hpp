@@ -84,6 +84,7 @@ struct Agent {
 };
 
 constexpr double kDecisionPeriod = 0.05;  // s between two decisions of an agent
+constexpr double kSight = 3.0;            // m: what is farther does not matter to a decision
 constexpr double kReached = 0.3;          // m from a waypoint
 constexpr double kPatience = 3.0;         // s without progress before another way is looked for
 

@@ -1,4 +1,4 @@
-// Agents' own lasers: when a scan is due, and what it says of obstacles.
+// Agents' own lasers: when a scan is due, and which obstacles it shows.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,6 @@
 #include "server/simulation/simulation.hpp"
 
 namespace parhelion::simulation {
-
-constexpr double kSight = 3.0;  // m: what is farther does not matter to a decision
 
 /// The laser of the agent's definition, if it has one; the first scan is due at `now`. Error: no such laser,
 /// or an agent that carries none.

@@ -46,7 +46,7 @@ void move_parts(Agent& agent, double dt) {
   const double pace = std::max(speed, kTurningFeet * std::abs(w));
   // Sideways no leg swings back: only where it mostly goes backwards does the gait run backwards.
   const double direction = v.x() < -0.5 * speed ? -1 : 1;
-  // Feet swing as far to the front as the way goes to the front; steps aside and turns are small ones, and so
+  // Feet swing as far forwards as the motion goes forwards; steps aside and turns are small ones, and so
   // there are more of them.
   const double reach = pace > kStands ? std::max(kSmallSteps, std::abs(v.x()) / pace) : 0;
   const double stride = std::max(kSmallSteps, reach) * stride_length(agent.definition.behaviour.speed);

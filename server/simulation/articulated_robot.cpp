@@ -105,7 +105,7 @@ void ArticulatedRobot::put(Physics& physics, const Transform<Map, Base>& T_map_b
 void ArticulatedRobot::restore(Physics& physics) {
   const RobotMotion before = motion_;
   const auto rolled = rolled_, turned = turned_;
-  // The parts are put together again where base_link is, and nothing is said of a jump.
+  // The parts are put together again where base_link is, and no jump is reported.
   put(physics, motion_.T_map_base);
   rolled_ = rolled;
   turned_ = turned;

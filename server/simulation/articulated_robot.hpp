@@ -1,4 +1,4 @@
-// A robot of links and joints while it is simulated: its motors, what its encoders say, what broke.
+// A robot of links and joints while it is simulated: its motors, encoders and broken joints.
 #pragma once
 
 #include <memory>
@@ -99,7 +99,7 @@ class ArticulatedRobot {
   /// What a joint's motor goes for that is commanded a velocity.
   static double keep_course(Servo& servo, const RobotJoint& joint, double position, double dt);
   /// Share of its effort that a joint has which is geared to another: none to run ahead of it. `way`: its
-  /// sign says where to.
+  /// sign is the direction.
   double geared_share(Physics& physics, std::size_t i, const JointState& state, double way, double dt) const;
   void watch_joint(Physics& physics, std::size_t i, double dt, std::vector<JointIncident>& incidents);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/simulation/agent_lasers.hpp"
 #include "server/simulation/wandering.hpp"
 
 namespace parhelion::simulation {

@@ -63,7 +63,7 @@ Shape capsule(double radius, double bottom, double top, const Eigen::Vector2d& a
 }
 
 std::vector<Shape> carton(const Eigen::Vector3d& size) {
-  // The tape stands out by less than a laser can tell; it is what makes a carton look like one.
+  // The tape stands out by less than a laser can measure; it is what makes a carton look like one.
   const double tape = 0.002, width = std::min(0.05, size.y() / 3);
   return {box({size.x(), size.y(), size.z() - tape}, {0, 0, (size.z() - tape) / 2}, kCarton),
           box({size.x(), width, tape}, {0, 0, size.z() - tape / 2}, kTape)};

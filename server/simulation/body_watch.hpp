@@ -39,7 +39,7 @@ class BodyWatch {
 
 struct AgentForm;
 struct RobotModel;
-/// The real robot: its height is what SLAM says, so nothing is said of falls.
+/// The real robot: its height is an estimate of SLAM, so falls are not reported.
 Supervised supervised(const RobotDescription& robot);
 Supervised supervised(const AgentDefinition& agent, const AgentForm& form);
 /// A robot of links and joints: all of it.

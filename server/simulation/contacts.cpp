@@ -9,7 +9,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kReleaseGap = 0.02;    // m more than the margin: the robot has left a wall
-constexpr double kMostMargin = 0.10;    // m: a pose that is known worse says nothing about contacts
+constexpr double kMostMargin = 0.10;    // m: with a worse pose contacts are not known
 constexpr double kRests = 0.01;         // m/s
 constexpr double kClosingSpeed = 0.02;  // m/s: slower, a robot stands beside a wall rather than hits it
 

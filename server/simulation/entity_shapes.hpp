@@ -33,7 +33,7 @@ class EntityShapes {
   /// A new version of the building: its doors.
   void take(const SemanticModel& model);
 
-  /// In the frame of the body. Null: nobody said what it looks like (its spawn was not seen).
+  /// In the frame of the body. Null: its shape is not known (its spawn was not recorded).
   const std::vector<Shape>* find(std::string_view entity, std::string_view part) const;
   /// Of an agent or the trainee's simulated robot, as it was defined. Null: not known.
   const AgentDefinition* definition(std::string_view entity) const;

@@ -31,14 +31,14 @@ struct FingerForce {
   double force = 0;  ///< N, normal
 };
 
-/// Of one gripper. Each event is said in the step in which its condition holds first:
+/// Of one gripper. Each event is reported in the step in which its condition holds first:
 /// gripped: two of its links press on the thing with kPinch each. It holds the thing until they have not
 ///   for kLetGo.
 /// lifted: held, its lowest point is kLift over where that was when it was gripped; again only after it
 ///   was down to half of that.
 /// dropped: lifted, and either it has slipped kSlip in the gripper, or it is not pressed and sinks with
-///   kSink where no container is below. Said once until it is let go of.
-/// placed: it was lifted, is let go of, and has rested in a container (slower than kStill) for kRest.
+///   kSink where no container is below. Reported once until it is released.
+/// placed: it was lifted, was released, and has rested in a container (slower than kStill) for kRest.
 class GripperWatch {
  public:
   static constexpr double kPinch = 1.0;   // N

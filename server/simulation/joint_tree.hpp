@@ -25,7 +25,7 @@ struct JointAim {
 /// What a joint bore in a step, on b: N s, and N m s about its point.
 struct JointImpulse {
   btVector3 force{0, 0, 0}, moment{0, 0, 0};
-  double limit = 0;  ///< the share of its limit in what acts about or along the axis
+  double limit = 0;  ///< the fraction of its limit in what acts about or along the axis
 };
 
 /// The joints between parts of robots are a forest: its impulses follow in one pass to the roots and one back

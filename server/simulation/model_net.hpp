@@ -19,7 +19,7 @@ class ModelNet {
   /// Relations that name the entity, from or to, in the order of the model; none of an unknown one.
   const std::vector<Relation>& relations(std::string_view entity) const;
   /// What an event adds to the name: "in wall 7" of a door or a window, "of stairs 1" of a step; empty where
-  /// the net says nothing.
+  /// the net has nothing about it.
   const std::string& place(std::string_view entity) const;
 
  private:

@@ -37,20 +37,20 @@ class NearMissWatch {
   bool open() const { return !open_.empty(); }
   /// Something may be away at the next step: to be looked at then.
   bool leaving() const;
-  /// A look begins.
-  void look(SimulationTime now) { looked_ = now; }
-  /// At each look, of what is no farther than kAway: the gap to it (m).
+  /// A check begins.
+  void begin_check(SimulationTime now) { looked_ = now; }
+  /// At each check, of what is no farther than kAway: the gap to it (m).
   void near(const Neighbour& thing, double gap, bool moves, SimulationTime now);
   /// Of what would be hit first: s until then.
   void ahead(const Neighbour& thing, double time, bool moves, SimulationTime now);
   /// Of what it touches.
   void touch(std::string_view name, SimulationTime now);
-  /// The same of all that was near or ahead, also of what a robot that stands does not look at any more.
+  /// The same of all that was near or ahead, also of what a robot that stands does not check any more.
   template <class Touched>
   void touch_if(Touched touched) {
     for (auto& each : open_) each.second.touched = each.second.touched || touched(each.first);
   }
-  /// At each step, after the look: says the encounters that are over.
+  /// At each step, after the check: reports the encounters that are over.
   void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
 
  private:
@@ -62,7 +62,7 @@ class NearMissWatch {
     PairKind pair = PairKind::none;
     bool unsensed = false, touched = false;
     bool came = false;   ///< it was farther than kGap before
-    bool stays = false;  ///< at the newest look that saw it: not away before the next one
+    bool stays = false;  ///< at the newest check that saw it: not away before the next one
     Closest gap, time;
     SimulationTime seen;
   };

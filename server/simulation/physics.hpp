@@ -60,7 +60,7 @@ struct PartDefinition {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Identity();  ///< kg m^2, about the centre, axes of the part
 };
 
-/// What a runner is asked for.
+/// The motion that a runner is commanded.
 struct RunnerCommand {
   double speed = 0;  ///< m/s that its surface rolls with, forward
   double force = 0;  ///< N, most of its motor; 0: it rolls with the ground

@@ -9,7 +9,7 @@ namespace {
 constexpr int kIterations = 30;   // of the solver, for a cable: a long chain settles in these
 constexpr double kRepair = 0.25;  // of Bullet's rate, at which gaps close: at the full rate long arms sway
 constexpr double kLimitReach = 0.05;  // rad or m from a limit within which it is looked after
-constexpr double kLimitRepair = 0.2;  // share of a limit's overshoot that is undone in a step
+constexpr double kLimitRepair = 0.2;  // fraction of a limit's overshoot that is undone in a step
 
 }  // namespace
 
@@ -136,7 +136,7 @@ void PartJoint::getInfo1(btConstraintInfo1* info) {
 
 namespace {
 
-/// Fills rows of a constraint's Jacobian; a row says how fast b moves against a.
+/// Fills rows of a constraint's Jacobian; a row is how fast b moves against a.
 class RowWriter {
  public:
   explicit RowWriter(btTypedConstraint::btConstraintInfo2& info) : info_(info) {}

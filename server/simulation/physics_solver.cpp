@@ -7,7 +7,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kSide = 0.3;  // sine of the angle to its axle below which a contact is on a wheel's side
-constexpr double kWarmStart = 0.9;  // share of the last step's impulses that a joint starts with
+constexpr double kWarmStart = 0.9;  // fraction of the last step's impulses that a joint starts with
 constexpr double kCreep = 0.01;     // m/s of slip below which a surface sticks rather than slides
 constexpr int kTwoDirections = SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 

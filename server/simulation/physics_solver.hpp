@@ -34,7 +34,8 @@ struct Runner {
   double ground_moved = 0;  ///< normal impulse times m/s of the ground that goes by below
   RunnerMotion motion;
 
-  /// One of its contacts: impulses, how fast the ground goes by, what the motor gives as a share of the load.
+  /// One of its contacts: impulses, how fast the ground goes by, what the motor gives as a fraction of the
+  /// load.
   void meet(double normal, double forward, double ground_speed, double motor_share) {
     normal_impulse += normal;
     forward_impulse += forward;
@@ -58,11 +59,11 @@ struct PartSurfaces {
 
 /// A joint between two parts. Those of robots are solved in a JointTree; doors and cables have rows in
 /// Bullet's solver: for what they forbid, for a motor or friction, for a limit. Rows are kept from step to
-/// step (warm starting), so that a chain of links holds still with few iterations.
+/// step (warm starting), so that a chain of links stays still with few iterations.
 class PartJoint : public btTypedConstraint {
  public:
   static constexpr int kRows = 7;
-  static constexpr int kUserType = 7301;  ///< tells it from other constraints
+  static constexpr int kUserType = 7301;  ///< distinguishes it from other constraints
   PartJoint(const JointDefinition& definition, btRigidBody& a, btRigidBody& b,
             const Eigen::Isometry3d& T_inertial_a, const Eigen::Isometry3d& T_inertial_b, double step,
             bool in_tree);

@@ -44,15 +44,15 @@ struct Ahead {
 class CollisionPrediction {
  public:
   static constexpr double kWarn = 2.0;      // s
-  static constexpr double kRearm = 2.6;     // s; how far ahead one looks
+  static constexpr double kRearm = 2.6;     // s; how far ahead is predicted
   static constexpr double kHold = 0.5;      // s
   static constexpr double kPeriod = 0.016;  // s: others may change their motion
-  /// Before the first look: `share` of kPeriod after that comes the second. Robots that begin at once look by
+  /// Before the first check: `share` of kPeriod after that comes the second. Robots that begin at once take
   /// turns.
   void stagger(double share) {
     if (!looked_) wait_ = share * kPeriod;
   }
-  /// Whether what is ahead is to be looked for again: kPeriod is over; or before a warning that may come now,
+  /// Whether what is ahead is to be searched again: kPeriod is over; or before a warning that may come now,
   /// since the motion changed or what was far may be near.
   bool due(SimulationTime now, const Twist2& twist) const;
   void update(const Supervised& body, const ObservedMotion& motion, const Twist2& twist,
@@ -63,9 +63,9 @@ class CollisionPrediction {
       warned_;  ///< object, and when it was last ahead within kRearm
   std::optional<SimulationTime> looked_;
   Twist2 twist_;
-  double time_ = 0;        ///< s, of what was ahead when it looked; kRearm where nothing was
+  double time_ = 0;        ///< s, of what was ahead at the newest check; kRearm where nothing was
   bool said_ = false;      ///< it was warned of
-  double wait_ = kPeriod;  ///< s until the next look
+  double wait_ = kPeriod;  ///< s until the next check
 };
 
 /// How near a body is to tipping over.
@@ -116,7 +116,7 @@ inline constexpr double kFootHeight = 0.02;  // m
 /// Force-angle stability (Papadopoulos and Rey 1996, eq. 4 to 12) without forces of inertia: for each edge of
 /// the support the angle through which the robot can turn about it until its centre of mass is over the edge,
 /// and the time in which its present turn does that. `up`: unit, base frame; `rotation_rate`: rad/s, base
-/// frame. Without support nothing is said: {1, infinity}.
+/// frame. Without support it is not known: {1, infinity}.
 Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen::Vector3d& rotation_rate);
 
 /// What is kept of a robot whose collisions, near misses and tipping are predicted.

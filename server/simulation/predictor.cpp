@@ -142,7 +142,7 @@ std::optional<Ahead> Predictor::find_first_collision(const PredictionQuery& quer
 void Predictor::predict_collisions(const PredictionQuery& query, const Supervised& body,
                                    const ObservedMotion& motion, RobotPrediction& prediction,
                                    std::vector<Event>& events) {
-  prediction.misses.look(query.now());
+  prediction.misses.begin_check(query.now());
   const std::optional<Ahead> ahead = find_first_collision(query);
   prediction.collision.update(body, motion, query.own.twist, ahead, events);
   prediction.misses.touch_if(

@@ -1,5 +1,5 @@
 // A robot that is simulated whole: links, joints, wheels and tracks, sensors. From URDF, with a YAML file
-// beside it for what URDF cannot say.
+// beside it for what URDF cannot express.
 #pragma once
 
 #include <Eigen/Core>
@@ -76,7 +76,7 @@ struct RobotModel {
   std::vector<RobotJoint> joints;  ///< one fewer than links; joints[i].child == i + 1
   RobotDrive drive;
   AttitudeLimits attitude;
-  std::vector<std::string> bumpers;  ///< links whose contacts a sensor tells
+  std::vector<std::string> bumpers;  ///< links whose contacts a sensor reports
   std::vector<std::string> gripper;  ///< links between which things are held
   std::string urdf, yaml;            ///< what it was read from: MR_SESSION embeds it
 };

@@ -8,14 +8,14 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kServo = 12;          // 1/s: how fast a position error is driven out
-constexpr double kCourse = 0.1;        // share of its speed with which a joint goes back to its course
+constexpr double kCourse = 0.1;        // fraction of its speed with which a joint goes back to its course
 constexpr double kSpeedUp = 0.2;       // s from rest to a joint's full speed
 constexpr double kCommandHolds = 0.5;  // s of velocities and efforts without a new command
 constexpr double kStayAwake = 1.0;     // s after a command
 constexpr double kLoadTime = 0.02;     // s over which what tears at a joint is averaged
 constexpr double kStalled = 0.5;       // s at the limit without moving: an overload
 constexpr double kBacklash = 0.004;    // rad or m by which geared joints differ before one has no force
-constexpr double kAtLimit = 0.99;      // share of a motor's effort
+constexpr double kAtLimit = 0.99;      // fraction of a motor's effort
 constexpr double kYield = 3;           // a load slows a weak motor down this much faster than it speeds up
 constexpr double kFreely = 1e3;        // m/s in a step: a wheel without motor goes as the ground does
 constexpr double kStandstill = 0.02;   // m/s below which steering does not follow the curvature
@@ -197,7 +197,7 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   physics.drive_joint(joint_handles_[i], servo.asked, share * (joint.effort + joint.friction));
 }
 
-/// A motor under load gives way a little: without a course an arm that is told to stand still would sink.
+/// A motor under load gives way a little: without a course an arm that is commanded to stay would sink.
 double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, double position, double dt) {
   const double most = kCourse * joint.velocity;
   if (!servo.course) {

@@ -25,7 +25,7 @@ struct RouteCell {
 class RouteGrid {
  public:
   static constexpr double kCell = 0.1;           ///< m
-  static constexpr double kMostClearance = 1.0;  ///< m: more is not told apart
+  static constexpr double kMostClearance = 1.0;  ///< m: larger ones are all the same
   static constexpr double kOverFloor = 0.05;     ///< m: what is lower is driven over
   static constexpr std::int32_t kTile = 32;      ///< cells along the side of a tile
   static constexpr std::size_t kMostTiles = 4096;

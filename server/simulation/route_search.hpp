@@ -66,13 +66,13 @@ class RouteSearch {
   Result work(std::size_t& cells);
   /// Of the way found: RouteCost units.
   std::uint32_t cost() const { return cost_; }
-  /// The way found, through the centres of cells, its ends included as they were asked for.
+  /// The way found, through the centres of cells, its ends included as they were requested.
   std::vector<Eigen::Vector2d> cells();
   /// The same with as few corners as leave it free.
   std::vector<Eigen::Vector2d> smooth();
   const RouteQuery& query() const { return query_; }
 
-  /// Factor of the cell, with what is blocked; doors come on top. Shared with the slow twin.
+  /// Factor of the cell, with what is blocked; doors come on top. Shared with the reference implementation.
   std::uint32_t factor(const RouteCell& cell);
   std::uint32_t door_cost(const RouteCell& cell) const;
 

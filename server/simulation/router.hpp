@@ -19,7 +19,7 @@ class Router {
     BodyId who = 0;
     RouteSearch::Result result = RouteSearch::Result::none;
     std::vector<Eigen::Vector2d> points;  ///< m, map, the agent's place first
-    bool round_agents = false;            ///< as it was asked
+    bool round_agents = false;            ///< as it was requested
   };
 
   /// The grid of a floor (to 5 cm) for agents of `height` (to 25 cm), m. Valid until the next call with
@@ -28,12 +28,12 @@ class Router {
   /// Doors of the building that stand fixed in it, closed.
   const std::vector<const FixedObstacle*>& doors(const std::shared_ptr<const Building>& building);
 
-  /// `who`: an agent's first body; what it asked before is forgotten. `round_agents`: what is blocked holds
+  /// `who`: an agent's first body; its earlier request is forgotten. `round_agents`: what is blocked holds
   /// others who stand.
   void ask(BodyId who, const std::shared_ptr<const Building>& building, double floor, double height,
            RouteQuery query, bool round_agents);
   void forget(BodyId who);
-  /// Goes on with the searches; those that end are appended, in the order in which they were asked for.
+  /// Goes on with the searches; those that end are appended, in the order of the requests.
   void work(std::vector<Answer>& answers);
   bool idle() const { return waiting_.empty(); }
 

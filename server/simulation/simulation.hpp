@@ -34,9 +34,9 @@ struct RealRobotState {
   Twist2 twist;                 ///< body frame, from odometry, never differenced from corrections
   double sigma = 0;             ///< m, 1 sigma of its position: the margin of distance queries
   bool relocalized = false;     ///< teleport: no velocity, contacts suspended for this step
-  /// False while injection is degraded: contacts are flagged unsensed, agents near hold still; when it comes
-  /// back, an agent inside the stopping distance is put to the nearest free place outside (agent_moved says
-  /// so).
+  /// False while injection is degraded: contacts are flagged unsensed, agents near freeze; when it comes
+  /// back, an agent inside the stopping distance is put to the nearest free place outside (event
+  /// agent_moved).
   bool sensed = true;
 };
 
@@ -46,9 +46,9 @@ struct RealObstacle {
   double radius = 0.2;
 };
 
-/// Whether the real robot's sensors show an agent now, where they show any. One that they withhold holds
-/// still near the robot and contacts with it are unsensed; one that is returning is kept out of the stopping
-/// distance as well (agent_moved says so), until it is shown.
+/// Whether the real robot's sensors show an agent now, where they show any. One that they withhold
+/// freezes near the robot and contacts with it are unsensed; one that is returning is kept out of the
+/// stopping distance as well (event agent_moved), until it is shown.
 enum class AgentShown : std::uint8_t { shown, withheld, returning };
 
 struct SimulationOptions {
@@ -59,15 +59,15 @@ struct SimulationOptions {
   BodyId building_bodies = 0;  ///< numbers kept for the bodies of later buildings (set_building)
   /// The library of articulated robots: AgentDefinition::model is the name of one of them.
   std::vector<std::shared_ptr<const RobotModel>> robot_models;
-  /// The slow twin: agents that nothing can touch go through the solver like the others. The same to
-  /// rounding.
+  /// The reference implementation: agents that nothing can touch go through the solver like the others. The
+  /// same to rounding.
   bool solve_all = false;
   std::vector<Zone> zones;  ///< whose entering and leaving are events
   std::vector<Hazard> hazards;
-  std::optional<Radio> radio;      ///< none: simulated robots hear their operator everywhere
+  std::optional<Radio> radio;      ///< none: simulated robots are in reach everywhere
   std::optional<Battery> battery;  ///< none: theirs last for ever
   int level = 3;  ///< at levels 1 and 2 all doors move by themselves, at level 3 only virtual ones
-  std::vector<DoorSettings> doors;  ///< what is to be said of some of the building's; other names are ignored
+  std::vector<DoorSettings> doors;  ///< settings of some of the building's; other names are ignored
 };
 
 /// An agent's laser wants a scan: the server casts it (fusion/scan) and hands it back with give_scan.
@@ -84,7 +84,7 @@ struct DoorState {
   std::string name;
   double opening = 0;    ///< rad, turned from where it closes its opening (protocols/door.hpp)
   bool known = true;     ///< false: a real door that no sensor sees; the opening is the last that was known
-  bool dynamic = false;  ///< it moves by itself; else it is real, and as sensors and the instructor say
+  bool dynamic = false;  ///< it moves by itself; else it is real, and as sensors and the instructor report
   bool unhinged = false;
   Transform<Map, Body> T_map_leaf;  ///< at the centre of the leaf
 };
@@ -93,7 +93,7 @@ struct DoorState {
 struct SupplyState {
   std::optional<double> radio_power;  ///< dBm that it receives from its operator's console
   bool radio_lost = false;
-  std::optional<double> battery_left;  ///< share, 0..1
+  std::optional<double> battery_left;  ///< fraction, 0..1
   bool battery_empty = false;
 };
 
@@ -106,13 +106,13 @@ class Simulation {
   Simulation& operator=(Simulation&&) noexcept;
   ~Simulation();
 
-  /// Does the command or says why not; a refused place is answered with the nearest free one in the text, an
-  /// unknown name with the nearest known one. `real` is the robot now, for what must not appear on it or
+  /// Does the command or reports why not; a refused place is answered with the nearest free one in the text,
+  /// an unknown name with the nearest known one. `real` is the robot now, for what must not appear on it or
   /// inside its stopping distance v r + v^2 / (2 a) plus a margin. What was done is appended to the events
   /// (agent_spawned, agent_moved, agent_removed, with the request's number); command_accepted and
-  /// command_refused are the server's to say.
+  /// command_refused are published by the server.
   Status command(const AgentCommand& command, const std::optional<RealRobotState>& real);
-  /// Puts a simulated door's leaf there, or says where a real one's is. Error: no such door, off its hinge,
+  /// Puts a simulated door's leaf there, or sets where a real one's is. Error: no such door, off its hinge,
   /// or an opening that it does not have.
   Status set_door(const DoorCommand& command);
   Status spawn(const AgentDefinition& agent, const std::optional<RealRobotState>& real);
@@ -127,9 +127,9 @@ class Simulation {
   /// Where an agent is at the newest step; none: there is no such agent.
   std::optional<Transform<Map, Base>> pose_of(const std::string& agent) const;
   /// The command of an agent that is teleoperated; holds for 0.5 s. One that is out of radio range does not
-  /// hear it.
+  /// receive it.
   void teleop(const std::string& agent, const Twist2& twist);
-  /// Wheels or tracks of these sides of an articulated robot do not turn, until something else is said; an
+  /// Wheels or tracks of these sides of an articulated robot do not turn, until the next call; an
   /// unknown name is ignored.
   void block_sides(const std::string& agent, bool left, bool right);
   /// Positions, or else velocities, or else efforts of an articulated robot's joints. A position holds until
@@ -153,8 +153,8 @@ class Simulation {
 
   /// The doors of the building, in the order of the model.
   std::vector<DoorState> doors() const;
-  /// What sensors say of a real door: rad from where it closes its opening, or that nobody knows. From the
-  /// next step on; a word of the instructor's (DoorCommand) stands above it. Other doors and names are
+  /// What sensors measure of a real door: rad from where it closes its opening, or nothing. From the
+  /// next step on; an instructor's command (DoorCommand) overrides it. Other doors and names are
   /// ignored.
   void observe_door(const std::string& door, std::optional<double> opening);
   /// Of the semantic net: what relates to the entity of an event.

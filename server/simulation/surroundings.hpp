@@ -1,4 +1,4 @@
-// What a step reads and does not change: what an agent's decision, a prediction or a watch may look at.
+// What a step reads and does not change: what decisions, predictions and watches may use.
 #pragma once
 
 #include "server/simulation/agents.hpp"

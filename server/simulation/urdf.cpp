@@ -17,7 +17,7 @@ namespace parhelion::simulation {
 namespace {
 
 /// Links of liburdfdom hold each other by shared pointers: those of a joint loop, which it refuses, are never
-/// freed, and nobody outside can. A leak checker is told to pass over what is allocated while this lives.
+/// freed, and nobody outside can. Leak checkers ignore what is allocated while this lives.
 struct LeaksOfUrdfdom {
 #ifdef PARHELION_ADDRESS_SANITIZER
   LeaksOfUrdfdom() { __lsan_disable(); }
@@ -27,7 +27,7 @@ struct LeaksOfUrdfdom {
 #endif
 };
 
-/// What liburdfdom says while it reads: it reports to a console, not to its caller.
+/// What liburdfdom reports while it reads: it writes to a console, not to its caller.
 class Listener : public console_bridge::OutputHandler {
  public:
   Listener() {

@@ -36,8 +36,8 @@ struct VirtualContactInput {
 /// What is remembered from one command to the next.
 struct VirtualContactState {
   bool released_since_loss =
-      false;             ///< the dead-man was let go (TELEOP zero or silent) while the pose was lost
-  bool stopped = false;  ///< and not let go since the emergency stop was taken back
+      false;             ///< the dead-man was released (TELEOP zero or silent) while the pose was lost
+  bool stopped = false;  ///< and not released since the emergency stop was taken back
 };
 
 struct VirtualContactResult {

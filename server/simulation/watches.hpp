@@ -1,6 +1,7 @@
-// Watches: each looks at one thing that a supervised body does and says its events, with hysteresis, so that
-// what is said once is said again only after it has ended. Supervision of the paper (section 4: "yaw pitch
-// supervision", falls, climbing of stairs). All are deterministic functions of the motions they are given.
+// Watches: each observes one thing that a supervised body does and reports its events, with hysteresis, so
+// that an event is reported again only after its condition has ended. Supervision of the paper (section 4:
+// "yaw pitch supervision", falls, climbing of stairs). All are deterministic functions of the motions they
+// are given.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,7 +29,7 @@ struct Supervised {
   std::optional<AttitudeLimits> limits;            ///< none: nobody is warned of its attitude
   bool tilts = false;                              ///< it may tip over: its attitude is watched
   bool falls = false;   ///< its height is its own, not a pose's correction: falls are watched
-  bool climbs = false;  ///< a robot: the steps that it climbs are told
+  bool climbs = false;  ///< a robot: the steps that it climbs are reported
 };
 
 /// What it does at a step.
@@ -37,7 +38,7 @@ struct ObservedMotion {
   Transform<Map, Base> T_map_base;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of base_link
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
-  bool attitude_known = true;  ///< false: nothing is said of pitch, roll and tipping
+  bool attitude_known = true;  ///< false: pitch, roll and tipping are not reported
   std::uint32_t epoch = 0;     ///< another one than before: it was put there
 };
 
@@ -60,9 +61,9 @@ class MovementWatch {
   std::optional<SimulationTime> slow_since_;
 };
 
-/// Pitch, roll and yaw rate beyond the robot's warning and limit: each said once, and again after it was
+/// Pitch, roll and yaw rate beyond the robot's warning and limit: each reported once, and again after it was
 /// below kRearm of the threshold. Pitch and roll as in R = Rz Ry Rx. Tipped over: its z axis is farther than
-/// kTipped from up, until it is nearer than kUpright; while tipped, pitch and roll are not said.
+/// kTipped from up, until it is nearer than kUpright; while tipped, pitch and roll are not reported.
 class AttitudeWatch {
  public:
   static constexpr double kRearm = 0.8;
@@ -82,9 +83,10 @@ class AttitudeWatch {
   bool tipped_ = false;
 };
 
-/// fell: both its lowest point and its middle sank faster than kFall, and now they do not: said where it
+/// fell: both its lowest point and its middle sank faster than kFall, and now they do not: reported where it
 /// landed, value: m that its lowest point is under where it began to sink faster than kSink. A robot that
-/// drives down a slope or nods over an edge does not fall. Of a fall deeper than kAbyss this is said at once.
+/// drives down a slope or nods over an edge does not fall. Of a fall deeper than kAbyss this is reported at
+/// once.
 class FallWatch {
  public:
   static constexpr double kFall = 1.2;    // m/s: 7 cm of free fall
