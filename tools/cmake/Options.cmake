@@ -23,6 +23,13 @@ if(CCACHE)
 endif()
 option(PARHELION_PRECOMPILE "Precompile what most sources include" ${precompile})
 
+# The optimisation of what is seldom run and long to compile. Under sanitizers most of the time goes there too; what
+# takes part in a tick keeps the preset's.
+set(PARHELION_COLD $<$<CONFIG:Release>:-O1>)
+if(PARHELION_SANITIZE)
+  set(PARHELION_COLD -O0)
+endif()
+
 include(GNUInstallDirs)
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
@@ -80,22 +87,34 @@ function(parhelion_use_precompiled target name)
 endfunction()
 
 parhelion_precompile(precompiled tools/cmake/precompiled.hpp)
+if(PARHELION_SANITIZE)
+  parhelion_precompile(precompiled_outside_tick tools/cmake/precompiled.hpp)
+  if(TARGET precompiled_outside_tick)
+    target_compile_options(precompiled_outside_tick PRIVATE ${PARHELION_COLD})
+  endif()
+endif()
 
 # parhelion_library(name SOURCES... [PUBLIC targets] [PRIVATE targets] [SYSTEM include dirs]
+#                   [OUTSIDE_TICK: under sanitizers it is not optimised]
 #                   [PRECOMPILED by parhelion_precompile, where it is not what all rooms have])
 function(parhelion_library name)
-  cmake_parse_arguments(ARG "" "PRECOMPILED" "SOURCES;PUBLIC;PRIVATE;SYSTEM" ${ARGN})
-  if(NOT ARG_PRECOMPILED)
+  cmake_parse_arguments(ARG "OUTSIDE_TICK" "PRECOMPILED" "SOURCES;PUBLIC;PRIVATE;SYSTEM" ${ARGN})
+  if(ARG_OUTSIDE_TICK AND PARHELION_SANITIZE)
+    set(ARG_PRECOMPILED precompiled_outside_tick)
+  elseif(NOT ARG_PRECOMPILED)
     set(ARG_PRECOMPILED precompiled)
   endif()
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC parhelion_flags ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
   target_include_directories(${name} SYSTEM PRIVATE ${ARG_SYSTEM})
+  if(ARG_OUTSIDE_TICK AND PARHELION_SANITIZE)
+    target_compile_options(${name} PRIVATE ${PARHELION_COLD})
+  endif()
   parhelion_use_precompiled(${name} ${ARG_PRECOMPILED})
 endfunction()
 
 # parhelion_cold(SOURCES...): seldom run, long to compile. GCC takes the level of optimisation from the precompiled
 # header where there is one.
 function(parhelion_cold)
-  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1> SKIP_PRECOMPILE_HEADERS ON)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS ${PARHELION_COLD} SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
