@@ -3,24 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/splitmix64.hpp"
+
 namespace parhelion::render {
 namespace {
 
 constexpr std::size_t kDraws = 1 << 16;
 constexpr std::size_t kInWord = 4;  ///< draws of 16 bits in a word
 
-std::uint64_t mixed(std::uint64_t z) {
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-  return z ^ (z >> 31);
-}
-
 std::uint64_t stream(std::uint64_t seed, std::uint64_t image) {
-  return mixed(mixed(seed + 0x9E3779B97F4A7C15ULL) + image);
+  return splitmix64(splitmix64(seed + kSplitMix64Increment) + image);
 }
 
 std::uint64_t word(std::uint64_t stream, std::size_t index) {
-  return mixed(stream + (index + 1) * 0x9E3779B97F4A7C15ULL);
+  return splitmix64(stream + (index + 1) * kSplitMix64Increment);
 }
 
 }  // namespace

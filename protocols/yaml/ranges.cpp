@@ -5,6 +5,8 @@
 #include <optional>
 #include <string>
 
+#include "protocols/hash.hpp"
+#include "protocols/splitmix64.hpp"
 #include "protocols/yaml/quantity.hpp"
 #include "protocols/yaml/utf8.hpp"
 
@@ -29,14 +31,9 @@ std::optional<Measure> measure_of(const Node* node) {
   return measure;
 }
 
-/// 0 to 1, without 1: SplitMix64 (Steele, Lea, Flood 2014) of the seed and of the FNV-1a hash of the key.
+/// 0 to 1, without 1: a function of the seed and the key alone.
 double draw(std::uint64_t seed, const std::string& key) {
-  std::uint64_t z = 0xcbf29ce484222325U;
-  for (const char c : key) z = (z ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  z += (seed + 1) * 0x9e3779b97f4a7c15U;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+  return unit_interval(splitmix64(fnv1a(key) + (seed + 1) * kSplitMix64Increment));
 }
 
 bool is_range(const Node& node) {

@@ -4,17 +4,15 @@
 
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
+#include "protocols/hash.hpp"
 #include "server/tick/foreign_publisher.hpp"
 
 namespace parhelion::runtime {
 namespace {
 
-/// FNV-1a.
 std::uint64_t hash_of(std::string_view channel, std::span<const std::uint8_t> payload) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  const auto mix = [&hash](std::uint8_t byte) { hash = (hash ^ byte) * 1099511628211ULL; };
-  for (const char c : channel) mix(static_cast<std::uint8_t>(c));
-  for (const std::uint8_t byte : payload) mix(byte);
+  std::uint64_t hash = fnv1a(channel);
+  for (const std::uint8_t byte : payload) hash = fnv1a(byte, hash);
   return hash;
 }
 

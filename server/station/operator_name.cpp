@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <random>
 
+#include "protocols/hash.hpp"
+
 namespace parhelion::station {
 namespace {
 
@@ -14,8 +16,7 @@ std::uint64_t hashed(const std::string& text) {
     std::random_device device;
     return (std::uint64_t{device()} << 32) | device();
   }();
-  std::uint64_t hash = start;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
+  const std::uint64_t hash = fnv1a(text, start);
   return hash ^ (hash >> 32);
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/splitmix64.hpp"
+
 namespace parhelion::station {
 namespace {
 
@@ -13,13 +15,8 @@ constexpr int periods = 3;  // a slow camera's pictures are stale after so many
 
 std::string text_of(const ImageMetadata& entry) { return {entry.value.begin(), entry.value.end()}; }
 
-/// Uniform in [0, 1), the same for the same count (SplitMix64).
-double share_of(std::uint64_t count) {
-  std::uint64_t z = count * 0x9E3779B97F4A7C15U;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBU;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
+/// Uniform in [0, 1), the same for the same count.
+double share_of(std::uint64_t count) { return unit_interval(splitmix64(count * kSplitMix64Increment)); }
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "fusion/scan/augment.hpp"
+#include "protocols/hash.hpp"
 #include "tests/fusion/scan/random_scene.hpp"
 
 namespace parhelion::scan {
@@ -12,17 +13,18 @@ namespace {
 
 constexpr int kBeams = 361, kScenes = 40;
 
-/// Fowler, Noll and Vo's hash (FNV-1a, 64 bits) over the bits of floats and indices.
+/// FNV-1a over the bits of floats and indices.
 class Hash {
  public:
   void add(std::uint32_t word) {
-    for (int byte = 0; byte < 4; ++byte) value_ = (value_ ^ (word >> (8 * byte) & 0xFF)) * 0x100000001B3ULL;
+    for (int byte = 0; byte < 4; ++byte)
+      value_ = fnv1a(static_cast<std::uint8_t>(word >> (8 * byte)), value_);
   }
   void add(float x) { add(std::bit_cast<std::uint32_t>(x)); }
   std::uint64_t value() const { return value_; }
 
  private:
-  std::uint64_t value_ = 0xCBF29CE484222325ULL;
+  std::uint64_t value_ = kFnvBasis;
 };
 
 LaserDescription laser_1mm() {
