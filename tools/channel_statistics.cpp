@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "protocols/codec.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -62,13 +63,11 @@ double ChannelStatistics::longest() const {
 std::uint64_t ChannelStatistics::lost() const {
   auto steps = differences(stamps_.size() == count_ ? stamps_ : arrivals_);
   if (steps.size() < 2) return 0;
-  auto sorted = steps;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  if (*middle <= 0) return 0;
+  const std::int64_t usual = median(steps);
+  if (usual <= 0) return 0;
   std::uint64_t lost = 0;
   for (const std::int64_t step : steps) {
-    const double periods = std::round(static_cast<double>(step) / static_cast<double>(*middle));
+    const double periods = std::round(static_cast<double>(step) / static_cast<double>(usual));
     if (periods >= 2) lost += static_cast<std::uint64_t>(periods) - 1;
   }
   return lost;

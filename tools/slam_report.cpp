@@ -1,9 +1,9 @@
 #include "tools/slam_report.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
 
@@ -41,12 +41,8 @@ std::string summary_line(const SlamLogReport& report) {
 
 StepPercentiles percentiles(std::vector<double> microseconds) {
   if (microseconds.empty()) return {};
-  std::sort(microseconds.begin(), microseconds.end());
-  const auto at = [&](double share) {
-    const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(microseconds.size())));
-    return microseconds[std::max<std::size_t>(rank, 1) - 1];
-  };
-  return {at(0.5), at(0.9), at(0.99), microseconds.back()};
+  const auto at = [&](double share) { return quantile(microseconds, share, QuantileRank::upper); };
+  return {at(0.5), at(0.9), at(0.99), at(1)};
 }
 
 std::string to_json(const SlamLogReport& report) {

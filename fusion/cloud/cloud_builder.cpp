@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fusion/cloud/available_memory.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
 namespace {
@@ -69,12 +70,8 @@ double height_of(const std::vector<Eigen::Vector3f>& points) {
   std::vector<float> z;
   const std::size_t step = points.size() / 100'000 + 1;
   for (std::size_t i = 0; i < points.size(); i += step) z.push_back(points[i].z());
-  const auto at = [&z](double share) {
-    const auto nth = z.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(z.size() - 1));
-    std::nth_element(z.begin(), nth, z.end());
-    return static_cast<double>(*nth);
-  };
-  return at(0.99) - at(0.01);
+  const double high = static_cast<double>(quantile(z, 0.99)), low = static_cast<double>(quantile(z, 0.01));
+  return high - low;
 }
 
 }  // namespace

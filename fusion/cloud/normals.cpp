@@ -9,6 +9,7 @@
 
 #include "fusion/cloud/bucket_grid.hpp"
 #include "fusion/scan/philox.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
 namespace {
@@ -24,13 +25,8 @@ Eigen::AlignedBox3f without_strays(std::span<const Eigen::Vector3f> points) {
   for (int axis = 0; axis < 3; ++axis) {
     values.clear();
     for (std::size_t i = 0; i < points.size(); i += step) values.push_back(points[i][axis]);
-    const auto quantile = [&](double q) {
-      const auto at =
-          values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-      std::nth_element(values.begin(), at, values.end());
-      return *at;
-    };
-    const float low = quantile(0.001), high = quantile(0.999), margin = std::max(1.0F, high - low);
+    const float low = quantile(values, 0.001), high = quantile(values, 0.999);
+    const float margin = std::max(1.0F, high - low);
     box.min()[axis] = low - margin;
     box.max()[axis] = high + margin;
   }
@@ -51,9 +47,7 @@ double fitted_bucket(std::span<const Eigen::Vector3f> points) {
                         [&](BucketGrid::Range run) { count += run.end - run.begin; });
       counts.push_back(count);
     }
-    std::nth_element(counts.begin(), counts.begin() + static_cast<std::ptrdiff_t>(counts.size() / 2),
-                     counts.end());
-    const double in_bucket = std::max(1.0, counts[counts.size() / 2] / 9.0);
+    const double in_bucket = std::max(1.0, median(counts) / 9.0);
     side = std::clamp(grid.bucket_size() * std::sqrt(wanted_in_bucket / in_bucket), smallest_bucket,
                       largest_bucket);
   }

@@ -9,6 +9,7 @@
 #include "fusion/cloud/registration.hpp"
 #include "fusion/cloud/surfels.hpp"
 #include "fusion/pose/pose_graph3.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
 namespace {
@@ -29,9 +30,7 @@ Node make_node(const ScanToRegister& scan, std::size_t index, const Registration
   std::vector<float> ranges;
   for (std::size_t i = 0; i < scan.cloud.size(); i += 1 + scan.cloud.size() / 2000)
     ranges.push_back(scan.cloud.points[i].norm());
-  const auto at = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() * 8 / 10);
-  std::nth_element(ranges.begin(), at, ranges.end());
-  node.reach = *at;
+  node.reach = quantile(ranges, 0.8, QuantileRank::upper);
   // A third of a surfel: their normals keep their points.
   node.cloud.points = options.method == IcpMethod::paper
                           ? scan.cloud.points
@@ -44,9 +43,7 @@ Node make_node(const ScanToRegister& scan, std::size_t index, const Registration
 double middle_surfel_size(const std::vector<ScanToRegister>& scans) {
   std::vector<double> sizes;
   for (const ScanToRegister& scan : scans) sizes.push_back(fitted_surfel_size(scan.cloud.points));
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+  return median(sizes);
 }
 
 class Sequence {

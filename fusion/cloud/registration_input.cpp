@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::cloud {
 namespace {
 
@@ -45,20 +47,15 @@ double scene_radius(const std::vector<Eigen::Vector3f>& points) {
   constexpr std::size_t most_looked_at = 2000;
   const std::size_t step = 1 + points.size() / most_looked_at;
   std::vector<float> values;
-  const auto quantile = [&](std::size_t tenths) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * tenths / 10);
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-  };
   Eigen::Vector3f centre;
   for (int axis = 0; axis < 3; ++axis) {
     values.clear();
     for (std::size_t i = 0; i < points.size(); i += step) values.push_back(points[i][axis]);
-    centre[axis] = quantile(5);
+    centre[axis] = median(values);
   }
   values.clear();
   for (std::size_t i = 0; i < points.size(); i += step) values.push_back((points[i] - centre).norm());
-  return quantile(8);
+  return static_cast<double>(quantile(values, 0.8, QuantileRank::upper));
 }
 
 double surfel_size_of(double target_radius, double source_radius) {

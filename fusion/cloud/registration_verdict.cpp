@@ -9,6 +9,7 @@
 
 #include "fusion/cloud/free_space.hpp"
 #include "fusion/cloud/parallel.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
 namespace {
@@ -155,12 +156,10 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
   centre /= pairs;
   const double lever = std::sqrt(std::max(from_origin / pairs - centre.squaredNorm(), 1e-12));
   centre = pair.T_target_source * centre;
-  const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-  std::nth_element(found.begin(), middle, found.end());
 
   result.overlap = on / static_cast<double>(pair.source.count());
   result.rms = std::sqrt(squares / on);
-  result.ambiguity = *middle / (pair.options.gate / 2);
+  result.ambiguity = median(found) / (pair.options.gate / 2);
   result.contradiction = contradiction(pair);
   PlaneInformation planes = plane_information(pair, centre, lever, false);
   const double window = 1.5 * pair.source.size;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::cloud {
 namespace {
 
@@ -13,9 +15,7 @@ double fitted_kernel(const Level& level, const PartnerSearch& partners, const Ei
   std::vector<double> found = residuals(level.target, level.source, partners, T, level.options.threads);
   std::erase_if(found, [](double e) { return e < 0; });
   if (found.empty()) return level.options.kernel;
-  const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-  std::nth_element(found.begin(), middle, found.end());
-  return std::clamp(3 * 1.4826 * *middle, level.source.size / 2, level.source.size);
+  return std::clamp(3 * 1.4826 * median(found), level.source.size / 2, level.source.size);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "fusion/cloud/parallel.hpp"
 #include "fusion/cloud/symmetric3.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
 namespace {
@@ -24,9 +25,7 @@ double Surfels::noise() const {
     if (thickness[i] >= 0 && slack[i] < flat_slack) flat.push_back(thickness[i]);
   }
   if (flat.empty()) return 0;
-  const auto middle = flat.begin() + static_cast<std::ptrdiff_t>(flat.size() / 2);
-  std::nth_element(flat.begin(), middle, flat.end());
-  return *middle;
+  return median(flat);
 }
 
 VoxelMoments::Cell& VoxelMoments::cell_at(const Eigen::Vector3i& index, std::uint32_t viewpoint) {

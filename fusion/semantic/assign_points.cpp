@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fusion/semantic/surface_search.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 
@@ -129,14 +130,8 @@ void measure(const Site& site, const std::vector<std::uint32_t>& surface_of, std
   }
   surface.points = static_cast<std::uint32_t>(heights.size());
   if (heights.empty()) return;
-  const auto quantile = [&](double q) {
-    const auto at =
-        heights.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(heights.size() - 1));
-    std::nth_element(heights.begin(), at, heights.end());
-    return static_cast<double>(*at);
-  };
-  surface.z_low = quantile(0.01);
-  surface.z_high = quantile(0.99);
+  surface.z_low = static_cast<double>(quantile(heights, 0.01));
+  surface.z_high = static_cast<double>(quantile(heights, 0.99));
   surface.thickness = 2 * std::sqrt(squares / static_cast<double>(heights.size()));
 }
 

@@ -6,6 +6,7 @@
 
 #include "fusion/semantic/find_stairs.hpp"
 #include "fusion/semantic/flight_strip.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -50,10 +51,7 @@ Profile profile_of(const std::vector<Eigen::Vector2d>& points) {
     std::vector<double> off;
     for (const Eigen::Vector2d& p : points)
       off.push_back(std::abs(p.y() - mean.y() - profile.slope * (p.x() - mean.x())));
-    std::vector<double> sorted = off;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double band = std::max(kLeastBand, kOutlier * *middle);
+    const double band = std::max(kLeastBand, kOutlier * median(std::vector<double>(off)));
     for (std::size_t i = 0; i < off.size(); ++i) used[i] = off[i] < band;
   }
   return profile;

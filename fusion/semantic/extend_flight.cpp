@@ -7,6 +7,7 @@
 
 #include "fusion/semantic/find_stairs.hpp"
 #include "fusion/semantic/flight_strip.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -21,12 +22,6 @@ constexpr double kAcross = 0.5;     ///< share of the flight's width that the le
 constexpr double kAgree = 0.3;      ///< share of the cells there: less is a slope
 constexpr std::size_t kLeast = 50;  ///< points
 constexpr std::size_t kMostSteps = 60;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct Seen {
   double s, height;  ///< m; height counts from the end's tread, onwards
@@ -64,7 +59,7 @@ double outermost(std::vector<Seen>& seen) {
   std::erase_if(seen, [&](const Seen& point) { return point.height < most - kSkin; });
   std::vector<double> heights;
   for (const Seen& point : seen) heights.push_back(point.height);
-  return median(std::move(heights));
+  return median(heights);
 }
 
 /// The fullest window of heights near one more rise; its middle.
@@ -120,15 +115,11 @@ std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& seg
   if (agreeing.size() < kLeast || wide < kAcross * static_cast<double>(across.size()) ||
       static_cast<double>(agree) < kAgree * static_cast<double>(cells.size()))
     return std::nullopt;
-  std::sort(along.begin(), along.end());
-  const auto share = [&](double q) {
-    return along[static_cast<std::size_t>(q * static_cast<double>(along.size() - 1))];
-  };
   const double z = end.z + (below ? -1 : 1) * median(agreeing);
   return Step{main_surface(surfaces, agreeing.size(), segmentation.verticals.size()),
               z,
-              share(0.05),
-              share(0.95),
+              quantile(along, 0.05),
+              quantile(along, 0.95),
               end.left,
               end.right};
 }
@@ -175,7 +166,7 @@ void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, 
     if (treads[i].size() < kEnough) continue;
     std::vector<double> heights;
     for (const Eigen::Vector2d& p : treads[i]) heights.push_back(p.y());
-    flight.steps[i].z = median(std::move(heights));
+    flight.steps[i].z = median(heights);
   }
 }
 

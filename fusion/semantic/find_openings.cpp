@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fusion/semantic/wall_candidates.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -166,8 +167,7 @@ std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidat
     if (std::isfinite(face)) faces.push_back(face);
   }
   if (faces.size() < 20) return {};
-  std::nth_element(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(faces.size() / 2), faces.end());
-  const double plane = faces[faces.size() / 2];
+  const double plane = median(faces);
   std::vector<bool> on_face;
   for (const float face : raster.face) on_face.push_back(std::abs(face - plane) < kLevelFace);
   std::vector<Opening> found;

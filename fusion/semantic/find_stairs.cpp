@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -16,12 +18,6 @@ constexpr double kGap = 0.30;             ///< m, between two treads in the plan
 constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
 constexpr double kBlock = 2;       ///< m, of the plan: points are looked up by place
 constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
-
-double quantile(std::vector<double>& values, double q) {
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
 
 struct Tread {
   std::uint32_t horizontal = 0;

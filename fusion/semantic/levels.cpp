@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -43,13 +45,6 @@ struct Extremes {
   }
 };
 
-double quantile(std::vector<float> values, double q) {
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 bool beside(const HorizontalSurface& h, const Eigen::Vector2d& p) {
   return (p.array() > h.low.array() - kBeside).all() && (p.array() < h.high.array() + kBeside).all();
 }
@@ -77,8 +72,7 @@ Levels::Levels(const cloud::PointCloud<Map>& cloud, const Segmentation& segmenta
   std::vector<float> heights;
   for (std::size_t i = 0; i < cloud.size(); i += 1 + cloud.size() / 200'000)
     heights.push_back(cloud.points[i].z());
-  top_ = quantile(heights, 0.995);
-  floor_ = quantile(heights, 0.005);
+  if (!heights.empty()) top_ = quantile(heights, 0.995), floor_ = quantile(heights, 0.005);
   for (std::size_t h = 0; h < n; ++h) {
     if (points[h] > 0) evidence_[h].lowest /= points[h], evidence_[h].highest /= points[h];
   }

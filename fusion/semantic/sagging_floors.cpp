@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -20,12 +22,6 @@ struct Floor {
   double top = 0;            ///< m
   Eigen::AlignedBox2d plan;  ///< m
 };
-
-double quantile(std::vector<double> values, double q) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 std::vector<Floor> floors_of(const SemanticModel& model) {
   std::vector<Floor> floors;
@@ -72,14 +68,14 @@ std::optional<double> angles_off(const std::vector<Eigen::Vector2d>& sights) {
   for (const Eigen::Vector2d& sight : sights) {
     if (sight.x() > middle) off.push_back(std::abs(sight.y()) / sight.x());
   }
-  return off.empty() ? std::nullopt : std::optional(quantile(std::move(off), 0.9));
+  return off.empty() ? std::nullopt : std::optional(quantile(off, 0.9));
 }
 
 /// Whether `lower` is where errors of that size would put the floor that lies at `height`.
 bool sags(const cloud::PointCloud<Map>& cloud, const Floor& lower, double height, double most) {
   std::vector<double> off;
   for (const Eigen::Vector2d& sight : sights_of(cloud, lower, height)) off.push_back(sight.y() / sight.x());
-  return off.size() >= kFewest && quantile(std::move(off), 0.5) <= most;
+  return off.size() >= kFewest && quantile(off, 0.5) <= most;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "fusion/semantic/segmentation.hpp"
 #include "fusion/semantic/surface_search.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -27,12 +28,8 @@ std::pair<double, double> robust_heights(const std::vector<Eigen::Vector3f>& poi
   std::vector<float> z;
   const std::size_t step = std::max<std::size_t>(1, points.size() / 100'000);
   for (std::size_t i = 0; i < points.size(); i += step) z.push_back(points[i].z());
-  const auto quantile = [&](double q) {
-    const auto at = z.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(z.size() - 1));
-    std::nth_element(z.begin(), at, z.end());
-    return static_cast<double>(*at);
-  };
-  return {quantile(0.001) - height_margin, quantile(0.999) + height_margin};
+  return {static_cast<double>(quantile(z, 0.001)) - height_margin,
+          static_cast<double>(quantile(z, 0.999)) + height_margin};
 }
 
 std::vector<Tile> tiles_of(const PlanBlocks& blocks) {

@@ -10,6 +10,7 @@
 
 #include "fusion/cloud/normals.hpp"
 #include "fusion/semantic/segmentation.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -132,12 +133,6 @@ std::vector<std::vector<std::uint32_t>> grow(PatchIndex& index, double near) {
     regions.push_back(std::move(members));
   }
   return regions;
-}
-
-double quantile(std::vector<double>& values, double q) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 /// The line through the region's points in the plan by total least squares; false where it is too short.

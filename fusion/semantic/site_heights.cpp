@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "protocols/model.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -29,10 +30,6 @@ std::vector<Eigen::Vector3d> points_of(const cloud::PointCloud<Map>& cloud, Enti
   return points;
 }
 
-double quantile(std::vector<double>& sorted, double q) {
-  return sorted[static_cast<std::size_t>(std::lround(q * static_cast<double>(sorted.size() - 1)))];
-}
-
 std::optional<LevelHeights> level_heights(const std::vector<Eigen::Vector3d>& points) {
   if (points.size() < kFewest) return std::nullopt;
   std::vector<double> z;
@@ -42,7 +39,6 @@ std::optional<LevelHeights> level_heights(const std::vector<Eigen::Vector3d>& po
     mean += p;
   }
   mean /= static_cast<double>(points.size());
-  std::sort(z.begin(), z.end());
   LevelHeights heights{quantile(z, 0.05), quantile(z, 0.5), quantile(z, 0.95), 0};
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -63,9 +59,7 @@ std::optional<double> near_height(const std::vector<Eigen::Vector3d>& points,
     if ((p - scanner).head<2>().norm() < kNear) z.push_back(p.z());
   }
   if (z.size() < kFewest) return std::nullopt;
-  const auto middle = z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2);
-  std::nth_element(z.begin(), middle, z.end());
-  return *middle;
+  return median(z);
 }
 
 __attribute__((format(printf, 1, 2))) std::string words_of(const char* format, ...) {

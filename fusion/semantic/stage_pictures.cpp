@@ -7,6 +7,7 @@
 
 #include "fusion/semantic/plan_canvas.hpp"
 #include "fusion/semantic/surface_search.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -52,15 +53,9 @@ Eigen::AlignedBox2d view_of(const Site& site, const std::vector<StagePixel>& pix
   for (const int axis : {0, 1}) {
     std::transform(pixels.begin(), pixels.end(), values.begin(),
                    [&](const StagePixel& p) { return axis == 0 ? p.x : p.y; });
-    const auto quantile = [&](double q) {
-      const auto at =
-          values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-      std::nth_element(values.begin(), at, values.end());
-      return *at;
-    };
     const double origin = axis == 1 && !from_above ? site.z_low - pixel : 0;
-    view.min()[axis] = quantile(0.002) * pixel + origin - 0.4;
-    view.max()[axis] = quantile(0.998) * pixel + origin + 0.4;
+    view.min()[axis] = quantile(values, 0.002) * pixel + origin - 0.4;
+    view.max()[axis] = quantile(values, 0.998) * pixel + origin + 0.4;
   }
   return view;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::semantic {
 namespace {
 
@@ -20,12 +22,6 @@ constexpr std::size_t kFacePoints = 8;
 
 void count(std::vector<std::uint16_t>& cells, std::size_t i) {
   if (cells[i] < std::numeric_limits<std::uint16_t>::max()) ++cells[i];
-}
-
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "protocols/quantile.hpp"
 #include "server/runtime/crowd_memory.hpp"
 #include "server/runtime/session_state.hpp"
 #include "server/tick/state.hpp"
@@ -53,8 +54,7 @@ std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, st
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
     (*state)->simulation.take_events();
   }
-  std::nth_element(seconds.begin(), seconds.begin() + timed / 2, seconds.end());
-  return CrowdStep{agents.size(), seconds[timed / 2]};
+  return CrowdStep{agents.size(), median(seconds)};
 }
 
 std::optional<std::string> slow_crowd(const Scenario& scenario, const CrowdStep& measured) {

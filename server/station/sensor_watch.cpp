@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "protocols/quantile.hpp"
+
 namespace parhelion::station {
 namespace {
 
@@ -17,9 +19,7 @@ double period_of(const std::deque<SensorTime>& stamps) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < stamps.size(); ++i) gaps.push_back((stamps[i] - stamps[i - 1]).seconds());
   if (gaps.empty()) return 0;
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  const double usual = *middle;
+  const double usual = median(gaps);
   const auto is_longer = [usual](double gap) { return gap > 1.25 * usual; };
   const auto longer = static_cast<std::size_t>(std::count_if(gaps.begin(), gaps.end(), is_longer));
   if (gaps.size() < 2 * row || longer < too_many_to_be_chance) return usual;

@@ -14,6 +14,7 @@
 #include "protocols/codec.hpp"
 #include "protocols/pose2.hpp"
 #include "tests/fusion/pose/trajectory_error.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion {
 namespace {

@@ -2,10 +2,10 @@
 // stage; the same with a depth image; and the stand-in camera. Prints p50 and p99 in milliseconds.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <chrono>
 #include <map>
 
+#include "protocols/quantile.hpp"
 #include "tests/render/scenes.hpp"
 
 namespace parhelion {
@@ -41,12 +41,8 @@ class Percentiles {
   void add(const std::string& stage, double milliseconds) { samples_[stage].push_back(milliseconds); }
   void report(benchmark::State& state) {
     for (auto& [stage, values] : samples_) {
-      std::sort(values.begin(), values.end());
-      const auto at = [&](double p) {
-        return values[static_cast<std::size_t>(p * static_cast<double>(values.size() - 1))];
-      };
-      state.counters[stage + "_p50_ms"] = at(0.5);
-      state.counters[stage + "_p99_ms"] = at(0.99);
+      state.counters[stage + "_p50_ms"] = quantile(values, 0.5);
+      state.counters[stage + "_p99_ms"] = quantile(values, 0.99);
     }
   }
 

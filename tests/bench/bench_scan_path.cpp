@@ -2,7 +2,6 @@
 // 20 boxes each, 200 walls; its parts by themselves, and the exact twin. p50 and p99 are over single scans.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
@@ -11,6 +10,7 @@
 
 #include "fusion/scan/augment.hpp"
 #include "fusion/scan/leaf_fit.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion {
 namespace {
@@ -134,9 +134,8 @@ void over_scans(benchmark::State& state, World& world, Scan scan) {
     state.SetIterationTime(took.count());
     us.push_back(took.count() * 1e6);
   }
-  std::sort(us.begin(), us.end());
-  state.counters["p50_us"] = us[us.size() / 2];
-  state.counters["p99_us"] = us[us.size() * 99 / 100];
+  state.counters["p50_us"] = median(us);
+  state.counters["p99_us"] = quantile(us, 0.99, QuantileRank::upper);
 }
 
 void whole_path(benchmark::State& state) {

@@ -5,7 +5,6 @@
 // single bodies with velocity motors that friction bounds, at 240 Hz.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -17,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "protocols/quantile.hpp"
 #include "server/runtime/outbox.hpp"
 #include "server/runtime/thread_pool.hpp"
 #include "server/tick/tick.hpp"
@@ -152,11 +152,10 @@ void crowd(benchmark::State& bench) {
     run(1);
     simulated += 1;
   }
-  std::sort(clock.us.begin(), clock.us.end());
   bench.counters["x_real_time"] = benchmark::Counter(simulated, benchmark::Counter::kIsRate);
   bench.counters["scans_per_s"] = benchmark::Counter(static_cast<double>(scans), benchmark::Counter::kIsRate);
-  bench.counters["step_p50_us"] = clock.us[clock.us.size() / 2];
-  bench.counters["step_p99_us"] = clock.us[clock.us.size() * 99 / 100];
+  bench.counters["step_p50_us"] = median(clock.us);
+  bench.counters["step_p99_us"] = quantile(clock.us, 0.99, QuantileRank::upper);
 }
 BENCHMARK(crowd)
     ->ArgNames({"agents", "lasers", "threads", "solve_all"})

@@ -16,6 +16,7 @@
 
 #include "fusion/scan/building_tree.hpp"
 #include "fusion/scan/ray_caster.hpp"
+#include "protocols/quantile.hpp"
 #include "server/runtime/live_site.hpp"
 #include "server/runtime/loop.hpp"
 #include "server/runtime/wall_clock.hpp"
@@ -213,12 +214,6 @@ Session session(const Drive& drive, bool mapping, const SemanticModel& model, do
   server.join();
   result.points = site.cloud().size();
   return result;
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 }  // namespace

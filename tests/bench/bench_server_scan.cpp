@@ -1,13 +1,13 @@
 // Scan in to scan out inside the server: 361 beams, 80 m, 100 boxes and 50 robots that drive, in a hall of 60
 // m. Prints percentiles of the scan path and of the wait for physics, as `replay` measures them. With the
 // argument "grading": ten runs with and ten without grading, in turn.
-#include <algorithm>
 #include <cstdio>
 #include <numbers>
 #include <random>
 #include <stdexcept>
 #include <string>
 
+#include "protocols/quantile.hpp"
 #include "server/runtime/report.hpp"
 #include "server/tick/grading_path.hpp"
 #include "server/tick/tick.hpp"
@@ -155,10 +155,6 @@ int compare_grading() {
     std::printf("%-8s p50 %6.0f us  p99 %6.0f us  %zu charges\n", graded ? "graded" : "not",
                 p50[graded].back(), p99[graded].back(), one.charges);
   }
-  const auto median = [](std::vector<double> values) {
-    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-    return values[values.size() / 2];
-  };
   std::printf(
       "median of ten: p50 %.0f us without, %.0f us with grading (%+.1f %%); p99 %.0f us, %.0f us (%+.0f "
       "us)\n",

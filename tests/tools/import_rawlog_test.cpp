@@ -10,6 +10,7 @@
 
 #include <cmath>
 
+#include "protocols/quantile.hpp"
 #include "tests/tools/imported_log.hpp"
 
 namespace parhelion::tools {
@@ -35,9 +36,7 @@ double overlap(const ImportedLog& log, bool mirror) {
   for (std::size_t i = 0; i + 5 < scans.size(); i += 10) {
     medians.push_back(test::median_distance(points(scans[i]), points(scans[i + 5])));
   }
-  std::nth_element(medians.begin(), medians.begin() + static_cast<std::ptrdiff_t>(medians.size() / 2),
-                   medians.end());
-  return medians[medians.size() / 2];
+  return median(medians);
 }
 
 TEST(ImportRawlog, PairedFormatGivesEachScanItsAccumulatedOdometry) {

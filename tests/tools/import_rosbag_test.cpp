@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "protocols/frames.hpp"
+#include "protocols/quantile.hpp"
 #include "tests/tools/imported_log.hpp"
 #include "tools/import/rosbag_reader.hpp"
 
@@ -47,8 +48,7 @@ double wall_thickness(const ImportedLog& log, bool mirror) {
     const auto from = points(scans[i]), to = points(scans[i + 10]);
     if (!from.empty() && !to.empty()) medians.push_back(test::median_distance(from, to));
   }
-  std::sort(medians.begin(), medians.end());
-  return medians.empty() ? std::numeric_limits<double>::infinity() : medians[medians.size() / 2];
+  return medians.empty() ? std::numeric_limits<double>::infinity() : median(medians);
 }
 
 TEST(ImportRosbag, SeveralScanTopicsAreAnErrorThatListsThem) {

@@ -16,6 +16,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/quantile.hpp"
 #include "protocols/robot.hpp"
 #include "tests/recordings.hpp"
 #include "tools/import/import.hpp"
@@ -135,9 +136,7 @@ inline double median_distance(const std::vector<Eigen::Vector2d>& from,
     distances.push_back(std::sqrt(nearest));
   }
   if (distances.empty()) return std::numeric_limits<double>::infinity();
-  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
-                   distances.end());
-  return distances[distances.size() / 2];
+  return median(distances);
 }
 
 /// The scan as a sensor that counts its beams the other way would have written it: what a wrong sense would

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "protocols/channel_map.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -151,10 +152,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
   if (noise_sigma > 0) laser.noise_sigma = noise_sigma;
   laser.scan_period = scan_period;
   if (scan_period <= 0 && !intervals_.empty()) {
-    std::vector<std::int64_t> sorted = intervals_;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                     sorted.end());
-    laser.scan_period = static_cast<double>(sorted[sorted.size() / 2]) * 1e-9;
+    laser.scan_period = static_cast<double>(median(std::vector<std::int64_t>(intervals_))) * 1e-9;
   }
   laser.beams = static_cast<int>(shape.beams);
   laser.angle_first = shape.angle_first;

@@ -8,6 +8,7 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
 namespace {
@@ -26,9 +27,7 @@ Duration median_interval(const std::vector<std::pair<SensorTime, Place>>& stamps
   for (std::size_t i = 1; i < stamps.size(); ++i)
     intervals.push_back((stamps[i].first - stamps[i - 1].first).ns);
   if (intervals.empty()) return {};
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return {*middle};
+  return {median(intervals)};
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "fusion/cloud/read_cloud.hpp"
+#include "protocols/quantile.hpp"
 #include "tests/recordings.hpp"
 
 namespace parhelion::cloud {
@@ -30,7 +31,7 @@ std::vector<Eigen::Vector3f> noisy_plane(const Eigen::Vector3d& normal, double s
   return points;
 }
 
-/// Degrees between directions, whichever way they point; ascending.
+/// Degrees between directions, whichever way they point.
 std::vector<double> angles(const std::vector<Eigen::Vector3f>& normals, const auto& expected) {
   std::vector<double> result;
   for (std::size_t i = 0; i < normals.size(); ++i) {
@@ -38,12 +39,7 @@ std::vector<double> angles(const std::vector<Eigen::Vector3f>& normals, const au
     if (normals[i].isZero() || e.isZero()) continue;
     result.push_back(std::acos(std::min(1.0F, std::abs(normals[i].dot(e)))) * 180 / std::numbers::pi);
   }
-  std::sort(result.begin(), result.end());
   return result;
-}
-
-double quantile(const std::vector<double>& sorted, double q) {
-  return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1))];
 }
 
 TEST(Normals, OfAPlaneAreItsNormal) {
@@ -55,7 +51,7 @@ TEST(Normals, OfAPlaneAreItsNormal) {
     options.method = method;
     const auto normals = estimate_normals(points, options);
     ASSERT_TRUE(normals.ok());
-    const auto off = angles(*normals, expected);
+    auto off = angles(*normals, expected);
     ASSERT_EQ(off.size(), points.size());
     EXPECT_LT(quantile(off, 0.5), method == NormalMethod::principal ? 2.0 : 4.0);
     EXPECT_LT(quantile(off, 0.95), method == NormalMethod::principal ? 5.0 : 9.0);
@@ -104,7 +100,7 @@ TEST(Normals, OfRealScansAgreeBetweenBothMethods) {
   const auto principal = estimate_normals(cloud->points, options);
   options.method = NormalMethod::random_planes;
   const auto random = estimate_normals(cloud->points, options);
-  const auto off = angles(*random, [&](std::size_t i) { return (*principal)[i]; });
+  auto off = angles(*random, [&](std::size_t i) { return (*principal)[i]; });
   std::printf("%zu points: methods differ by %.1f degrees (median), %.1f (75 %%), %.1f (90 %%)\n",
               cloud->points.size(), quantile(off, 0.5), quantile(off, 0.75), quantile(off, 0.9));
   // Far off, where scan lines lie further apart than the neighbourhood reaches, there is none.

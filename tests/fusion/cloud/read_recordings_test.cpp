@@ -3,6 +3,7 @@
 
 #include "fusion/cloud/bucket_grid.hpp"
 #include "fusion/cloud/read_cloud.hpp"
+#include "protocols/quantile.hpp"
 #include "tests/recordings.hpp"
 
 namespace parhelion::cloud {
@@ -39,9 +40,7 @@ double median_distance(const PointCloud<Scanner>& target, const PointCloud<Scann
     });
     distances.push_back(nearest);
   }
-  std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
-                   distances.end());
-  return static_cast<double>(distances[distances.size() / 2]);
+  return static_cast<double>(median(distances));
 }
 
 TEST(ReadRecordings, the_room_is_read_from_compressed_pcd_with_floor_and_ceiling_at_their_heights) {

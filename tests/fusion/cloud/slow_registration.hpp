@@ -12,6 +12,7 @@
 
 #include "fusion/cloud/bucket_grid.hpp"
 #include "fusion/cloud/parallel.hpp"
+#include "protocols/quantile.hpp"
 
 namespace parhelion::test {
 
@@ -157,9 +158,7 @@ class SlowRegistrar {
 
   double fitted_kernel(const Eigen::Isometry3d& T, double gate) const {
     std::vector<double> residuals = round(T, gate, size_).residuals;
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    return std::clamp(3 * 1.4826 * *middle, size_ / 2, size_);
+    return std::clamp(3 * 1.4826 * median(residuals), size_ / 2, size_);
   }
 
   void converge(SlowRegistration& result, double gate, double kernel) const {

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "fusion/semantic/find_stairs.hpp"
+#include "protocols/quantile.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 
 namespace parhelion::semantic {
@@ -18,11 +19,6 @@ struct Stairs {
   cloud::PointCloud<Map> cloud;
   Flight flight;
 };
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 /// Steps along x of the given rises, with the floor before them; every point is lifted by bend(x).
 Stairs stairs_of(const std::vector<double>& rises, const std::function<double(double)>& bend) {
@@ -39,7 +35,7 @@ Stairs stairs_of(const std::vector<double>& rises, const std::function<double(do
       stairs.cloud.points.push_back(p);
       heights.push_back(p.z());
     }
-    stairs.flight.steps.push_back({no_surface, median(std::move(heights)), from, to, 0, kWidth});
+    stairs.flight.steps.push_back({no_surface, median(heights), from, to, 0, kWidth});
   };
   tread(-kStrip, 0);
   for (std::size_t i = 0; i < rises.size(); ++i) {

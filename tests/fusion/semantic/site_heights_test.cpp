@@ -10,6 +10,7 @@
 
 #include "fusion/cloud/read_cloud.hpp"
 #include "fusion/semantic/build_model.hpp"
+#include "protocols/quantile.hpp"
 #include "tests/fusion/semantic/clouds.hpp"
 #include "tests/recordings.hpp"
 
@@ -92,8 +93,7 @@ std::vector<double> column(const cloud::PointCloud<Scanner>& cloud, int axis) {
 
 double median_between(std::vector<double> values, double low, double high) {
   std::erase_if(values, [&](double v) { return v < low || v > high; });
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
+  return median(values);
 }
 
 /// Heights that the attribution files state begin the fullest bins of 5 cm of a scan as it stands: to 2 cm

@@ -1,0 +1,39 @@
+// Quantiles of a sample without interpolation: the result is one of its values, exactly.
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <cstddef>
+#include <ranges>
+
+namespace parhelion {
+
+/// Which value of the n in ascending order, x[0] to x[n - 1], is the q quantile.
+/// Definitions: Hyndman and Fan, "Sample quantiles in statistical packages", The American Statistician 50
+/// (1996).
+enum class QuantileRank {
+  lower,  ///< x[floor(q (n - 1))]: the lower of the two values that definition 7 interpolates between
+  upper,  ///< x[floor(q n)]: definition 1, but where q n is whole, the upper of the two values that
+          ///< definition 2 takes the mean of; at most x[n - 1]
+};
+
+/// The q quantile, q from 0 to 1, of one value or more. Changes the order of `values`. O(n).
+template <std::ranges::random_access_range Values>
+std::ranges::range_value_t<Values> quantile(Values&& values, double q,
+                                            QuantileRank rank = QuantileRank::lower) {
+  const auto count = static_cast<std::size_t>(std::ranges::size(values));
+  assert(count > 0);
+  const auto span = static_cast<double>(rank == QuantileRank::lower ? count - 1 : count);
+  const std::size_t index = std::min(static_cast<std::size_t>(q * span), count - 1);
+  const auto at = std::ranges::begin(values) + static_cast<std::ptrdiff_t>(index);
+  std::nth_element(std::ranges::begin(values), at, std::ranges::end(values));
+  return *at;
+}
+
+/// The value in the middle, of an even number the upper of the two. Changes the order of `values`.
+template <std::ranges::random_access_range Values>
+std::ranges::range_value_t<Values> median(Values&& values) {
+  return quantile(values, 0.5, QuantileRank::upper);
+}
+
+}  // namespace parhelion
