@@ -1,14 +1,13 @@
 #include "tools/model_pictures.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "fusion/semantic/build_model.hpp"
 #include "fusion/semantic/model_plan.hpp"
 #include "fusion/semantic/plan_view.hpp"
+#include "protocols/length_text.hpp"
 #include "render/model_view.hpp"
 
 namespace parhelion::tools {
@@ -38,15 +37,8 @@ std::string contents(const SemanticModel& model) {
   add(count[EntityLabel::pillar], "pillar", "pillars");
   add(flights.size(), "flight of stairs", "flights of stairs");
   add(count[EntityLabel::unknown], "unknown box", "unknown boxes");
-  char heights[96];
-  if (const auto floor = semantic::ground_floor(model)) {
-    std::snprintf(heights, sizeof heights, "; floor %.2f m", std::round(*floor * 100) / 100 + 0.0);
-    words += heights;
-  }
-  if (count[EntityLabel::ceiling] > 0) {
-    std::snprintf(heights, sizeof heights, ", ceiling %.2f m", ceiling);
-    words += heights;
-  }
+  if (const auto floor = semantic::ground_floor(model)) words += "; floor " + length_text(*floor);
+  if (count[EntityLabel::ceiling] > 0) words += ", ceiling " + length_text(ceiling);
   return words;
 }
 

@@ -1,12 +1,12 @@
 #include "tools/validate.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include "fusion/pose/slam.hpp"
 #include "fusion/semantic/build_model.hpp"
 #include "protocols/course.hpp"
+#include "protocols/length_text.hpp"
 #include "protocols/model.hpp"
 #include "protocols/robot.hpp"
 #include "protocols/scenario.hpp"
@@ -84,10 +84,8 @@ Validation validate_model(const std::string& path) {
   if (triangles > 0) validation.summary += ", " + count(triangles, "triangle", "triangles");
   const auto floor = semantic::ground_floor(*model);
   if (floor && std::abs(*floor) > kLevelFloor) {
-    char height[32];
-    std::snprintf(height, sizeof height, "%.2f m", *floor);
     validation.notes.push_back(
-        std::string("warning: its ground floor is at z = ") + height +
+        "warning: its ground floor is at z = " + length_text(*floor) +
         ", but poses in a map are at z = 0: robots would drive above or below it; make it "
         "with `parhelion map model --floor-to-zero`");
   }

@@ -1,10 +1,9 @@
 #include "fusion/cloud/registration_input.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "protocols/length_text.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::cloud {
@@ -33,12 +32,6 @@ Status check(const PointCloud<Frame>& cloud, const char* name) {
                    std::to_string(cloud.viewpoints.size()) + " viewpoints");
   }
   return {};
-}
-
-std::string metres(double value) {
-  std::array<char, 40> text;
-  std::snprintf(text.data(), text.size(), "%.3g m", value);
-  return text.data();
 }
 
 }  // namespace
@@ -90,14 +83,14 @@ Status check_options(const RegistrationOptions& options) {
 Status check_scales(double target, double source, double max_distance) {
   constexpr double most_apart = 30;
   const double smaller = std::min(target, source), larger = std::max(target, source);
-  const std::string sizes = "four fifths of the target are within " + metres(target) +
-                            " of its middle, of the source within " + metres(source);
+  const std::string sizes = "four fifths of the target are within " + length_text(target) +
+                            " of its middle, of the source within " + length_text(source);
   if (!(smaller > 0))
     return Error{"register: " + sizes + ": a cloud of one place only; give a scan of surfaces"};
   if (larger > most_apart * smaller)
     return Error{"register: " + sizes + ": is one of them in millimetres? Give both in metres"};
   if (smaller > 500 * max_distance)
-    return Error{"register: " + sizes + ", but partners are looked for within " + metres(max_distance) +
+    return Error{"register: " + sizes + ", but partners are looked for within " + length_text(max_distance) +
                  ": are they in millimetres? Give metres, or a greater max_distance"};
   return {};
 }

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "fusion/semantic/drop_doubles.hpp"
 #include "fusion/semantic/net_graph.hpp"
 #include "fusion/semantic/observed_floors.hpp"
 #include "fusion/semantic/sagging_floors.hpp"
+#include "protocols/length_text.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -17,12 +16,6 @@ namespace {
 constexpr double kHighestRoom = 100;  ///< m, of a cloud: more is a wrong unit
 constexpr double kLowestRoom = 0.5;   ///< m: less is a wrong unit or no building
 constexpr double kStray = 50;  ///< m, and a quarter of the site: what lies farther out is no part of it
-
-std::string metres(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g m", value);
-  return text;
-}
 
 /// Heights between which 98 of 100 points lie: an outlier says nothing of the unit.
 Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
@@ -46,12 +39,13 @@ Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
 Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vector<std::string>& notes) {
   const Eigen::Vector3d size = extent.sizes();
   if (size.maxCoeff() > max_extent || size.z() > kHighestRoom) {
-    return Error{"the cloud is " + metres(size.x()) + " by " + metres(size.y()) + " and " + metres(size.z()) +
+    return Error{"the cloud is " + length_text(size.x()) + " by " + length_text(size.y()) + " and " +
+                 length_text(size.z()) +
                  " high: were millimetres or centimetres taken for metres? Say --unit mm or --unit cm"};
   }
   if (size.z() < kLowestRoom && size.maxCoeff() < 10 * kLowestRoom) {
-    notes.push_back("the cloud is only " + metres(size.maxCoeff()) + " large and " + metres(size.z()) +
-                    " high: is its unit larger than a metre?");
+    notes.push_back("the cloud is only " + length_text(size.maxCoeff()) + " large and " +
+                    length_text(size.z()) + " high: is its unit larger than a metre?");
   }
   return {};
 }
@@ -84,7 +78,7 @@ void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud
   keep_marked(keep, cloud.colours);
   keep_marked(keep, cloud.labels);
   keep_marked(keep, cloud.scans);
-  notes.push_back(std::to_string(strays) + " points left out: more than " + metres(margin) +
+  notes.push_back(std::to_string(strays) + " points left out: more than " + length_text(margin) +
                   " away from the site");
 }
 
@@ -155,7 +149,7 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh);
   if (!mesh) return mesh.error();
   if (mesh->cube > options.mesh.cube * 1.001)
-    built.notes.push_back("the mesh of what is unknown has cubes of " + metres(mesh->cube) +
+    built.notes.push_back("the mesh of what is unknown has cubes of " + length_text(mesh->cube) +
                           " to stay small");
   if (!mesh->mesh.empty()) built.model.meshes.push_back(std::move(mesh->mesh));
   begin("finish", 4);

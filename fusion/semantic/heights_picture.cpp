@@ -7,6 +7,7 @@
 
 #include "fusion/semantic/plan_canvas.hpp"
 #include "fusion/semantic/site_heights.hpp"
+#include "protocols/length_text.hpp"
 #include "protocols/model.hpp"
 
 namespace parhelion::semantic {
@@ -41,7 +42,8 @@ Histogram histogram_of(const cloud::PointCloud<Map>& cloud, const Transform<Clou
   return histogram;
 }
 
-std::string metres(double value) {
+/// Beside the tick of an axis, m.
+std::string tick_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", std::abs(value) < 5e-4 ? 0.0 : value);
   return text;
@@ -70,13 +72,13 @@ void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& hi
     const double x = corner.x() + step * static_cast<double>(i);
     canvas.pixel_line({x, bottom}, {x, bottom + 6}, ink, 1.5);
     if (i == 0 || i == bins) continue;  // numbers of two panels would meet
-    const std::string number = metres(z);
+    const std::string number = tick_text(z);
     canvas.text({x - canvas.text_width(number, 10) / 2, bottom + 22}, number, 10, ink);
   }
   if (!height) return;
   const double x = corner.x() + step * (*height - histogram.low) / bin;
   canvas.pixel_line({x, corner.y()}, {x, bottom}, mark, 2);
-  canvas.text({x + 6, corner.y() + 12}, metres(*height), 11, mark, true);
+  canvas.text({x + 6, corner.y() + 12}, length_text(*height), 11, mark, true);
 }
 
 }  // namespace

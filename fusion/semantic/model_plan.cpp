@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -13,6 +12,7 @@
 #include "fusion/semantic/plan_legend.hpp"
 #include "fusion/semantic/plan_outline.hpp"
 #include "fusion/semantic/plan_view.hpp"
+#include "protocols/length_text.hpp"
 
 namespace parhelion::semantic {
 namespace {
@@ -44,12 +44,6 @@ constexpr Layer layers[] = {
     {EntityLabel::pillar, "pillar", {120, 80, 130}},
 };
 const Colour virtual_colour{163, 113, 247};
-
-std::string metres(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f m", value);
-  return text;
-}
 
 class Painter {
  public:
@@ -201,7 +195,7 @@ class Painter {
     // Doors first: they are few, and what a person looks for.
     for (const ModelEntity& entity : model_.entities) {
       if (!in_plan(entity) || entity.label != EntityLabel::door) continue;
-      labels_.beside(entity, entity.name + "  " + metres(entity.size.x()), 13, {150, 90, 0});
+      labels_.beside(entity, entity.name + "  " + length_text(entity.size.x()), 13, {150, 90, 0});
     }
     write_stairs();
     std::vector<const ModelEntity*> walls;
@@ -213,7 +207,7 @@ class Painter {
                      [](const auto* a, const auto* b) { return a->size.x() > b->size.x(); });
     for (const ModelEntity* wall : walls) {
       if (walls.size() > 60 && wall->size.x() * canvas_.pixels_per_metre() < 60) break;
-      labels_.beside(*wall, metres(wall->size.x()), 12, wall->is_virtual ? virtual_colour : ink);
+      labels_.beside(*wall, length_text(wall->size.x()), 12, wall->is_virtual ? virtual_colour : ink);
     }
     for (const ModelEntity& entity : model_.entities) {
       if (in_plan(entity) && (entity.label == EntityLabel::pillar || entity.label == EntityLabel::window))
@@ -243,10 +237,8 @@ class Painter {
       std::string words =
           name + "  " + std::to_string(steps.size()) + (steps.size() == 1 ? " step" : " steps");
       if (steps.size() > 1) {
-        char rise[32];
-        std::snprintf(rise, sizeof rise, ", rise %.2f m",
-                      (top(steps.back()) - top(steps.front())) / static_cast<double>(steps.size() - 1));
-        words += rise;
+        const double rise = (top(steps.back()) - top(steps.front())) / static_cast<double>(steps.size() - 1);
+        words += ", rise " + length_text(rise);
       }
       labels_.beside(*steps.front(), words, 13, {44, 62, 110});
     }

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
 #include "protocols/channel_map.hpp"
+#include "protocols/length_text.hpp"
 #include "protocols/quantile.hpp"
 
 namespace parhelion::tools {
@@ -20,12 +20,6 @@ struct KnownLaser {
 };
 constexpr KnownLaser known_lasers[] = {
     {"lms-200", 180, 0.5}, {"lms-200", 180, 1}, {"s3000", 190, 0.25}, {"utm-30lx", 270, 0.25}};
-
-std::string metres(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g m", value);
-  return text;
-}
 
 /// Footprint where no recording says one: as wide as a trolley, reaching back as far as half of that, and
 /// ahead to the laser.
@@ -93,7 +87,7 @@ RangeConvention LaserEvidence::convention(std::vector<std::string>& notes) const
   convention.range_max = range_max;
   if (range_max <= 0) {
     convention.range_max = longest_;
-    notes.push_back("maximum range is the longest seen, " + metres(longest_));
+    notes.push_back("maximum range is the longest seen, " + length_text(longest_));
   }
   std::uint64_t most = 0;
   const auto candidate = [&](std::uint64_t count, Sentinel kind, float value) {
@@ -134,7 +128,8 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
   laser.T_base_laser = T_base_laser.value_or(Transform<Base, Laser>());
   if (!T_base_laser) notes.push_back("the laser's place is not in the source: assumed above base_link");
   if (!height_known) {
-    notes.push_back("the laser's height is not in the source: " + metres(options.laser_height) + " assumed");
+    notes.push_back("the laser's height is not in the source: " + length_text(options.laser_height) +
+                    " assumed");
     const Eigen::Vector3d p = laser.T_base_laser.translation();
     laser.T_base_laser = {laser.T_base_laser.quaternion(), {p.x(), p.y(), options.laser_height}};
   }
