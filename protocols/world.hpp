@@ -30,4 +30,19 @@ struct WorldSnapshot {
   std::vector<BodyState> bodies;  ///< ascending id, one for each body of `scene` that exists at the stamp
 };
 
+/// Calls visit(const BodyDefinition&, BodyState&) for each body that exists at the stamp, in ascending id;
+/// the state is const where the world is. Nothing where the world has no scene. Linear: both lists are read
+/// once.
+template <class World, class Visit>
+void for_each_body(World& world, Visit&& visit) {
+  if (!world.scene) return;
+  auto definition = world.scene->bodies.begin();
+  const auto definitions_end = world.scene->bodies.end();
+  for (auto& state : world.bodies) {
+    while (definition != definitions_end && (*definition)->id < state.id) ++definition;
+    if (definition == definitions_end) return;
+    if ((*definition)->id == state.id) visit(**definition, state);
+  }
+}
+
 }  // namespace parhelion

@@ -247,19 +247,15 @@ bool sheltered(const BodyDefinition& body, const Shape& shape, const Transform<M
 void add_bodies(DrawList& list, const CameraProjection& projection,
                 const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
                 const std::function<bool(const BodyDefinition&)>& drawn, const double* floor_z) {
-  if (!world.scene) return;
   const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
-  auto state = world.bodies.begin();
-  for (const auto& body : world.scene->bodies) {  // both in ascending id
-    while (state != world.bodies.end() && state->id < body->id) ++state;
-    if (state == world.bodies.end()) break;
-    if (state->id != body->id || !drawn(*body) || !state->T_map_body.finite()) continue;
-    const std::size_t entity = entity_index(list, body->entity);
-    for (const Shape& shape : body->shapes) {
+  for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
+    if (!drawn(body) || !state.T_map_body.finite()) return;
+    const std::size_t entity = entity_index(list, body.entity);
+    for (const Shape& shape : body.shapes) {
       if (!shape.size.allFinite() || !shape.T_body_shape.finite()) continue;
-      const Transform<Map, ShapeFrame> T_map_shape = state->T_map_body * shape.T_body_shape;
+      const Transform<Map, ShapeFrame> T_map_shape = state.T_map_body * shape.T_body_shape;
       add_shape(list, projection, shape, T_optical_map * T_map_shape, entity);
-      if (!floor_z || sheltered(*body, shape, state->T_map_body)) continue;
+      if (!floor_z || sheltered(body, shape, state.T_map_body)) continue;
       const std::size_t before = list.shadows.size();
       add_shadow(list.shadows, list.view_rects, projection, T_map_optical, shape, T_map_shape, *floor_z);
       for (std::size_t i = before; i < list.shadows.size(); ++i)
@@ -267,7 +263,7 @@ void add_bodies(DrawList& list, const CameraProjection& projection,
             std::max(list.farthest,
                      static_cast<double>(Eigen::Map<const Eigen::Vector3f>(list.shadows[i].position).norm()));
     }
-  }
+  });
 }
 
 void add_occluder(DrawList& list, const CameraProjection& projection,

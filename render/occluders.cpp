@@ -64,16 +64,13 @@ std::vector<OccluderBox> explaining_boxes(const std::vector<OccluderBox>& buildi
   if (!world.scene) return building;
   std::set<std::string> doors;
   std::vector<OccluderBox> leaves;
-  auto state = world.bodies.begin();
-  for (const auto& body : world.scene->bodies) {
-    if (!body->moves || body->injectable) continue;
-    doors.insert(body->entity);
-    while (state != world.bodies.end() && state->id < body->id) ++state;
-    if (state == world.bodies.end() || state->id != body->id || !state->known || body->shapes.empty())
-      continue;
-    const Transform<Map, ShapeFrame> T_map_leaf = state->T_map_body * body->shapes[0].T_body_shape;
-    leaves.push_back(make_box(body->entity, T_map_leaf, 0.5 * body->shapes[0].size));
-  }
+  for (const auto& body : world.scene->bodies)
+    if (body->moves && !body->injectable) doors.insert(body->entity);
+  for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
+    if (!body.moves || body.injectable || !state.known || body.shapes.empty()) return;
+    const Transform<Map, ShapeFrame> T_map_leaf = state.T_map_body * body.shapes[0].T_body_shape;
+    leaves.push_back(make_box(body.entity, T_map_leaf, 0.5 * body.shapes[0].size));
+  });
   std::vector<OccluderBox> boxes;
   for (const OccluderBox& box : building)
     if (!doors.count(box.name)) boxes.push_back(box);
@@ -145,15 +142,10 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
   const Transform<CameraOptical, Map> T_optical_map = T_map_optical.inverse();
   std::set<std::string> carriers, replaced;
   const auto each_real = [&](auto&& visit) {
-    if (!world.scene) return;
-    auto state = world.bodies.begin();
-    for (const auto& body : world.scene->bodies) {
-      while (state != world.bodies.end() && state->id < body->id) ++state;
-      if (state == world.bodies.end()) return;
-      if (state->id == body->id && !body->injectable && body->owner != BodyOwner::agent &&
-          state->T_map_body.finite())
-        visit(*body, state->T_map_body, state->known);
-    }
+    for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
+      if (!body.injectable && body.owner != BodyOwner::agent && state.T_map_body.finite())
+        visit(body, state.T_map_body, state.known);
+    });
   };
   each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool) {
     if (body.owner == BodyOwner::building) replaced.insert(body.entity);

@@ -137,22 +137,17 @@ void EglVirtualCamera::list_scenery(const CameraProjection& camera, const WorldS
   scenery_.shadows.clear();
   scenery_.floor_z = floor_z_;
   std::set<std::string> moved;  // doors as they stand now
-  if (world.scene) {
-    auto state = world.bodies.begin();
-    for (const auto& body : world.scene->bodies) {
-      while (state != world.bodies.end() && state->id < body->id) ++state;
-      if (state == world.bodies.end()) break;
-      if (state->id != body->id || body->owner != BodyOwner::building || body->injectable) continue;
-      moved.insert(body->entity);
-      const auto part =
-          std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.name == body->entity; });
-      const EntityLabel label = part == parts_.end() ? EntityLabel::unknown : part->label;
-      for (Shape shape : body->shapes) {
-        shape.material.albedo = colour_of(label);
-        add_part(camera, shape, state->T_map_body * shape.T_body_shape, label);
-      }
+  for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
+    if (body.owner != BodyOwner::building || body.injectable) return;
+    moved.insert(body.entity);
+    const auto part =
+        std::find_if(parts_.begin(), parts_.end(), [&](const auto& p) { return p.name == body.entity; });
+    const EntityLabel label = part == parts_.end() ? EntityLabel::unknown : part->label;
+    for (Shape shape : body.shapes) {
+      shape.material.albedo = colour_of(label);
+      add_part(camera, shape, state.T_map_body * shape.T_body_shape, label);
     }
-  }
+  });
   for (const BuildingPart& part : parts_)
     if (!moved.count(part.name)) add_part(camera, part.shape, part.T_map_box, part.label);
 }
@@ -187,12 +182,11 @@ Image EglVirtualCamera::render(const CameraDescription& description,
   scenery_.T_map_optical = T_map_optical;
   list_scenery(camera, world);
   std::set<std::string> carriers;
-  if (world.scene && !exposure.shows_carrier)
-    for (const auto& body : world.scene->bodies)
-      for (const BodyState& state : world.bodies)
-        if (state.id == body->id && body->owner != BodyOwner::building &&
-            carries_camera(*body, state.T_map_body, eye))
-          carriers.insert(body->entity);
+  if (!exposure.shows_carrier)
+    for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
+      if (body.owner != BodyOwner::building && carries_camera(body, state.T_map_body, eye))
+        carriers.insert(body.entity);
+    });
   list_.clear(camera.views().size());
   add_bodies(
       list_, camera, T_map_optical, world,

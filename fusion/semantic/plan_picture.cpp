@@ -53,12 +53,10 @@ struct SeenBody {
 };
 std::vector<SeenBody> seen_bodies(const WorldSnapshot* world) {
   std::vector<SeenBody> seen;
-  if (world == nullptr || !world->scene) return seen;
-  for (const BodyState& state : world->bodies) {
-    for (const auto& body : world->scene->bodies) {
-      if (body->id == state.id && body->owner != BodyOwner::building) seen.push_back({body.get(), &state});
-    }
-  }
+  if (world == nullptr) return seen;
+  for_each_body(*world, [&](const BodyDefinition& body, const BodyState& state) {
+    if (body.owner != BodyOwner::building) seen.push_back({&body, &state});
+  });
   std::stable_sort(seen.begin(), seen.end(), [](const SeenBody& a, const SeenBody& b) {
     return a.state->T_map_body.translation().z() < b.state->T_map_body.translation().z();
   });

@@ -203,10 +203,9 @@ TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
     ASSERT_EQ(outputs_.frames().size(), 1U);
     ASSERT_EQ(outputs_.frames().front().reason, "");
     const render::RenderJob& job = outputs_.frames().front().job;
-    for (std::size_t i = 0, d = 0; i < job.world.bodies.size(); ++i) {
-      while (job.world.scene->bodies[d]->id < job.world.bodies[i].id) ++d;
-      if (job.world.scene->bodies[d]->entity == "box_1") shown[readout] = job.world.bodies[i].T_map_body;
-    }
+    for_each_body(job.world, [&](const BodyDefinition& definition, const BodyState& body) {
+      if (definition.entity == "box_1") shown[readout] = body.T_map_body;
+    });
     if (readout == 0) continue;
     // Seen from the camera of the row it is in, the box stands where it is.
     const CameraIntrinsics& lens = robot.camera->intrinsics;

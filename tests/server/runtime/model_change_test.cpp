@@ -113,12 +113,9 @@ TEST_F(ModelChangeTest, AnAgentIsStoppedByTheNewWall) {
   WorldSnapshot world;
   ASSERT_TRUE(state_->simulation.at(state_->simulation.now(), world));
   double farthest = 0;
-  for (const BodyState& body : world.bodies) {
-    for (const auto& definition : world.scene->bodies) {
-      if (definition->id == body.id && definition->entity == "robot_1")
-        farthest = body.T_map_body.translation().x();
-    }
-  }
+  for_each_body(world, [&](const BodyDefinition& definition, const BodyState& body) {
+    if (definition.entity == "robot_1") farthest = body.T_map_body.translation().x();
+  });
   EXPECT_GT(farthest, 0.5);
   EXPECT_LT(farthest, 1.95);
 }

@@ -83,13 +83,13 @@ class LoadWitness {
     WorldSnapshot world;
     ASSERT_TRUE(simulation.at(simulation.now(), world));
     std::map<std::string, BodyState> at;
-    for (const auto& body : world.scene->bodies) {
-      const bool finger = body->part == "left_finger" || body->part == "right_finger";
-      if (body->entity == "r" && !finger) continue;
-      for (const BodyState& state : world.bodies) {
-        if (state.id == body->id) at[body->entity == "r" ? body->part : body->entity] = state;
-      }
-    }
+    for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
+      const bool finger = body.part == "left_finger" || body.part == "right_finger";
+      if (body.entity != "r")
+        at[body.entity] = state;
+      else if (finger)
+        at[body.part] = state;
+    });
     robot_.see(motion(simulation, "r"), t, expected);
     if (!at.contains("load")) return;
     const BodyState& load = at["load"];

@@ -88,26 +88,22 @@ inline BodyState body(const simulation::Simulation& simulation, const std::strin
                       const std::string& part = "") {
   WorldSnapshot world;
   EXPECT_TRUE(simulation.at(simulation.now(), world));
-  for (const BodyState& state : world.bodies) {
-    for (const auto& definition : world.scene->bodies) {
-      if (definition->id == state.id && definition->entity == entity &&
-          (part.empty() || definition->part == part))
-        return state;
-    }
-  }
-  ADD_FAILURE() << "no body of " << entity << " " << part;
-  return {};
+  std::optional<BodyState> found;  // the first
+  for_each_body(world, [&](const BodyDefinition& definition, const BodyState& state) {
+    if (!found && definition.entity == entity && (part.empty() || definition.part == part)) found = state;
+  });
+  EXPECT_TRUE(found) << "no body of " << entity << " " << part;
+  return found.value_or(BodyState{});
 }
 
 inline bool has_body(const simulation::Simulation& simulation, SimulationTime t, const std::string& entity) {
   WorldSnapshot world;
   EXPECT_TRUE(simulation.at(t, world));
-  for (const BodyState& state : world.bodies) {
-    for (const auto& definition : world.scene->bodies) {
-      if (definition->id == state.id && definition->entity == entity) return true;
-    }
-  }
-  return false;
+  bool found = false;
+  for_each_body(world, [&](const BodyDefinition& definition, const BodyState&) {
+    found = found || definition.entity == entity;
+  });
+  return found;
 }
 
 /// The events of a kind.

@@ -11,12 +11,11 @@ namespace {
 using test::TickTest;
 
 bool draws(const render::RenderJob& job, const std::string& entity) {
-  std::size_t definition = 0;
-  for (const BodyState& body : job.world.bodies) {
-    while (job.world.scene->bodies[definition]->id < body.id) ++definition;
-    if (job.world.scene->bodies[definition]->entity == entity) return true;
-  }
-  return false;
+  bool found = false;
+  for_each_body(job.world, [&](const BodyDefinition& definition, const BodyState&) {
+    found = found || definition.entity == entity;
+  });
+  return found;
 }
 
 /// A drive with an image between any two scans, whose words of SLAM are as uncertain as `sigma` (m, of the

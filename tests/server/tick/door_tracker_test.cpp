@@ -158,15 +158,13 @@ TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
   ASSERT_EQ(outputs_.frames().size(), 1U);
   const WorldSnapshot& world = outputs_.frames()[0].job.world;
   bool seen = false;
-  for (const BodyState& body : world.bodies) {
-    const auto definition = std::find_if(world.scene->bodies.begin(), world.scene->bodies.end(),
-                                         [&](const auto& each) { return each->id == body.id; });
-    if ((*definition)->entity != "door 1") continue;
+  for_each_body(world, [&](const BodyDefinition& definition, const BodyState& body) {
+    if (definition.entity != "door 1") return;
     seen = true;
     const ModelEntity drawn = room_with_door().entities.back();
     const auto expected = leaf_at(drawn, *drawn.hinge, 40 * kDegree);
     EXPECT_LT((body.T_map_body.translation() - expected.translation()).norm(), 0.03);
-  }
+  });
   EXPECT_TRUE(seen);
   // What explains real returns stands there too: the leaf is nobody who is in the way.
   EXPECT_TRUE(state_->robots.front().scan.obstacles.empty());
@@ -196,15 +194,14 @@ TEST_F(DoorSightTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
       EXPECT_GT(ahead, leaf + 0.5) << "through the opening";
     }
     ASSERT_TRUE(pictured.has_value());
-    const auto id = std::find_if(pictured->scene->bodies.begin(), pictured->scene->bodies.end(),
-                                 [](const auto& body) { return body->entity == "door 1"; });
-    ASSERT_NE(id, pictured->scene->bodies.end());
-    const auto body = std::find_if(pictured->bodies.begin(), pictured->bodies.end(),
-                                   [&](const BodyState& each) { return each.id == (*id)->id; });
-    ASSERT_NE(body, pictured->bodies.end());
+    const BodyState* leaf_shown = nullptr;
+    for_each_body(*pictured, [&](const BodyDefinition& definition, const BodyState& body) {
+      if (definition.entity == "door 1") leaf_shown = &body;
+    });
+    ASSERT_NE(leaf_shown, nullptr);
     const ModelEntity drawn = room_with_door().entities.back();
     const auto expected = leaf_at(drawn, *drawn.hinge, opening);
-    EXPECT_LT((body->T_map_body.translation() - expected.translation()).norm(), 0.03);
+    EXPECT_LT((leaf_shown->T_map_body.translation() - expected.translation()).norm(), 0.03);
   }
 }
 

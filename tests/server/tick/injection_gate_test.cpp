@@ -31,13 +31,12 @@ class InjectionGateTest : public testing::Test {
   double distance() {
     WorldSnapshot world;
     EXPECT_TRUE(state_->simulation.at(state_->simulation.now(), world));
-    for (const BodyState& body : world.bodies) {
-      const auto definition = std::find_if(world.scene->bodies.begin(), world.scene->bodies.end(),
-                                           [&](const auto& each) { return each->id == body.id; });
-      if ((*definition)->entity == "box_1")
-        return (body.T_map_body.translation() - real_->T_map_base.translation()).norm();
-    }
-    return std::numeric_limits<double>::quiet_NaN();
+    double distance = std::numeric_limits<double>::quiet_NaN();
+    for_each_body(world, [&](const BodyDefinition& definition, const BodyState& body) {
+      if (definition.entity == "box_1")
+        distance = (body.T_map_body.translation() - real_->T_map_base.translation()).norm();
+    });
+    return distance;
   }
 
   const Configuration configuration_ = test::configuration({test::agent("box_1", AgentKind::box, 3, 0)});

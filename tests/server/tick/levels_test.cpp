@@ -53,9 +53,8 @@ TEST_F(LevelsTest, TheCameraAsksForAPictureOfWhereItIsAtItsRate) {
   EXPECT_EQ(last.exposure->sequence, frames.size());
   EXPECT_EQ(last.job.world.stamp.ns, last.job.image.stamp.ns) << "the world at the picture's own instant";
   std::set<std::string> shown;
-  for (const auto& body : last.job.world.scene->bodies)
-    for (const BodyState& there : last.job.world.bodies)
-      if (there.id == body->id) shown.insert(body->entity);
+  for_each_body(last.job.world,
+                [&](const BodyDefinition& body, const BodyState&) { shown.insert(body.entity); });
   EXPECT_TRUE(shown.contains("box_1") && shown.contains("trainee"));
   const Eigen::Vector3d eye = last.job.T_map_optical.translation();
   EXPECT_NEAR((eye - Eigen::Vector3d(-2.1, 0, 0.6)).norm(), 0, 0.02);

@@ -155,12 +155,9 @@ class Meetings : public TickTest {
     WorldSnapshot world;
     ASSERT_TRUE(state_->simulation.at(state_->simulation.now(), world));
     Transform<Map, Body> T_map_own;
-    for (const BodyState& body : world.bodies) {
-      for (const auto& definition : world.scene->bodies) {
-        if (definition->id == body.id && definition->entity == "robot_1") T_map_own = body.T_map_body;
-      }
-      if (T_map_own.translation().norm() > 0) break;
-    }
+    for_each_body(world, [&](const BodyDefinition& definition, const BodyState& body) {
+      if (definition.entity == "robot_1" && T_map_own.translation().isZero()) T_map_own = body.T_map_body;
+    });
     const Eigen::Vector3d other =
         T_map_own.isometry().inverse() * Eigen::Vector3d(stand_in.x, stand_in.y, T_map_own.translation().z());
     const bool before = other.x() > 0 && other.x() < 1.3 && std::abs(other.y()) < 0.7;
