@@ -1,5 +1,5 @@
-// The instructor's commands: what happens to agents, doors, faults, scripts and cameras, the trainee's reports and
-// emergency stop. Each is answered by an event.
+// The instructor's commands: what happens to agents, doors, faults, scripts and cameras, the trainee's
+// reports and emergency stop. Each is answered by an event.
 #pragma once
 
 #include "protocols/bus/bus.hpp"

@@ -13,8 +13,8 @@
 #include "protocols/bus/log_file.hpp"
 #include "protocols/codec.hpp"
 #include "protocols/pose2.hpp"
-#include "tests/fusion/pose/trajectory_error.hpp"
 #include "protocols/quantile.hpp"
+#include "tests/fusion/pose/trajectory_error.hpp"
 
 namespace parhelion {
 namespace {
