@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocols/command.hpp"
+#include "protocols/driving_timing.hpp"
 #include "protocols/hazard.hpp"
 #include "protocols/lesson.hpp"
 #include "protocols/script.hpp"
@@ -28,7 +29,7 @@ struct ContactLimits {
   double slow_distance = 1.0;   ///< m, virtual contact begins to reduce TELEOP
   double stop_distance = 0.15;  ///< m, it is zero towards the body
   double crawl_speed = 0.2;     ///< m/s, after pose loss and a released dead-man
-  double silence = 0.5;         ///< s without TELEOP: stop
+  double silence = driving_timing::teleop_silence.seconds();  ///< s without TELEOP: stop
 };
 
 /// POSE (a pose without covariance) in place of POSE_COV: how well it is known, and in which map.

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/console/terminal.hpp"
 #include "tools/command.hpp"
@@ -38,7 +39,7 @@ Exit drive(KeyboardConsole& console) {
   std::printf("%s", station::keyboard_help());
   std::string problem;
   while (!console.quit() && !stop_asked() && problem.empty()) {
-    const auto bytes = (*terminal)->read(KeyboardConsole::period);
+    const auto bytes = (*terminal)->read(driving_timing::command_period);
     const Status done =
         bytes ? console.turn(*bytes, runtime::steady_now(), {runtime::wall_now().ns}) : Status(bytes.error());
     if (!done) problem = done.error().message;

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocols/driving_timing.hpp"
+
 namespace parhelion::tools {
-namespace {
-
-constexpr Duration said_stopped = milliseconds(300);  // a stop is said this long: a message may be lost
-
-}  // namespace
 
 JoystickConsole::JoystickConsole(JoystickConsoleOptions options, station::JoystickMapping mapping, Bus& bus,
                                  station::JoystickPort& port)
@@ -78,7 +75,7 @@ Status JoystickConsole::send(const station::JoystickCommand& command, WallTime n
   const bool released = armed_ && !command.armed;
   if (!released && now - sent_ < period_) return {};
   sent_ = now;
-  const bool speaks = command.armed || released || now - armed_until_ < said_stopped;
+  const bool speaks = command.armed || released || now - armed_until_ < driving_timing::stop_duration;
   if (command.armed) armed_until_ = now;
   if (command.armed != armed_) say(command.armed ? "drives" : "released: stopped");
   armed_ = command.armed;

@@ -3,12 +3,9 @@
 #include <cstdio>
 #include <utility>
 
+#include "protocols/driving_timing.hpp"
+
 namespace parhelion::tools {
-namespace {
-
-constexpr Duration said_stopped = milliseconds(300);  // a stop is said this long: a message may be lost
-
-}  // namespace
 
 KeyboardConsole::KeyboardConsole(const KeyboardConsoleOptions& options, Bus& bus)
     : options_(options), view_(bus), console_(bus, options.name, "keyboard"), keys_(options.keys) {}
@@ -19,7 +16,7 @@ Status KeyboardConsole::turn(std::string_view bytes, WallTime now, SensorTime st
     if (Status done = act(key, now, stamp); !done) return done;
   }
   if (Status updated = view_.update(); !updated) return updated;
-  if (now - last_ < period) return {};
+  if (now - last_ < driving_timing::command_period) return {};
   last_ = now;
   return send(now, stamp);
 }
@@ -63,7 +60,7 @@ Status KeyboardConsole::send(WallTime now, SensorTime stamp) {
   if (Status chosen = choose(stamp); !chosen) return chosen;
   const Twist2 twist = keys_.twist(now);
   if (twist.vx != 0 || twist.wz != 0) moved_ = now;
-  const bool speaks = now - moved_ < said_stopped;
+  const bool speaks = now - moved_ < driving_timing::stop_duration;
   Status sent = speaks ? console_.command(twist, stamp) : console_.beat(stamp);
   return sent ? send_joint(keys_.joint_speed(now), stamp) : sent;
 }

@@ -20,8 +20,6 @@ struct KeyboardConsoleOptions {
 /// On one thread.
 class KeyboardConsole {
  public:
-  static constexpr Duration period = milliseconds(50);  ///< of TELEOP while a key is held
-
   KeyboardConsole(const KeyboardConsoleOptions& options, Bus& bus);
 
   /// Subscribes to what it has to know: which robots and joints there are.

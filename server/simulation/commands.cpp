@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/driving_timing.hpp"
 #include "protocols/hash.hpp"
 #include "server/simulation/admission.hpp"
 #include "server/simulation/agent_lasers.hpp"
@@ -212,7 +213,7 @@ void Simulation::teleop(const std::string& agent, const Twist2& twist) {
   Agent* driven = parts_->agents.find(agent);
   if (!driven || !finite(twist) || driven->supply.radio_lost) return;
   driven->teleop = twist;
-  driven->teleop_until = now() + seconds(0.5);
+  driven->teleop_until = now() + driving_timing::teleop_silence;
 }
 
 void Simulation::block_sides(const std::string& agent, bool left, bool right) {

@@ -2,23 +2,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/driving_timing.hpp"
 #include "server/simulation/articulated_robot.hpp"
 
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kServo = 12;          // 1/s: how fast a position error is driven out
-constexpr double kCourse = 0.1;        // fraction of its speed with which a joint goes back to its course
-constexpr double kSpeedUp = 0.2;       // s from rest to a joint's full speed
-constexpr double kCommandHolds = 0.5;  // s of velocities and efforts without a new command
-constexpr double kStayAwake = 1.0;     // s after a command
-constexpr double kLoadTime = 0.02;     // s over which what tears at a joint is averaged
-constexpr double kStalled = 0.5;       // s at the limit without moving: an overload
-constexpr double kBacklash = 0.004;    // rad or m by which geared joints differ before one has no force
-constexpr double kAtLimit = 0.99;      // fraction of a motor's effort
-constexpr double kYield = 3;           // a load slows a weak motor down this much faster than it speeds up
-constexpr double kFreely = 1e3;        // m/s in a step: a wheel without motor goes as the ground does
-constexpr double kStandstill = 0.02;   // m/s below which steering does not follow the curvature
+constexpr double kServo = 12;         // 1/s: how fast a position error is driven out
+constexpr double kCourse = 0.1;       // fraction of its speed with which a joint goes back to its course
+constexpr double kSpeedUp = 0.2;      // s from rest to a joint's full speed
+constexpr double kStayAwake = 1.0;    // s after a command
+constexpr double kLoadTime = 0.02;    // s over which what tears at a joint is averaged
+constexpr double kStalled = 0.5;      // s at the limit without moving: an overload
+constexpr double kBacklash = 0.004;   // rad or m by which geared joints differ before one has no force
+constexpr double kAtLimit = 0.99;     // fraction of a motor's effort
+constexpr double kYield = 3;          // a load slows a weak motor down this much faster than it speeds up
+constexpr double kFreely = 1e3;       // m/s in a step: a wheel without motor goes as the ground does
+constexpr double kStandstill = 0.02;  // m/s below which steering does not follow the curvature
 
 double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
 
@@ -55,7 +55,7 @@ Status ArticulatedRobot::command(const Joints& joints, SimulationTime now) {
     servo.target = (*values)[n];
     servo.most_speed = joint.velocity;
     servo.until.reset();
-    if (mode != Servo::Mode::position) servo.until = now + seconds(kCommandHolds);
+    if (mode != Servo::Mode::position) servo.until = now + driving_timing::teleop_silence;
     if (mode == Servo::Mode::position && joints.velocities.size() == joints.names.size() &&
         std::isfinite(joints.velocities[n]) && joints.velocities[n] > 0)
       servo.most_speed = std::min(joint.velocity, joints.velocities[n]);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "protocols/driving_timing.hpp"
+
 namespace parhelion::station {
 
 Duration PageClock::age(Duration at, WallTime now) {
@@ -26,7 +28,7 @@ bool DeadManGate::pass(const PageStamp& stamp, PageClock& clock, WallTime now, c
   if (stamp.sequence <= sequence_) return false;
   sequence_ = stamp.sequence;
   const auto most = clock.most_age(stamp.at, now);
-  if (age > late || (most && *most > certain)) {
+  if (age > driving_timing::command_lateness || (most && *most > driving_timing::command_max_age)) {
     hold_back();
     why = "the command came too late: stopped; let go and press again";
     return false;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "protocols/driving_timing.hpp"
 #include "protocols/time.hpp"
 #include "server/station/running_minimum.hpp"
 
@@ -36,10 +37,6 @@ class PageClock {
 /// Not thread-safe. Instants are one steady clock.
 class DeadManGate {
  public:
-  static constexpr Duration silence = milliseconds(300);   ///< of a page that holds it: released
-  static constexpr Duration late = milliseconds(250);      ///< older than the fastest by more: dropped
-  static constexpr Duration certain = milliseconds(1000);  ///< that is not certainly younger: dropped
-
   /// May this command move the robot? Else why not; the robot has to be stopped, and `rearm` holds from then.
   /// A command that is out of order is left out without a word and stops nothing (nullptr in `why`).
   bool pass(const PageStamp& stamp, PageClock& clock, WallTime now, const char*& why);
@@ -47,8 +44,8 @@ class DeadManGate {
   void release();
   /// It must be let go before anything moves.
   void hold_back();
-  /// Held, and nothing came for as long as `silence`.
-  bool fell_silent(WallTime now) const { return held_ && now - last_ >= silence; }
+  /// Held, and nothing came for page_silence.
+  bool fell_silent(WallTime now) const { return held_ && now - last_ >= driving_timing::page_silence; }
   bool held() const { return held_; }
   bool must_rearm() const { return rearm_; }
 

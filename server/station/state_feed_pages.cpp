@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/driving_timing.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/operator_name.hpp"
 #include "server/station/state_feed.hpp"
@@ -11,8 +12,7 @@ namespace {
 
 constexpr Duration second_period = seconds(1.0), half_period = milliseconds(500),
                    quarter_period = milliseconds(250);
-constexpr Duration silence = milliseconds(1500);  // of a console that says something twice a second
-constexpr double shown_ahead = 2.0;               // s of predicted motion
+constexpr double shown_ahead = 2.0;  // s of predicted motion
 constexpr int points_ahead = 8;
 constexpr std::size_t most_plans = 200;  // more are a tangle
 
@@ -147,8 +147,9 @@ void StateFeed::send_plans() {
 }
 
 void StateFeed::forget_silent_operators(WallTime now) {
-  const auto gone =
-      std::erase_if(operators_, [&](const auto& each) { return now - each.second.second > silence; });
+  const auto gone = std::erase_if(operators_, [&](const auto& each) {
+    return now - each.second.second > driving_timing::operator_shown;
+  });
   operators_changed_ = operators_changed_ || gone > 0;
 }
 

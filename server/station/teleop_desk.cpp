@@ -4,11 +4,11 @@
 #include <utility>
 
 #include "protocols/codec.hpp"
+#include "protocols/driving_timing.hpp"
 
 namespace parhelion::station {
 namespace {
 
-constexpr Duration console_silence = seconds(1.0);  // of another console, as the tick has it
 constexpr const char* browser = "browser";
 
 bool outranks(Role one, Role other) {
@@ -200,7 +200,9 @@ void TeleopDesk::hear(const OperatorWord& word) {
 void TeleopDesk::turn() {
   const std::lock_guard lock(mutex_);
   const WallTime steady = options_.now();
-  std::erase_if(foreign_, [&](const auto& each) { return steady - each.second.heard >= console_silence; });
+  std::erase_if(foreign_, [&](const auto& each) {
+    return steady - each.second.heard >= driving_timing::console_silence;
+  });
   for (auto& [id, page] : pages_) {
     const std::string robot = page->robot();
     refuse(*page, page->watch(now()));

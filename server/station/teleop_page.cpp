@@ -4,15 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "protocols/driving_timing.hpp"
 #include "server/station/operator_name.hpp"
 
 namespace parhelion::station {
 namespace {
 
-constexpr Duration said_stopped = milliseconds(300);  // a stop is said this long: a message may be lost
-constexpr Duration stop_period = milliseconds(50);
-constexpr int most_a_second = 300;               // messages of one page
-constexpr Duration page_silence = seconds(2.0);  // of a page that drives: its console is lost
+constexpr int most_a_second = 300;  // messages of one page
 
 /// Scaled as a whole, so that a curve stays the same curve.
 Twist2 within(const TeleopRobot& robot, Twist2 twist) {
@@ -102,7 +100,7 @@ Status TeleopPage::release(TeleopInstant now) {
   wheels_.release();
   arm_.release();
   if (robot().empty()) return {};
-  stop_until_ = now.steady + said_stopped;
+  stop_until_ = now.steady + driving_timing::stop_duration;
   return say_stop(now);
 }
 
@@ -124,7 +122,7 @@ Status TeleopPage::let_go(bool lost, const std::string& why, TeleopInstant now) 
 
 Status TeleopPage::watch(TeleopInstant now) {
   if (robot().empty()) return {};
-  if (now.steady - heard_ >= page_silence) {
+  if (now.steady - heard_ >= driving_timing::page_lost) {
     const std::string why = "nothing was heard from the page for 2 s";
     if (Status gone = let_go(true, why, now); !gone) return gone;
     return Error{why + ": stopped; choose the robot again"};
@@ -133,7 +131,8 @@ Status TeleopPage::watch(TeleopInstant now) {
     if (Status halted = halt(now); !halted) return halted;
     return Error{"nothing was heard from the page for 0.3 s: stopped; let go and press again"};
   }
-  if (now.steady < stop_until_) return now.steady - stop_said_ < stop_period ? Status{} : say_stop(now);
+  if (now.steady < stop_until_)
+    return now.steady - stop_said_ < driving_timing::command_period ? Status{} : say_stop(now);
   if (!wheels_.held() && !arm_.held()) moved_joints_.clear();
   return console_.beat(now.stamp);
 }

@@ -1,11 +1,11 @@
 // The emergency stop of TeleopDesk: it holds until it is reset, and the server is told until it answers.
 #include "protocols/codec.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/station/teleop_desk.hpp"
 
 namespace parhelion::station {
 namespace {
 
-constexpr Duration order_period = milliseconds(100);  // how often a stop is said again
 constexpr int most_often = 10;  // times that the server is asked at that pace: then for a stop each tenth
 constexpr std::size_t most_unanswered = 100;  // orders of others
 constexpr const char* elsewhere = "another console";
@@ -78,7 +78,7 @@ Status TeleopDesk::say_order(const std::string& robot, Order& order) {
 void TeleopDesk::repeat_orders(WallTime now) {
   for (auto& [robot, order] : orders_) {
     if (order.answered || (!order.stop && order.times >= most_often)) continue;
-    if (now - order.said < order_period) continue;
+    if (now - order.said < driving_timing::emergency_stop_period) continue;
     static_cast<void>(say_order(robot, order));  // said again soon
   }
 }

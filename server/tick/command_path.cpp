@@ -4,14 +4,10 @@
 
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/driving_timing.hpp"
 
 namespace parhelion::tick {
 namespace {
-
-constexpr Duration repeat =
-    milliseconds(100);  // how often a stop is sent again: a command may be lost on its way
-constexpr Duration just_before =
-    seconds(1.0);  // of a silence: consoles send zeros for as long when they have stopped
 
 /// What TELEOP, the newest and as old as it is, allows now.
 simulation::VirtualContactResult limit_now(const TickContext& context, const CommandPath& path) {
@@ -111,7 +107,8 @@ void watch_dead_man(const TickContext& context, DeadMan& dead_man) {
   if (!dead_man.pressed) return;
   const double silent = (context.now - simulation_time(dead_man.received)).seconds();
   if (silent < context.configuration.scenario.contact.silence) return;
-  const bool moving = dead_man.moved && dead_man.received - *dead_man.moved <= just_before;
+  const bool moving =
+      dead_man.moved && dead_man.received - *dead_man.moved <= driving_timing::release_while_driving;
   publish_dead_man(context, EventKind::deadman_released, moving ? dead_man.speed : 0, dead_man);
 }
 
@@ -182,7 +179,7 @@ void watch_silence(const TickContext& context, const CommandPath& path) {
   const CommandState& command = path.command;
   watch_dead_man(context, path.command.dead_man);
   const auto silent = [&](ArrivalTime last, SimulationTime sent) {
-    return context.now - sent >= repeat &&
+    return context.now - sent >= driving_timing::stop_period &&
            (context.now - simulation_time(last)).seconds() >= context.configuration.scenario.contact.silence;
   };
   if (command.teleop && silent(command.teleop_arrival, command.last_command)) send_command(context, path);

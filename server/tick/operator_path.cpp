@@ -3,12 +3,11 @@
 #include "protocols/channel_map.hpp"
 #include "protocols/channels.hpp"
 #include "protocols/codec.hpp"
+#include "protocols/driving_timing.hpp"
 #include "server/tick/foreign_publisher.hpp"
 
 namespace parhelion::tick {
 namespace {
-
-constexpr Duration console_silence = seconds(1.0);  // consoles speak at least twice a second
 
 void publish(const TickContext& context, EventKind kind, const std::string& subject,
              const std::string& object, const std::string& text) {
@@ -64,7 +63,7 @@ void handle_operator(const TickContext& context, const Message& input, const Com
 
 void watch_operators(const TickContext& context, const CommandPath& path, Operators& operators) {
   for (auto each = operators.begin(); each != operators.end();) {
-    if (context.now - simulation_time(each->second.received) < console_silence) {
+    if (context.now - simulation_time(each->second.received) < driving_timing::console_silence) {
       ++each;
       continue;
     }

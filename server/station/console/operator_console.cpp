@@ -4,12 +4,12 @@
 #include <utility>
 
 #include "protocols/channels.hpp"
+#include "protocols/driving_timing.hpp"
 
 namespace parhelion::station {
 namespace {
 
-constexpr Duration heartbeat = milliseconds(400);  // the server takes a second of silence for a loss
-constexpr int stops = 3;                           // a single message may be lost on its way
+constexpr int stops = 3;  // a single message may be lost on its way
 
 }  // namespace
 
@@ -102,7 +102,7 @@ Status OperatorConsole::joints(const std::vector<std::string>& names, const std:
 }
 
 Status OperatorConsole::beat(SensorTime now) {
-  if (driven() == nullptr || now - said_ < heartbeat) return {};
+  if (driven() == nullptr || now - said_ < driving_timing::console_heartbeat) return {};
   return say(OperatorWord::State::drives, console_, now);
 }
 

@@ -10,7 +10,7 @@ export type TeleopMessage =
   | ({ type: "joints"; seq: number; at_ms: number } & JointSpeeds)
   | { type: "release" };
 
-/** The server takes 300 ms of silence for a release. */
+/** command_period of protocols/driving_timing.hpp: the server takes 300 ms of silence for a release. */
 export const beat = 50;
 /** Between two changes: a thumb on a stick changes at each frame of a fast screen. */
 const soonest = 10;
