@@ -1,4 +1,5 @@
-// A robot of links and joints while it is simulated: its motors, encoders and broken joints.
+// A robot of links and joints while it is simulated: its motors, encoders and broken joints. The parts of
+// this class are articulated_robot.cpp and robot_motors.cpp (what its motors do and bear).
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
-// The joints of robots, solved together and exactly. Included by physics*.cpp only.
+// The joints of robots, solved together and exactly. Included by physics*.cpp only. The parts of JointTree
+// are joint_tree.cpp (a step) and joint_tree_response.cpp (how parts answer an impulse).
 #pragma once
 
 #include <btBulletDynamicsCommon.h>

@@ -1,4 +1,6 @@
-// Bullet behind a small interface: the only places that know it are physics*.cpp.
+// Bullet behind a small interface: the only places that know it are physics*.cpp. The parts of Physics are
+// physics.cpp (steps, motion, contacts), physics_bodies.cpp (bodies in and out), physics_parts.cpp (parts of
+// robots and their runners) and physics_joint.cpp (joints).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,7 @@
 // Bullet's solver with two things more: surfaces that roll (wheels, tracks) and joints whose impulses are
-// kept from one step to the next. Included by physics*.cpp only.
+// kept from one step to the next. Included by physics*.cpp only. The parts of PartSolver are
+// physics_solver.cpp (setting up rows) and physics_sweeps.cpp (solving them); PartJoint is in
+// physics_joint.cpp, Runner in physics_parts.cpp.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
