@@ -44,6 +44,17 @@ class Transform {
   double yaw() const { return std::atan2(isometry_(1, 0), isometry_(0, 0)); }
   bool finite() const { return isometry_.matrix().allFinite(); }
 
+  /// B, moved by a vector that is given in A, m.
+  Transform moved_by(const Eigen::Vector3d& offset) const {
+    return Transform(Eigen::Isometry3d(Eigen::Translation3d(offset) * isometry_));
+  }
+  /// The same numbers as T_c_d: right only where the frame C coincides with A, and D with B. A name or a
+  /// comment at the call says why they do.
+  template <class C, class D>
+  Transform<C, D> as() const {
+    return Transform<C, D>(isometry_);
+  }
+
   Transform<B, A> inverse() const { return Transform<B, A>(isometry_.inverse(Eigen::Isometry)); }
   template <class C>
   Transform<A, C> operator*(const Transform<B, C>& T_b_c) const {

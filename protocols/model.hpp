@@ -51,6 +51,11 @@ struct ModelEntity {
   bool deleted = false;        ///< a person's word: not there, and a new run does not bring it back
 };
 
+/// The entity's box as a shape: it has the entity's own frame.
+inline Transform<Map, ShapeFrame> T_map_box(const ModelEntity& entity) {
+  return entity.T_map_body.as<Map, ShapeFrame>();
+}
+
 /// Whether bodies are stopped and sight is blocked by it.
 inline bool is_solid(const ModelEntity& entity) {
   return entity.label != EntityLabel::free_space && !entity.deleted;

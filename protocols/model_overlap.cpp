@@ -42,8 +42,7 @@ double upright_overlap(const ModelEntity& a, const ModelEntity& b) {
   const double top = std::min(p_a.z() + a.size.z() / 2, p_b.z() + b.size.z() / 2);
   const double bottom = std::max(p_a.z() - a.size.z() / 2, p_b.z() - b.size.z() / 2);
   if (top <= bottom) return 0;
-  const Transform<Body, Body> T_a_b(
-      Eigen::Isometry3d(a.T_map_body.inverse().isometry() * b.T_map_body.isometry()));
+  const Transform<Body, Body> T_a_b = a.T_map_body.inverse() * b.T_map_body;
   Polygon polygon;
   for (const auto& [sx, sy] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
     polygon.push_back((T_a_b * Eigen::Vector3d(sx * b.size.x() / 2, sy * b.size.y() / 2, 0)).head<2>());

@@ -239,7 +239,8 @@ Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
   if (!depth_) return depth_.error();
   Result<DepthPixels>& pixels = depth_;
   const CameraProjection& camera = projection(depth_intrinsics_);
-  const Transform<Map, CameraOptical> T_map_optical(job.T_map_depth.isometry());
+  // Drawn through the depth camera: its optical frame is the renderer's.
+  const auto T_map_optical = job.T_map_depth.as<Map, CameraOptical>();
   list_bodies(job, camera, T_map_optical, false);
   if (bodies_.empty()) return std::optional<Image>{*job.depth};
   list_occluders(job, camera, T_map_optical);

@@ -303,7 +303,8 @@ std::vector<std::uint32_t> seen_chunks(const CameraProjection& projection,
 }
 
 Instance mesh_instance(const Transform<Map, CameraOptical>& T_map_optical, const Material& material) {
-  return make_instance(Transform<CameraOptical, ShapeFrame>(T_map_optical.inverse().isometry()),
+  // The mesh's own frame is the map.
+  return make_instance(T_map_optical.inverse().as<CameraOptical, ShapeFrame>(),
                        {Eigen::Vector3f::Ones(), 0.F}, material, 0);
 }
 

@@ -39,8 +39,7 @@ std::vector<OccluderBox> occluders_of(const SemanticModel& building) {
   for (const ModelEntity& entity : building.entities) {
     if (entity.is_virtual || !is_solid(entity) || entity.label == EntityLabel::window) continue;
     if (!entity.T_map_body.finite() || !entity.size.allFinite() || entity.size.minCoeff() <= 0) continue;
-    boxes.push_back(
-        make_box(entity.name, Transform<Map, ShapeFrame>(entity.T_map_body.isometry()), 0.5 * entity.size));
+    boxes.push_back(make_box(entity.name, T_map_box(entity), 0.5 * entity.size));
   }
   return boxes;
 }

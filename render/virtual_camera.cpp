@@ -63,8 +63,7 @@ class EglVirtualCamera : public VirtualCamera {
       if (entity.is_virtual || !is_solid(entity) || !entity.T_map_body.finite() || !entity.size.allFinite() ||
           entity.size.minCoeff() <= 0)
         continue;
-      BuildingPart part{
-          entity.name, entity.label, Transform<Map, ShapeFrame>(entity.T_map_body.isometry()), {}};
+      BuildingPart part{entity.name, entity.label, T_map_box(entity), {}};
       part.shape.size = entity.size;
       part.shape.material.albedo = colour_of(entity.label);
       camera->parts_.push_back(std::move(part));

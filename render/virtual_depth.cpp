@@ -114,8 +114,9 @@ Image EglVirtualDepthCamera::measure(const DepthCameraDescription& camera,
   const auto intrinsics = intrinsics_for_size(camera.intrinsics, width, height);
   if (!intrinsics || !T_map_optical.finite()) return image;
   if (!projection_ || !same(projection_->intrinsics(), *intrinsics)) projection_.emplace(*intrinsics);
-  // A depth is along the axis: of what is seen at the picture's edge the range is longer.
-  list(Transform<Map, CameraOptical>(T_map_optical.isometry()), world, 2 * farthest_depth(camera));
+  // Drawn through the depth camera: its optical frame is the renderer's. A depth is along the axis: of what
+  // is seen at the picture's edge the range is longer.
+  list(T_map_optical.as<Map, CameraOptical>(), world, 2 * farthest_depth(camera));
   renderer_->read_depth(*projection_, list_, LayerRenderer::Depth::everything, layer_);
   if (layer_.rect.empty()) return image;  // not even the picture's frame could be made
 

@@ -101,7 +101,8 @@ Result<cloud::RegisteredSequence> fuse(const std::vector<cloud::ScanToRegister>&
 
 /// From the first scan's frame to the one that the cloud is to have.
 void move(const Transform<Cloud, Scanner>& T_cloud_first, cloud::RegisteredSequence& sequence) {
-  const Transform<Cloud, Cloud> T_cloud_before(T_cloud_first.isometry());
+  // The sequence's cloud has the frame of its first scan.
+  const auto T_cloud_before = T_cloud_first.as<Cloud, Cloud>();
   sequence.cloud = cloud::transformed(T_cloud_before, sequence.cloud);
   for (cloud::RegisteredScan& scan : sequence.scans) scan.T_cloud_scan = T_cloud_before * scan.T_cloud_scan;
 }

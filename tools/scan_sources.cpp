@@ -86,7 +86,7 @@ void place_guesses(std::vector<cloud::ScanToRegister>& scans) {
   const Transform<Scanner, Cloud> T_first_world = scans.front().guess.inverse();
   for (cloud::ScanToRegister& scan : scans) {
     if (!scan.has_guess) continue;
-    scan.guess = Transform<Cloud, Scanner>(T_first_world.isometry() * scan.guess.isometry());
+    scan.guess = (T_first_world * scan.guess).as<Cloud, Scanner>();  // a cloud has its first scan's frame
   }
 }
 

@@ -158,7 +158,7 @@ class LogScans {
     return poses_.at(t, [](const auto& a, const auto& b, double s) { return interpolate(a, b, s); });
   }
 
-  Result<Eigen::Isometry3d> turn_at(const std::vector<HeadJoint>& head, SensorTime t) const {
+  Result<Transform<Base, Base>> turn_at(const std::vector<HeadJoint>& head, SensorTime t) const {
     return pose::head_turn(head, [&](const std::string& joint) -> std::optional<double> {
       const auto track = joints_.find(joint);
       if (track == joints_.end()) return std::nullopt;
@@ -179,8 +179,7 @@ class LogScans {
     if (!T_map_base) return ++without_pose_, Status();
     const auto turn = turn_at(robot_->depth->head, image.stamp);
     if (!turn) return ++without_pose_, Status();
-    const Transform<Map, DepthOptical> T_map_optical =
-        *T_map_base * Transform<Base, Base>(*turn) * robot_->depth->T_base_optical;
+    const Transform<Map, DepthOptical> T_map_optical = *T_map_base * *turn * robot_->depth->T_base_optical;
     if (last_image_ && !moved_enough(*last_image_, T_map_optical.isometry(), options_)) return {};
     const auto pixels = render::decode_depth(image);
     if (!pixels) return ++damaged_, Status();
@@ -205,7 +204,7 @@ class LogScans {
     const Eigen::Vector3d here = T_map_base->translation();
     if (!sweep.lines.empty() && (here - sweep.start).norm() > options_.line_distance) finish(sweep);
     if (sweep.lines.empty()) sweep.start = here;
-    cloud::leave_out_body(line, sweep.laser, Transform<Base, Base>(*turn) * sweep.laser.T_base_laser,
+    cloud::leave_out_body(line, sweep.laser, *turn * sweep.laser.T_base_laser,
                           {robot_->footprint, robot_->height});
     sweep.lines.push_back(std::move(line));
     return {};
@@ -218,7 +217,7 @@ class LogScans {
       const auto T_map_base = base_at(t);
       const auto turn = turn_at(sweep.head, t);
       if (!T_map_base || !turn) return std::nullopt;
-      return T_scanner_map * (*T_map_base * Transform<Base, Base>(*turn) * sweep.laser.T_base_laser);
+      return T_scanner_map * (*T_map_base * *turn * sweep.laser.T_base_laser);
     };
     auto scan = cloud::cloud_from_lines(sweep.lines, sweep.laser, pose_at);
     const SensorTime stamp = sweep.lines.front().stamp;

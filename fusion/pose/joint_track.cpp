@@ -46,12 +46,12 @@ bool JointTrack::reaches(const std::string& joint, SensorTime t) const {
   });
 }
 
-Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
-                                    SensorTime t) {
+Result<Transform<Base, Base>> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
+                                        SensorTime t) {
   return head_turn(head, [&](const std::string& joint) { return joints.at(joint, t); });
 }
 
-Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position) {
+Result<Transform<Base, Base>> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position) {
   Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
   for (const HeadJoint& joint : head) {
     const auto angle = position(joint.joint);
@@ -59,7 +59,7 @@ Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const Jo
     turn = turn * Eigen::Translation3d(joint.point) * Eigen::AngleAxisd(*angle, joint.axis) *
            Eigen::Translation3d(-joint.point);
   }
-  return turn;
+  return Transform<Base, Base>(turn);
 }
 
 }  // namespace parhelion::pose

@@ -43,10 +43,10 @@ class JointTrack {
 /// How the head has turned what it carries: T_base_sensor = turn * T_base_sensor(all joints at zero), a
 /// product of exponentials (Lynch and Park, Modern Robotics, section 4.1.1). Error: the encoders of a joint
 /// are silent or too old; the text says which.
-Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
-                                    SensorTime t);
+Result<Transform<Base, Base>> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
+                                        SensorTime t);
 /// The same for joints whose positions (rad) come from elsewhere.
 using JointPosition = std::function<std::optional<double>(const std::string& joint)>;
-Result<Eigen::Isometry3d> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position);
+Result<Transform<Base, Base>> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position);
 
 }  // namespace parhelion::pose

@@ -96,15 +96,14 @@ cloud::PointCloud<Map> placed(cloud::PointCloud<Cloud>&& cloud, const Transform<
 }
 
 void raise(BuiltModel& built, double by) {
-  const Eigen::Translation3d up(0, 0, by);
-  for (ModelEntity& entity : built.model.entities)
-    entity.T_map_body = Transform<Map, Body>(up * entity.T_map_body.isometry());
+  const Eigen::Vector3d up(0, 0, by);
+  for (ModelEntity& entity : built.model.entities) entity.T_map_body = entity.T_map_body.moved_by(up);
   for (ModelMesh& mesh : built.model.meshes) {
     for (Eigen::Vector3f& vertex : mesh.vertices) vertex.z() += static_cast<float>(by);
   }
   for (Eigen::Vector3f& point : built.cloud.points) point.z() += static_cast<float>(by);
   for (Eigen::Vector3d& viewpoint : built.cloud.viewpoints) viewpoint.z() += by;
-  built.model.T_map_cloud = Transform<Map, Cloud>(up * built.model.T_map_cloud.isometry());
+  built.model.T_map_cloud = built.model.T_map_cloud.moved_by(up);
   built.shift = by;
 }
 

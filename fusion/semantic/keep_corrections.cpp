@@ -43,14 +43,12 @@ std::string free_name(const std::string& wanted, const std::set<std::string>& ta
 
 KeptCorrections keep_corrections(const SemanticModel& old, SemanticModel& made) {
   KeptCorrections result;
-  const Transform<Map, Map> T_new_old(
-      Eigen::Isometry3d(made.T_map_cloud.isometry() * old.T_map_cloud.inverse().isometry()));
+  const Transform<Map, Map> T_new_old = made.T_map_cloud * old.T_map_cloud.inverse();
   const bool same_frame = made.T_map_cloud.isometry().matrix() == old.T_map_cloud.isometry().matrix();
   std::vector<ModelEntity> kept;
   for (ModelEntity entity : old.entities) {
     if (!corrected(entity)) continue;
-    if (!same_frame)
-      entity.T_map_body = Transform<Map, Body>(T_new_old.isometry() * entity.T_map_body.isometry());
+    if (!same_frame) entity.T_map_body = T_new_old * entity.T_map_body;
     result.deleted += entity.deleted;
     result.locked += !entity.deleted && entity.locked;
     result.drawn += !entity.deleted && !entity.locked;

@@ -48,7 +48,7 @@ std::optional<cloud::PlacedLine> LineSweep::placed(const tick::PoseState& robot,
     });
     const auto turn = pose::head_turn(laser_.head, robot.joints, t);
     if (!pose || !reached || !turn) return false;
-    result.T_base_laser = Transform<Base, Base>(*turn) * laser_.laser.T_base_laser;
+    result.T_base_laser = *turn * laser_.laser.T_base_laser;
     T_map_laser = pose->T_map_base * result.T_base_laser;
     return true;
   };

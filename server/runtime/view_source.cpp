@@ -40,7 +40,7 @@ void ViewSource::offer_depth(const Image& depth, const tick::PoseState& robot) {
   const auto pose = tick::robot_pose(robot, depth.stamp);
   const auto turn = pose::head_turn(camera.head, robot.joints, depth.stamp);
   if (!pose || !turn) return;
-  const auto T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
+  const auto T_map_optical = pose->T_map_base * *turn * camera.T_base_optical;
   if (last_view_) {
     const Eigen::Isometry3d moved = (last_view_->inverse() * T_map_optical).isometry();
     const bool turned = Eigen::AngleAxisd(moved.linear()).angle() >= kViewAngle;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "server/simulation/base_body.hpp"
 #include "server/station/byte_writer.hpp"
 
 namespace parhelion::station {
@@ -16,7 +17,7 @@ pose::PoseTrackOptions place_options(const tick::Configuration& configuration) {
   return options;
 }
 
-const WorldMessage::Entry* base_of(const WorldMessage& world, const std::string& agent) {
+const WorldMessage::Entry* first_body(const WorldMessage& world, const std::string& agent) {
   const auto found = std::find_if(world.bodies.begin(), world.bodies.end(),
                                   [&](const WorldMessage::Entry& body) { return body.entity == agent; });
   return found == world.bodies.end() ? nullptr : &*found;
@@ -73,7 +74,7 @@ void RobotPlace::take(const PoseStamped& pose) {
 
 std::optional<Transform<Map, Base>> RobotPlace::base_at(SensorTime t) const {
   const auto pose = track_->at(t);
-  return pose ? std::optional(Transform<Map, Base>(pose->T_map_base.isometry())) : std::nullopt;
+  return pose ? std::optional(pose->T_map_base) : std::nullopt;
 }
 
 std::optional<Transform<Map, Laser>> RobotPlace::laser_at(SensorTime t) const {
@@ -90,15 +91,14 @@ void AgentPlaces::take(const WorldMessage& world) {
 std::optional<Transform<Map, Laser>> AgentPlaces::laser_at(const std::string& agent,
                                                            const Transform<Base, Laser>& T_base_laser,
                                                            SimulationTime t) const {
-  const WorldMessage::Entry* newer = base_of(worlds_[1], agent);
+  const WorldMessage::Entry* newer = first_body(worlds_[1], agent);
   if (newer == nullptr) return std::nullopt;
-  Transform<Map, Base> T_map_base(newer->T_map_body.isometry());
-  const WorldMessage::Entry* older = base_of(worlds_[0], agent);
+  Transform<Map, Base> T_map_base = simulation::base_of(newer->T_map_body);
+  const WorldMessage::Entry* older = first_body(worlds_[0], agent);
   const double between = (worlds_[1].stamp - worlds_[0].stamp).seconds();
   if (older != nullptr && older->epoch == newer->epoch && between > 0) {
     const double share = (t - SimulationTime{worlds_[0].stamp.ns}).seconds() / between;
-    T_map_base = interpolate(Transform<Map, Base>(older->T_map_body.isometry()), T_map_base,
-                             std::clamp(share, 0.0, 2.0));
+    T_map_base = interpolate(simulation::base_of(older->T_map_body), T_map_base, std::clamp(share, 0.0, 2.0));
   }
   return T_map_base * T_base_laser;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "protocols/channels.hpp"
+#include "server/simulation/base_body.hpp"
 #include "server/station/depth_frames.hpp"
 #include "server/tick/instructor_input.hpp"
 
@@ -181,7 +182,7 @@ std::optional<Transform<Map, Base>> StateFeed::place_of(const std::string& entit
   const auto body = std::find_if(world_.bodies.begin(), world_.bodies.end(),
                                  [&](const WorldMessage::Entry& each) { return each.entity == entity; });
   if (body == world_.bodies.end()) return std::nullopt;
-  return Transform<Map, Base>(body->T_map_body.isometry());
+  return simulation::base_of(body->T_map_body);
 }
 
 std::vector<std::string> StateFeed::agents_there() {

@@ -98,7 +98,7 @@ void one_robot_with_depth(benchmark::State& state) {
     }
   job.depth_camera.intrinsics = job.camera.intrinsics;
   job.depth_camera.range_min = 0.4, job.depth_camera.range_max = 8;
-  job.T_map_depth = Transform<Map, DepthOptical>(job.T_map_optical.isometry());
+  job.T_map_depth = job.T_map_optical.as<Map, DepthOptical>();
   run(state, job);
 }
 BENCHMARK(one_robot_with_depth)->Unit(benchmark::kMillisecond)->Iterations(100)->MeasureProcessCPUTime();

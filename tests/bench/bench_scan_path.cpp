@@ -189,7 +189,7 @@ void building_own_caster(benchmark::State& state) {
   for (const ModelEntity& entity : world.building.entities) {
     Shape shape;
     shape.size = entity.size;
-    shape.T_body_shape = Transform<Body, ShapeFrame>(entity.T_map_body.isometry());
+    shape.T_body_shape = entity.T_map_body.as<Body, ShapeFrame>();  // the body lies at the map's origin
     walls.shapes.push_back(shape);
   }
   const std::vector<scan::BodyMotion> bodies{{&walls, {}, {}}};

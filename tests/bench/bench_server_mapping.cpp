@@ -157,7 +157,7 @@ void play(Bus& bus, const Drive& drive, double duration) {
     const Duration left = due - runtime::wall_now();
     if (left.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(left.ns));
     const SensorTime stamp{due.ns};
-    publish(bus, channel::odometry, Odometry{stamp, Transform<Odom, Base>(pose_at(t).isometry())});
+    publish(bus, channel::odometry, Odometry{stamp, pose_at(t).as<Odom, Base>()});
     PoseEstimate pose;
     pose.stamp = stamp;
     pose.T_map_base = pose_at(t);

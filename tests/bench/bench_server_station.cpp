@@ -131,8 +131,7 @@ void send_scans(Bus& bus, double duration, bool commands) {
   std::vector<float> time;
   scan::beam_times(laser, 361, time);
   std::vector<scan::RangeHit> hits(time.size());
-  scan::cast_building_exact({Transform<Map, Laser>(laser.T_base_laser.isometry()),
-                             Transform<Map, Laser>(laser.T_base_laser.isometry())},
+  scan::cast_building_exact({laser.T_base_laser.as<Map, Laser>(), laser.T_base_laser.as<Map, Laser>()},
                             {scan.angle_first, scan.angle_step, time}, hall(), 30, hits);
   for (const scan::RangeHit& hit : hits) scan.ranges.push_back(hit.range);
   PoseEstimate estimate;

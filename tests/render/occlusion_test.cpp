@@ -31,7 +31,7 @@ RenderJob depth_job(double metres, const std::string& encoding = "raw") {
   job.depth = encode_depth(pixels, like).value();
   job.depth_camera.intrinsics = job.camera.intrinsics;
   job.depth_camera.range_min = 0.4, job.depth_camera.range_max = 8;
-  job.T_map_depth = Transform<Map, DepthOptical>(job.T_map_optical.isometry());
+  job.T_map_depth = job.T_map_optical.as<Map, DepthOptical>();
   return job;
 }
 

@@ -27,7 +27,7 @@ DepthCameraDescription exact(int width = 160, int height = 120, double f = 140) 
 }
 
 Transform<Map, DepthOptical> at(const Eigen::Vector3d& eye, double yaw, double pitch) {
-  return Transform<Map, DepthOptical>(test::look(eye, yaw, pitch).isometry());
+  return test::look(eye, yaw, pitch).as<Map, DepthOptical>();
 }
 
 class VirtualDepth : public testing::Test {
@@ -112,8 +112,8 @@ TEST_F(VirtualDepth, EachPixelIsWhereItsRayMeetsBodiesAndBuildingWhateverTheLens
     const DepthPixels pixels = measure(site.model, camera, T_map_optical, site.world.snapshot);
     RenderJob job;
     job.world = site.world.snapshot;
-    const test::Twin twin = test::cast(job, site.model, camera.intrinsics,
-                                       Transform<Map, CameraOptical>(T_map_optical.isometry()));
+    const test::Twin twin =
+        test::cast(job, site.model, camera.intrinsics, T_map_optical.as<Map, CameraOptical>());
     std::size_t on_bodies = 0, apart = 0;
     for (int y = 0; y < pixels.height; ++y) {
       for (int x = 0; x < pixels.width; ++x) {

@@ -194,7 +194,7 @@ class Copy final : public RawlogVisitor {
   }
 
   void advance(const mrpt::poses::CPose2D& increment) {
-    T_odom_base_ = T_odom_base_ * Transform<Base, Base>(planar(increment).isometry());
+    T_odom_base_ = T_odom_base_ * planar(increment).as<Base, Base>();  // from the one before
     pending_ = true;
   }
 

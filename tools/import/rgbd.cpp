@@ -76,7 +76,7 @@ RobotDescription describe(const ImportOptions& options, const Wanted& wanted, co
     CameraDescription& camera = robot.camera.emplace();
     camera.intrinsics = folder.cameras.colour;
     camera.T_base_optical =
-        Transform<Base, CameraOptical>(placement.T_base_depth.isometry() * placement.T_depth_colour);
+        placement.T_base_depth * Transform<DepthOptical, CameraOptical>(placement.T_depth_colour);
     camera.source = folder.cameras.source;
   }
   if (wanted.depth && !folder.depth.empty()) {

@@ -128,7 +128,7 @@ void Converter::mounts(const Message& message, std::int64_t stamp) {
       const auto known = joints_.find(joint);
       return known == joints_.end() ? 0 : known->second;
     });
-    return turn ? *turn * T_base_sensor : T_base_sensor;
+    return turn ? turn->isometry() * T_base_sensor : T_base_sensor;
   };
   std::vector<NamedTransform> all;
   if (robot.laser) all.push_back({"base_link", "laser", robot.laser->T_base_laser.isometry()});

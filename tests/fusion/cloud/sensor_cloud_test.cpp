@@ -141,7 +141,7 @@ TEST(CloudFromLines, what_a_laser_sees_of_its_own_robot_is_left_out) {
     without.push_back(line);
   }
   const PointCloud<Map> cloud = cloud_from_lines(lines, laser, body);
-  const Transform<Base, Map> T_base_map(Transform<Map, Base>::planar(3, -2, 0.7).isometry().inverse());
+  const Transform<Base, Map> T_base_map = Transform<Map, Base>::planar(3, -2, 0.7).inverse();
   for (const Eigen::Vector3f& p : cloud.points) {
     const Eigen::Vector3d q = T_base_map * p.cast<double>().eval();
     EXPECT_TRUE(std::abs(q.x()) > 0.449 || std::abs(q.y()) > 0.349 || q.z() > 0.749 || q.z() < -0.049)

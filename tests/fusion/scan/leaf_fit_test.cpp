@@ -82,7 +82,7 @@ struct Site {
   /// `error`: how wrong the pose is that the fit is told.
   LeafSight find(const Scan& scan, std::optional<double> known = {}, double sigma = 0.02,
                  const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
-    const auto wrong = Transform<Map, Laser>(Eigen::Translation3d(error) * T_map_laser.isometry());
+    const auto wrong = T_map_laser.moved_by(error);
     fit.set_scan(scan, laser, {wrong, wrong}, time, sigma);
     return fit.find(door, *door.hinge, known);
   }

@@ -105,8 +105,7 @@ TEST(KeepCorrections, FollowWhenTheNewRunMovesTheFloorToZero) {
   SemanticModel old = found();
   old.entities[1].locked = true;
   SemanticModel made = found();
-  for (ModelEntity& e : made.entities)
-    e.T_map_body = Transform<Map, Body>(Eigen::Translation3d(0, 0, 1.3) * e.T_map_body.isometry());
+  for (ModelEntity& e : made.entities) e.T_map_body = e.T_map_body.moved_by({0, 0, 1.3});
   made.T_map_cloud = Transform<Map, Cloud>(Eigen::Isometry3d(Eigen::Translation3d(0, 0, 1.3)));
   const KeptCorrections kept = keep_corrections(old, made);
   EXPECT_THAT(kept.replaced, ElementsAre("wall 2"));

@@ -83,8 +83,7 @@ inline LevelledSite levelled_site(std::uint64_t seed) {
   const auto T_map_cloud = semantic::level(result.scanned.cloud);
   if (!T_map_cloud) throw std::runtime_error(T_map_cloud.error().message);
   result.cloud = cloud::transformed(*T_map_cloud, result.scanned.cloud);
-  result.T_site_map =
-      Transform<Map, Map>((T_map_cloud->isometry() * result.scanned.T_cloud_site.isometry()).inverse());
+  result.T_site_map = (*T_map_cloud * result.scanned.T_cloud_site).inverse();
   return result;
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "server/runtime/thread_pool.hpp"
+#include "server/simulation/base_body.hpp"
 #include "server/simulation/bodies.hpp"
 #include "server/tick/bodies_in_sweep.hpp"
 #include "tests/server/tick/tick_fixture.hpp"
@@ -34,7 +35,7 @@ class AgentLaser : public test::TickTest {
     const auto mounted = [&](const WorldSnapshot& world) {
       const auto at = std::find_if(world.bodies.begin(), world.bodies.end(),
                                    [&](const BodyState& body) { return body.id == own; });
-      return Transform<Map, Base>(at->T_map_body.isometry()) * laser.T_base_laser;
+      return simulation::base_of(at->T_map_body) * laser.T_base_laser;
     };
     motion.T_map_laser_start = mounted(first);
     motion.T_map_laser_end = mounted(last);

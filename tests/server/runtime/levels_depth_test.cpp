@@ -20,7 +20,7 @@ tick::Configuration with_depth(std::vector<AgentDefinition> agents = {}) {
   depth.intrinsics.width = 80, depth.intrinsics.height = 60;
   depth.intrinsics.fx = depth.intrinsics.fy = 66;
   depth.intrinsics.cx = 39.5, depth.intrinsics.cy = 29.5;
-  depth.T_base_optical = Transform<Base, DepthOptical>(camera.T_base_optical.isometry());
+  depth.T_base_optical = camera.T_base_optical.as<Base, DepthOptical>();
   depth.range_min = 0.4, depth.range_max = 10;
   depth.rate = 5;
   return configuration;

@@ -38,9 +38,8 @@ class InjectionPath : public test::TickTest {
     for (int i = 0; from + i * 0.05 < to; ++i) {
       const double t = from + i * 0.05;
       const std::int64_t utime = test::start_us + std::llround(t * 1e6);
-      feed(test::message(
-          channel::odometry, utime + 2000,
-          Odometry{SensorTime::from_utime(utime), Transform<Odom, Base>(test::pose_at(0).isometry())}));
+      feed(test::message(channel::odometry, utime + 2000,
+                         Odometry{SensorTime::from_utime(utime), test::pose_at(0).as<Odom, Base>()}));
       if (i % 2 != 0) continue;
       Scan scan = test::scan_at(0);
       scan.stamp = SensorTime::from_utime(utime);

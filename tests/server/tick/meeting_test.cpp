@@ -89,9 +89,8 @@ class Meetings : public TickTest {
     for (int i = 0; i * kPeriod < kPatience && !outcome.arrived; ++i) {
       const std::int64_t utime = test::start_us + static_cast<std::int64_t>(i * kPeriod * 1e6);
       const auto T_map_base = Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw);
-      feed(test::message(
-          channel::odometry, utime + 2000,
-          Odometry{SensorTime::from_utime(utime), Transform<Odom, Base>(T_map_base.isometry())}));
+      feed(test::message(channel::odometry, utime + 2000,
+                         Odometry{SensorTime::from_utime(utime), T_map_base.as<Odom, Base>()}));
       if (i % 2 == 0) {
         const Scan real = scan_from(T_map_base, utime);
         feed(test::message(channel::scan, utime + 5000, real));

@@ -101,7 +101,7 @@ TEST(WheelOdometry, ARobotThatWasPutElsewhereGoesOnFromWhereItsOdometryWas) {
 }
 
 ImuDescription mounted(double x = 0, double yaw = 0) {
-  return {Transform<Base, Imu>(Transform<Base, Body>::planar(x, 0, yaw, 0.2).isometry())};
+  return {Transform<Base, Imu>::planar(x, 0, yaw, 0.2)};
 }
 
 const ImuErrors no_errors{0, 0, 0, 0, 0, 0, 0, 0};

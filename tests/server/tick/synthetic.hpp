@@ -122,7 +122,7 @@ inline std::vector<Message> drive(double duration, std::vector<Message> extra = 
   for (int i = 0; i * 0.05 < duration; ++i) {
     const double t = i * 0.05;
     const std::int64_t utime = start_us + static_cast<std::int64_t>(t * 1e6);
-    Odometry odometry{SensorTime::from_utime(utime), Transform<Odom, Base>(pose_at(t).isometry())};
+    Odometry odometry{SensorTime::from_utime(utime), pose_at(t).as<Odom, Base>()};
     log.push_back(message(channel::odometry, utime + 2000, odometry));
     if (i % 2 != 0) continue;
     log.push_back(message(channel::scan, utime + 5000, scan_at(t)));

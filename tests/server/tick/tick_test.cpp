@@ -210,9 +210,9 @@ TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
   EXPECT_EQ(state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::unreadable)], count);
   // What follows is answered as ever.
   Message next = test::message(channel::scan, test::start_us + 2'106'000, test::scan_at(2.1));
-  feed(test::message(channel::odometry, test::start_us + 2'102'000,
-                     Odometry{SensorTime::from_utime(test::start_us + 2'100'000),
-                              Transform<Odom, Base>(test::pose_at(2.1).isometry())}));
+  feed(test::message(
+      channel::odometry, test::start_us + 2'102'000,
+      Odometry{SensorTime::from_utime(test::start_us + 2'100'000), test::pose_at(2.1).as<Odom, Base>()}));
   feed(next);
   EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live);
 }
@@ -286,7 +286,7 @@ TEST_F(TickTest, TickAnswersAScanWhoseStampIsAnHourOffWithItself) {
   EXPECT_EQ(out_[channel::mr_scan].back(), scan.payload);
   Scan next = test::scan_at(2.1);
   feed(test::message(channel::odometry, test::start_us + 2'101'000,
-                     Odometry{next.stamp, Transform<Odom, Base>(test::pose_at(2.1).isometry())}));
+                     Odometry{next.stamp, test::pose_at(2.1).as<Odom, Base>()}));
   feed(test::message(channel::scan, test::start_us + 2'106'000, next));
   EXPECT_TRUE(decoded<ScanInfo>(channel::mr_scan_info).back().live)
       << "one bad stamp must not blind what follows";
