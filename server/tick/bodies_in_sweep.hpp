@@ -38,17 +38,12 @@ template <class Wanted>
 void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end,
                      std::vector<scan::BodyMotion>& motions, Wanted wanted) {
   motions.clear();
-  if (!end.scene) return;
-  auto definition = end.scene->bodies.begin();
   auto before = start.bodies.begin();
-  for (const BodyState& state : end.bodies) {
-    while (definition != end.scene->bodies.end() && (*definition)->id < state.id) ++definition;
+  for_each_body(end, [&](const BodyDefinition& definition, const BodyState& state) {
     while (before != start.bodies.end() && before->id < state.id) ++before;
-    if (definition == end.scene->bodies.end() || (*definition)->id != state.id) continue;
-    if (before == start.bodies.end() || before->id != state.id || before->epoch != state.epoch) continue;
-    if (wanted(**definition, state))
-      motions.push_back({definition->get(), before->T_map_body, state.T_map_body});
-  }
+    if (before == start.bodies.end() || before->id != state.id || before->epoch != state.epoch) return;
+    if (wanted(definition, state)) motions.push_back({&definition, before->T_map_body, state.T_map_body});
+  });
 }
 
 /// The bodies of an agent stand together in `motions`; each such row, and where it is over the sweep.

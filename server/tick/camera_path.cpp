@@ -31,7 +31,7 @@ void add_occluders(const RobotDescription& robot, const CameraPath& path, render
     if (pose && turn.ok() && std::abs(apart.ns) <= depth_partner.ns) {
       job.depth = depth;
       job.depth_camera = *robot.depth;
-      job.T_map_depth = pose->T_map_base * Transform<Base, Base>(*turn) * robot.depth->T_base_optical;
+      job.T_map_depth = pose->T_map_base * *turn * robot.depth->T_base_optical;
     }
   }
   if (!path.scan.have_real || !robot.laser) return;
@@ -48,11 +48,7 @@ void leave_out_uncertain(const InjectionLimits& limits, const pose::PoseAtInstan
                          const CameraPath& path, WorldSnapshot& world) {
   std::vector<BodyState>& bodies = world.bodies;
   std::vector<const BodyDefinition*> definitions;
-  auto definition = world.scene->bodies.begin();
-  for (const BodyState& body : bodies) {
-    while ((*definition)->id < body.id) ++definition;
-    definitions.push_back(definition->get());
-  }
+  for_each_body(world, [&](const BodyDefinition& body, const BodyState&) { definitions.push_back(&body); });
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; begin < bodies.size(); begin = end) {
     double worst = 0;
@@ -73,7 +69,7 @@ std::optional<Transform<Map, CameraOptical>> camera_at(const CameraDescription& 
   const auto at_t = robot_pose(pose, t);
   const auto turn = pose::head_turn(camera.head, pose.joints, t);
   if (!at_t || !turn) return std::nullopt;
-  return at_t->T_map_base * Transform<Base, Base>(*turn) * camera.T_base_optical;
+  return at_t->T_map_base * *turn * camera.T_base_optical;
 }
 
 /// Instant of the row in which a point is seen, from the stamp of the middle row; none behind the camera. The
@@ -91,23 +87,21 @@ std::optional<Duration> row_instant(const CameraDescription& camera, const Eigen
 void show_at_their_rows(const CameraDescription& camera, const CameraPath& path, render::RenderJob& job) {
   if (!(camera.readout > 0)) return;
   WorldSnapshot then;
-  auto definition = job.world.scene->bodies.begin();
-  for (BodyState& body : job.world.bodies) {
-    while ((*definition)->id < body.id) ++definition;
-    if (!(*definition)->injectable || (*definition)->shapes.empty()) continue;
+  for_each_body(job.world, [&](const BodyDefinition& definition, BodyState& body) {
+    if (!definition.injectable || definition.shapes.empty()) return;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    for (const Shape& shape : (*definition)->shapes) center += shape.T_body_shape.translation();
-    center /= static_cast<double>((*definition)->shapes.size());
+    for (const Shape& shape : definition.shapes) center += shape.T_body_shape.translation();
+    center /= static_cast<double>(definition.shapes.size());
     const auto after = row_instant(camera, job.T_map_optical.inverse() * (body.T_map_body * center));
-    if (!after) continue;
+    if (!after) return;
     const SensorTime t = job.image.stamp + *after;
     const auto T_map_optical = camera_at(camera, path.pose, t);
-    if (!T_map_optical || !path.simulation.at(path.pose.clock.to_server(t), then)) continue;
+    if (!T_map_optical || !path.simulation.at(path.pose.clock.to_server(t), then)) return;
     const auto same = std::lower_bound(then.bodies.begin(), then.bodies.end(), body.id,
                                        [](const BodyState& each, BodyId id) { return each.id < id; });
-    if (same == then.bodies.end() || same->id != body.id || same->epoch != body.epoch) continue;
+    if (same == then.bodies.end() || same->id != body.id || same->epoch != body.epoch) return;
     body.T_map_body = job.T_map_optical * T_map_optical->inverse() * same->T_map_body;
-  }
+  });
 }
 
 /// What the render thread is to draw into the image.
@@ -126,7 +120,7 @@ Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiti
     return unchanged("the world at the image's stamp is not known");
   leave_out_uncertain(configuration.scenario.injection, *pose, path, job.world);
   job.camera = *configuration.robot.camera;
-  job.T_map_optical = pose->T_map_base * Transform<Base, Base>(*turn) * job.camera.T_base_optical;
+  job.T_map_optical = pose->T_map_base * *turn * job.camera.T_base_optical;
   show_at_their_rows(job.camera, path, job);
   job.floor_z = 0;
   add_occluders(configuration.robot, path, job);

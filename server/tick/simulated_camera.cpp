@@ -13,7 +13,7 @@ Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head,
     return std::optional(joints.positions[static_cast<std::size_t>(found - joints.names.begin())]);
   });
   if (!turn) return turn.error();
-  return Transform<Base, Base>(*turn);
+  return *turn;
 }
 
 void capture_images(const TickContext& context, const simulation::RobotMotion& motion,

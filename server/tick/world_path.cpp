@@ -50,17 +50,14 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
   message.step = now.step;
   message.attitude_known = now.attitude_known;
   message.bodies.clear();
-  auto definition = now.scene->bodies.begin();
-  for (const BodyState& body : now.bodies) {
-    while ((*definition)->id < body.id) ++definition;
+  for_each_body(now, [&](const BodyDefinition& definition, const BodyState& body) {
     // In the model, which MR_SESSION embeds, but for doors that need not stand as it draws them.
-    if ((*definition)->owner == BodyOwner::building && !((*definition)->moves && body.known)) continue;
-    const auto kind = world.kinds.find((*definition)->entity);
-    message.bodies.push_back({(*definition)->entity, (*definition)->part,
-                              kind != world.kinds.end() ? kind->second : AgentKind::robot,
-                              (*definition)->owner, body.epoch, body.T_map_body, body.velocity,
-                              body.rotation_rate});
-  }
+    if (definition.owner == BodyOwner::building && !(definition.moves && body.known)) return;
+    const auto kind = world.kinds.find(definition.entity);
+    message.bodies.push_back({definition.entity, definition.part,
+                              kind != world.kinds.end() ? kind->second : AgentKind::robot, definition.owner,
+                              body.epoch, body.T_map_body, body.velocity, body.rotation_rate});
+  });
   world.scene_published = now.scene->version;
   std::vector<std::uint8_t>& payload =
       context.outputs.add(context.configuration.channels.bus(channel::mr_world));

@@ -73,7 +73,7 @@ struct Kitchen {
         Transform<Map, DepthOptical>({Eigen::Quaterniond((T_map_world * T_world_depth).linear()),
                                       (T_map_world * T_world_depth).translation()});
     job.T_map_optical =
-        Transform<Map, CameraOptical>(job.T_map_depth.isometry() * T_colour_depth.inverse(Eigen::Isometry));
+        job.T_map_depth * Transform<DepthOptical, CameraOptical>(T_colour_depth.inverse(Eigen::Isometry));
     job.world = world;
     return job;
   }

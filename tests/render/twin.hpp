@@ -128,15 +128,15 @@ inline Twin cast(const render::RenderJob& job, const SemanticModel& model, const
     double radius;
   };
   std::vector<Placed> placed;
-  for (std::size_t i = 0; i < job.world.bodies.size(); ++i)
-    for (const Shape& s : job.world.scene->bodies[i]->shapes)
-      placed.push_back({s, (job.world.bodies[i].T_map_body * s.T_body_shape).inverse() * T_map_optical, true,
+  for_each_body(job.world, [&](const BodyDefinition& body, const BodyState& state) {
+    for (const Shape& s : body.shapes)
+      placed.push_back({s, (state.T_map_body * s.T_body_shape).inverse() * T_map_optical, true,
                         render::bounding_radius(s)});
+  });
   for (const ModelEntity& entity : model.entities) {
     Shape box;
     box.size = entity.size;
-    placed.push_back({box, Transform<Map, ShapeFrame>(entity.T_map_body.isometry()).inverse() * T_map_optical,
-                      false, render::bounding_radius(box)});
+    placed.push_back({box, T_map_box(entity).inverse() * T_map_optical, false, render::bounding_radius(box)});
   }
   const render::Lens lens(intrinsics);
   for (int y = 0; y < twin.height; ++y) {

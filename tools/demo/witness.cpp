@@ -42,14 +42,12 @@ void Witness::see(const tick::Configuration& configuration, const Message& input
   const auto pose = robot.pose.track.at(robot.scan.real.stamp);
   if (!pose) return;
   driven_.push_back(pose->T_map_base.translation().head<2>());
-  auto definition = robot.scan.world_end.scene->bodies.begin();
   std::string last;
-  for (const BodyState& body : robot.scan.world_end.bodies) {
-    while ((*definition)->id < body.id) ++definition;
-    if ((*definition)->owner != BodyOwner::agent || (*definition)->entity == last) continue;
-    last = (*definition)->entity;
+  for_each_body(robot.scan.world_end, [&](const BodyDefinition& definition, const BodyState& body) {
+    if (definition.owner != BodyOwner::agent || definition.entity == last) return;
+    last = definition.entity;
     agent_paths_[last].push_back(body.T_map_body.translation().head<2>());
-  }
+  });
   WitnessedScan seen = place(configuration, robot.scan, *pose);
   if (seen.replaced == 0) return;
   const auto rank = [](const WitnessedScan& scan) {

@@ -92,7 +92,7 @@ class AttackTest : public ::testing::Test {
   bool answered(Duration patience) {
     scan_.stamp = SensorTime::from_utime(runtime::wall_now().ns / 1000);
     const Transform<Map, Base> T_map_base = test::pose_at(0);
-    publish(channel::odometry, Odometry{scan_.stamp, Transform<Odom, Base>(T_map_base.isometry())});
+    publish(channel::odometry, Odometry{scan_.stamp, T_map_base.as<Odom, Base>()});
     publish(channel::scan, scan_);
     const WallTime deadline = runtime::steady_now() + patience;
     for (Message message; runtime::steady_now() < deadline;) {
