@@ -15,9 +15,9 @@
 namespace parhelion {
 namespace {
 
-constexpr std::size_t max_waypoints = 10'000;
-constexpr std::size_t max_entity_name = 200;
-constexpr double max_size = 100;  // m
+constexpr std::size_t kMaxWaypoints = 10'000;
+constexpr std::size_t kMaxEntityName = 200;
+constexpr double kMaxSize = 100;  // m
 
 enum class Side : std::uint8_t { left, right };
 
@@ -59,7 +59,7 @@ void read_agent_or_all(wire::Reader& reader, Command& command) {
 /// Doors, objects and scripts have names of the model or the scenario, which may be of any bytes.
 void read_entity_name(wire::Reader& reader, const char* field, std::string& name) {
   reader.text(field, name);
-  reader.check(!name.empty() && name.size() <= max_entity_name, field, "empty or too long",
+  reader.check(!name.empty() && name.size() <= kMaxEntityName, field, "empty or too long",
                "1 to 200 bytes, as the model or the scenario calls it");
 }
 
@@ -83,7 +83,7 @@ void write_place(wire::Writer& writer, const Transform<Map, Base>& T_map_base) {
 void read_behaviour(wire::Reader& reader, Behaviour& behaviour) {
   behaviour.kind = reader.enumeration("behaviour.kind", kLastBehaviourKind);
   behaviour.speed = read_not_negative(reader, "speed", wire::max_rate, "m/s, not negative");
-  behaviour.waypoints.resize(reader.count("nwaypoints", 2 * sizeof(double), max_waypoints));
+  behaviour.waypoints.resize(reader.count("nwaypoints", 2 * sizeof(double), kMaxWaypoints));
   for (Eigen::Vector2d& p_map : behaviour.waypoints) {
     for (int i = 0; i < 2; ++i) p_map[i] = reader.bounded("waypoints", wire::max_position);
   }
@@ -115,7 +115,7 @@ Status decode(std::string_view channel, Bytes bytes, AgentSpawn& command) {
   read_agent_name(reader, agent.name);
   agent.kind = reader.enumeration("kind", kLastAgentKind);
   agent.T_map_base = read_place(reader);
-  agent.size = reader.vector("size", max_size);
+  agent.size = reader.vector("size", kMaxSize);
   if (agent.size.minCoeff() <= 0) reader.fail_value("size", agent.size.minCoeff(), "metres, greater than 0");
   read_behaviour(reader, agent.behaviour);
   reader.text("laser", agent.laser);

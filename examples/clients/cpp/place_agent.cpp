@@ -12,7 +12,7 @@
 #include <random>
 #include <string>
 
-#include "parhelion/agent_cmd_t.hpp"
+#include "parhelion/agent_spawn_t.hpp"
 #include "parhelion/event_t.hpp"
 
 namespace {
@@ -31,18 +31,17 @@ std::int64_t now_us() {
 }
 
 /// `utime` is when it was asked for, on this machine's clock. `request` is any number: the answer carries it.
-parhelion::agent_cmd_t spawn_box(const std::string& name, double x, double y) {
-  parhelion::agent_cmd_t command{};
+parhelion::agent_spawn_t spawn_box(const std::string& name, double x, double y) {
+  parhelion::agent_spawn_t command{};
   command.utime = now_us();
   command.request = std::random_device{}();
-  command.action = 0;  // spawn
   command.name = name;
   command.kind = 0;  // box
   command.x = x;
   command.y = y;
   command.size[0] = command.size[1] = 0.4;
   command.size[2] = 0.6;
-  command.behaviour = 0;  // stay
+  command.behaviour.kind = 0;  // stay
   return command;
 }
 
@@ -91,7 +90,7 @@ int main(int argc, char** argv) {
   const auto command = spawn_box(argv[1], std::atof(argv[2]), std::atof(argv[3]));
   Answer answer(command.request);
   lcm.subscribe("MR_EVENTS", &Answer::handle_event, &answer);
-  lcm.publish("MR_AGENT_CMD", &command);
+  lcm.publish("MR_SPAWN", &command);
   if (!wait_for(answer, lcm)) {
     std::fprintf(stderr, "place_agent: no server answered; is `parhelion serve` running?\n");
     return 1;

@@ -11,7 +11,7 @@ import sys
 import time
 
 from lcm_udp import Lcm
-from parhelion import agent_cmd_t, event_t
+from parhelion import agent_spawn_t, event_t
 
 # event_t.kind
 COMMAND_ACCEPTED = 0
@@ -22,16 +22,15 @@ ANSWER_TIMEOUT = 2  # s
 
 def spawn_box(name, x, y):
     """`utime` is when it was asked for, on this machine's clock. `request` is any number: the answer carries it."""
-    command = agent_cmd_t()
+    command = agent_spawn_t()
     command.utime = int(time.time() * 1e6)
     command.request = random.getrandbits(62)
-    command.action = 0  # spawn
     command.name = name
     command.kind = 0  # box
     command.x = x
     command.y = y
     command.size = [0.4, 0.4, 0.6]
-    command.behaviour = 0  # stay
+    command.behaviour.kind = 0  # stay
     return command
 
 
@@ -51,7 +50,7 @@ def main():
         return 2
     lcm = Lcm(["MR_EVENTS"])
     command = spawn_box(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]))
-    lcm.publish("MR_AGENT_CMD", command.encode())
+    lcm.publish("MR_SPAWN", command.encode())
     answer = wait_for_answer(lcm, command.request)
     if answer is None:
         print("place_agent: no server answered; is `parhelion serve` running?", file=sys.stderr)
