@@ -108,7 +108,7 @@ export async function hold(what, press, release, look) {
 export async function driveUntil(page, done) {
   await until("driven there", async () => {
     await page.keyboard.down("w");
-    await page.getByText("Dead-man held").waitFor({ timeout: 2000 }).then(() => done.waitFor({ timeout: 4000 })).catch(() => {});
+    await page.getByText("Dead-man pressed").waitFor({ timeout: 2000 }).then(() => done.waitFor({ timeout: 4000 })).catch(() => {});
     if (await done.count()) return true;
     return page.keyboard.up("w").then(() => false);
   });

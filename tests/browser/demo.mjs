@@ -27,12 +27,12 @@ try {
 
   await step("whoever opens the link is the instructor, and the first thing to press puts a person before the robot", async () => {
     const page = await arrive("instructor");
-    const put = page.getByRole("button", { name: "Put a person ahead" });
+    const put = page.getByRole("button", { name: "Add a person ahead" });
     await until("the robot is seen", () => put.isEnabled());
     await picture(page, "demo-opened");
     await noViolation(page, "the instructor's first look");
     await put.click();
-    await page.getByRole("combobox", { name: "Choose", exact: true }).locator("option", { hasText: "person_1" }).waitFor({ state: "attached" });
+    await page.getByRole("combobox", { name: "Select object", exact: true }).locator("option", { hasText: "person_1" }).waitFor({ state: "attached" });
     await put.waitFor({ state: "detached" });  // it is known now
   });
 
@@ -40,7 +40,7 @@ try {
     const { page } = people.instructor;
     const pause = page.getByRole("button", { name: "Pause", exact: true });
     assert.equal(await pause.isDisabled(), true);
-    assert.equal(await pause.getAttribute("title"), "A live robot is not paused.");
+    assert.equal(await pause.getAttribute("title"), "A session with a real robot cannot be paused.");
     const reply = await page.evaluate(() => new Promise((resolve) => {
       const socket = new WebSocket(`${location.origin.replace("http", "ws")}/ws/state`);
       socket.onopen = () => socket.send(JSON.stringify({ type: "control", action: "pause", request: 1 }));
@@ -57,7 +57,7 @@ try {
     await page.mouse.down();
     await page.mouse.move(plan.x + plan.width * 0.4, plan.y + plan.height * 0.3, { steps: 4 });
     await page.mouse.up();
-    await page.getByRole("combobox", { name: "Choose", exact: true }).locator("option", { hasText: "barrel_1" }).waitFor({ state: "attached" });
+    await page.getByRole("combobox", { name: "Select object", exact: true }).locator("option", { hasText: "barrel_1" }).waitFor({ state: "attached" });
     await page.keyboard.press("Escape");
     await picture(page, "demo-injected");
   });
@@ -71,7 +71,7 @@ try {
   await step("the trainee has a virtual robot at once, is told what to do with it, and a key drives it into the zone", async () => {
     const page = await arrive("trainee");
     await page.getByText("Dead-man released").waitFor();
-    await page.getByText("no camera: drawn by this page").waitFor();
+    await page.getByText("No camera: rendered by this page").waitFor();
     await picture(page, "demo-trainee");
     await driveUntil(page, page.locator(".score li.done").first());
     await until("it stands", async () => (await page.locator(".score li.done").count()) === 2);
@@ -114,7 +114,7 @@ try {
     await second.goto(links.observer);
     await second.locator("main#panels").waitFor();
     await page.getByRole("alert").getByText(/^Another tab of this browser logged in as observer/).waitFor();
-    await page.getByRole("button", { name: /^Go on as observer/ }).click();
+    await page.getByRole("button", { name: /^Continue as observer/ }).click();
     await page.locator(".banner").waitFor({ state: "detached" });
     assert.match(new URL(page.url()).hash, /^#observer\//);
     await page.getByRole("tab", { name: "Status" }).waitFor();

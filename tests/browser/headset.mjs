@@ -12,7 +12,7 @@ const step = async (name, run) => { await run(); console.log(`ok  ${name}`); };
 
 try {
   const page = await openPage(browser, { station: { agents: 6, still: true }, hash: "#instructor/scene", scripts: [emulator, install], wrong });
-  const button = page.getByRole("button", { name: "Headset", exact: true });
+  const button = page.getByRole("button", { name: "Enter headset", exact: true });
   const state = () => page.evaluate(() => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), headset = ground.headset();
     const { map, renderer } = ground.stage, at = (x, y, z) => map.localToWorld(new map.position.constructor(x, y, z)).toArray();
@@ -96,7 +96,7 @@ try {
 
   await step("pictures go on while it is worn, and it can be taken off", async () => {
     await pictures(10);
-    await page.getByRole("button", { name: "Leave the headset" }).press("Enter");
+    await page.getByRole("button", { name: "Leave headset" }).press("Enter");
     await until("left", (s) => !s.presenting && s.calibrated === undefined);
     await button.waitFor();
   });
@@ -121,7 +121,7 @@ try {
     await page.close();
     const options = { station: { agents: 2, still: true, headset: { supportedSessionModes: ["inline", "immersive-vr"] } }, hash: "#instructor/scene", scripts: [emulator, install], wrong };
     const closed = await openPage(browser, options);
-    await closed.getByRole("button", { name: "Headset", exact: true }).click();
+    await closed.getByRole("button", { name: "Enter headset", exact: true }).click();
     const seen = () => closed.evaluate(() => {
       const { map, renderer } = [...document.querySelectorAll(".ground")].find((each) => each.stage).stage;
       return { mode: renderer.xr.getSession()?.environmentBlendMode, building: map.getObjectByName("model")?.visible, drawn: renderer.info.render.triangles };

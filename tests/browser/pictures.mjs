@@ -82,7 +82,7 @@ async function demo() {
   const links = { instructor: await link("open this"), trainee: await link("trainee"), observer: await link("observer") };
   const enter = (role, theme) => open(new URL(links[role]).origin, theme, ({ page }) => page.goto(links[role]));
   const instructor = await enter("instructor", "dark");
-  await until("the robot", async () => (await instructor.getByText("place known").count()) > 0);
+  await until("the robot", async () => (await instructor.getByText("Localized").count()) > 0);
   const plan = await instructor.getByRole("application").boundingBox();
   const press = async (kind, x, y) => {
     await instructor.getByRole("button", { name: kind, exact: true }).click();

@@ -1,78 +1,78 @@
-// All words of the page, and how figures are written.
+// All strings of the report, and how figures are written.
 const TEXT = {
   title: "After-action review",
-  against: "Two runs beside each other",
+  against: "Comparison of two runs",
   level: (n) => `level ${n}`,
   robot: (name) => `robot ${name}`,
   log: (name) => `log ${name}`,
   run: (letter) => `Run ${letter}`,
-  ungraded: "Not graded: the scenario says nothing of training",
+  ungraded: "Not graded: the scenario has no training section",
   points: (score, most) => `${figure(score, 2)} of ${figure(most, 2)} points`,
   passed: "passed",
   notPassed: "not passed",
   grade: (name) => `grade ${name}`,
-  incomplete: "The log stops in the middle: graded as far as it goes.",
-  damaged: (bytes) => `${bytes} bytes of the log are damaged; what they held is not in here.`,
-  sum: (earned, charged, score) => `${figure(earned, 2)} earned − ${figure(charged, 2)} charged = ${figure(score, 2)}`,
-  atLeastZero: "a score is never below 0",
-  why: "Score and its reasons",
+  incomplete: "The log is incomplete. It was graded as far as it goes.",
+  damaged: (bytes) => `${bytes} bytes of the log are damaged and missing from this report.`,
+  sum: (earned, charged, score) => `${figure(earned, 2)} awarded − ${figure(charged, 2)} deducted = ${figure(score, 2)}`,
+  atLeastZero: "the score is never below 0",
+  why: "Score breakdown",
   tasks: "Tasks",
   charges: "Penalties",
   noCharges: "No penalty.",
   columns: { number: "No.", second: "Time", task: "Task", outcome: "Outcome", rule: "Rule", cause: "Event", points: "Points" },
   outcomes: { waiting: "not reached", open: "not finished", done: "done", failed: "failed", out_of_time: "out of time" },
   required: "required",
-  noCause: "where things were, not an event",
+  noCause: "caused by positions, not by an event",
   rulePoints: (rule) => {
     const parts = [];
     if (rule.points) parts.push(`${figure(rule.points, 2)} each time`);
     if (rule.per_impulse) parts.push(`${figure(rule.per_impulse, 2)} per N s`);
-    if (rule.most !== null) parts.push(`at most ${figure(rule.most, 2)} in all`);
+    if (rule.most !== null) parts.push(`at most ${figure(rule.most, 2)} in total`);
     return parts.join(", ");
   },
-  goTo: (what, t) => `${what}, at ${clock(t)}: show this moment`,
+  goTo: (what, t) => `${what}, at ${clock(t)}: show this time`,
   map: "Map",
-  mapLabel: (s) => `Map: the way of ${s.path.name || s.robot}, ${figure(s.path.length, 1)} m, coloured by speed, ` +
+  mapLabel: (s) => `Map: path of ${s.path.name || s.robot}, ${figure(s.path.length, 1)} m, coloured by speed, ` +
     `${s.agents.length} others, and ${(s.grade ? s.grade.charges : []).length} penalties`,
   speedKey: "speed, m/s",
-  othersKey: "others' ways",
-  chargeKey: "penalty, by its number",
+  othersKey: "paths of others",
+  chargeKey: "penalty, by number",
   zoneKey: "zone",
-  closer: "Closer",
-  farther: "Farther",
+  closer: "Zoom in",
+  farther: "Zoom out",
   fit: "Fit",
-  noWorld: "The log holds no place of the robot.",
+  noWorld: "The log has no pose of the robot.",
   metres: (n) => `${n} m`,
   timeline: "Timeline",
   timelineLabel: (s) => `Tasks, penalties and ${s.events.length} events over ${clock(s.duration)}`,
   laneTasks: "tasks",
   laneCharges: "penalties",
   laneEvents: "events",
-  moment: "Moment",
+  moment: "Time",
   previous: "Previous penalty",
   next: "Next penalty",
-  picture: "What the camera showed (MR_CAMERA)",
-  pictureAt: (t, now) => `Picture of ${clock(t)}${Math.abs(t - now) >= 0.05 ? `, ${figure(Math.abs(now - t), 1)} s ${t < now ? "before" : "after"} this moment` : ""}`,
-  pictureAlt: (t) => `Camera picture at ${clock(t)}`,
-  noPictures: "The log holds no picture (MR_CAMERA).",
-  noPictureHere: "No picture within 10 s of this moment.",
-  chargePictures: "Pictures at the penalties",
-  now: "At this moment",
+  picture: "Camera image (MR_CAMERA)",
+  pictureAt: (t, now) => `Image at ${clock(t)}${Math.abs(t - now) >= 0.05 ? `, ${figure(Math.abs(now - t), 1)} s ${t < now ? "before" : "after"} this time` : ""}`,
+  pictureAlt: (t) => `Camera image at ${clock(t)}`,
+  noPictures: "The log has no camera image (MR_CAMERA).",
+  noPictureHere: "No camera image within 10 s of this time.",
+  chargePictures: "Camera images at penalties",
+  now: "At this time",
   plots: "Plots",
   plotLabel: (title, unit, range) => `${title}, ${unit}${range ? `: from ${figure(range[0], 2)} to ${figure(range[1], 2)}` : ""}`,
   noSeries: "Not in the log.",
   plotTitles: {
     score: "Score", speed: "Speed", nearest: "Distance to the nearest obstacle", attitude: "Pitch and roll",
-    forward: "Forward: asked and given", turn: "Turn: asked and given", delay: "Delay over the fastest message",
+    forward: "Forward speed: commanded and applied", turn: "Turn rate: commanded and applied", delay: "Delay above the fastest message",
   },
   series: {
-    score: "score", speed: "speed", nearest: "all that the laser was shown", nearest_injected: "virtual", pitch: "pitch, nose up", roll: "roll, left up",
-    asked_forward: "asked (TELEOP)", given_forward: "given (MR_CMD)", asked_turn: "asked (TELEOP)", given_turn: "given (MR_CMD)",
+    score: "score", speed: "speed", nearest: "all returns", nearest_injected: "virtual", pitch: "pitch, nose up", roll: "roll, left up",
+    asked_forward: "commanded (TELEOP)", given_forward: "applied (MR_CMD)", asked_turn: "commanded (TELEOP)", given_turn: "applied (MR_CMD)",
     delay_scan: "SCAN", delay_camera: "CAMERA", delay_teleop: "TELEOP",
   },
   units: { score: "points", speed: "m/s", nearest: "m", attitude: "°", forward: "m/s", turn: "rad/s", delay: "ms" },
   events: "Events",
-  eventsLeftOut: (left) => `Left out, too many of a kind: ${Object.entries(left).map(([kind, n]) => `${n} × ${TEXT.kind(kind)}`).join(", ")}.`,
+  eventsLeftOut: (left) => `Omitted, too many of a kind: ${Object.entries(left).map(([kind, n]) => `${n} × ${TEXT.kind(kind)}`).join(", ")}.`,
   kind: (kind) => kind.replaceAll("_", " "),
   event: (e) => {
     let words = e.subject ? `${e.subject}: ${TEXT.kind(e.kind)}` : TEXT.kind(e.kind);
@@ -81,23 +81,23 @@ const TEXT = {
     else if (e.text) words += ` (${e.text})`;
     if (e.kind === "score_changed" || e.kind === "grading_ended") words += `: ${figure(e.value, 2)}`;
     if (e.impulse > 0) words += `, ${figure(e.impulse, 2)} N s`;
-    if (e.unsensed) words += ", not scored: it could not be seen coming";
+    if (e.unsensed) words += ", not scored: not detectable by the sensors";
     return words;
   },
   comparison: "Comparison",
-  comparisonColumns: ["Session", "When (UTC)", "Points", "Share", "Grade", "Passed", "Penalties", "Charged", "Time"],
+  comparisonColumns: ["Session", "When (UTC)", "Points", "Fraction", "Grade", "Passed", "Penalties", "Deducted", "Time"],
   groups: { now: "this run", other: "other run", earlier: "earlier", group: "group" },
   otherScenario: (name) => `other scenario: ${name}`,
-  shareLabel: "Share of the points, this run among the others",
+  shareLabel: "Fraction of the points, this run among the others",
   passMark: (share) => `pass mark ${percent(share)}`,
   groupMedian: (share, n) => `Median of the group of ${n}: ${percent(share)}.`,
   figures: "Figures",
-  figureRows: { score: "Points", charged: "Charged", charges: "Penalties", length: "Driven, m", speed: "Fastest, m/s", nearest: "Nearest, m", seconds: "Time" },
+  figureRows: { score: "Points", charged: "Deducted", charges: "Penalties", length: "Distance driven, m", speed: "Top speed, m/s", nearest: "Smallest distance, m", seconds: "Time" },
   yes: "yes",
   no: "no",
   none: "–",
-  made: (program) => `Made by ${program} from the session log alone. The log does not hold how long the server ` +
-    "itself took; delays are of the messages' arrival against the sender's own clock, over the fastest of the session.",
+  made: (program) => `Created by ${program} from the session log alone. The log does not contain how long the server ` +
+    "itself took. A delay is the arrival time minus the sender's stamp, above the smallest of the session.",
 };
 
 /// At most `digits` after the point, none of them a zero at the end.

@@ -31,7 +31,7 @@ export async function accounts({ step, picture, address, link, password, admin }
       await dialogue.getByLabel("Name", { exact: true }).fill(name);
       await dialogue.getByLabel("Role", { exact: true }).selectOption(role);
       await dialogue.getByLabel("Password", { exact: true }).fill(password);
-      await dialogue.getByRole("button", { name: "Make an account" }).click();
+      await dialogue.getByRole("button", { name: "Create account" }).click();
       await dialogue.getByRole("rowheader", { name }).waitFor();
     }
     await dialogue.getByLabel("Role of ines").selectOption("Instructor");
@@ -53,16 +53,16 @@ export async function accounts({ step, picture, address, link, password, admin }
     await page.getByRole("button", { name: "Change my password" }).click();
     const dialogue = page.getByRole("dialog", { name: "Change my password" });
     const change = async (old) => {
-      await dialogue.getByLabel("The password you have now").fill(old);
-      await dialogue.getByLabel("The new one, of 8 characters at least").fill("another long word");
-      await dialogue.getByLabel("The new one again").fill("another long word");
-      await dialogue.getByRole("button", { name: "Change it" }).click();
+      await dialogue.getByLabel("Current password").fill(old);
+      await dialogue.getByLabel("New password (at least 8 characters)").fill("another long word");
+      await dialogue.getByLabel("New password again").fill("another long word");
+      await dialogue.getByRole("button", { name: "Change password" }).click();
     };
     await change("a wrong old word");
     await dialogue.getByRole("alert").filter({ hasText: /\S/ }).waitFor();
     await noViolation(page, "password");
     await change(password);
-    await page.getByText("Your password is changed.").waitFor();
+    await page.getByText("Password changed.").waitFor();
     await admin.context.close();
   });
 }

@@ -18,7 +18,7 @@ export async function end({ step, picture, program, scratch, address, browser, s
   });
 
   await step("the instructor takes all that is virtual away at once", async () => {
-    const { page } = instructor, chosen = page.getByRole("combobox", { name: "Choose", exact: true });
+    const { page } = instructor, chosen = page.getByRole("combobox", { name: "Select object", exact: true });
     await page.getByRole("button", { name: "Remove all" }).click();
     await page.getByRole("button", { name: "Press again to remove all" }).click();
     for (const name of ["person_1", "barrel_1", "crate_1"]) await chosen.locator("option", { hasText: name }).waitFor({ state: "detached" });
@@ -44,7 +44,7 @@ export async function end({ step, picture, program, scratch, address, browser, s
     const { page } = viewer;
     await page.goto((viewer.address = (await player.said(/(https?:\/\/\S+\?token=\S+)/))[1]));
     viewer.address = new URL(viewer.address).origin;
-    const bar = page.getByRole("slider", { name: "Place in the recording" }), at = async () => Number(await bar.inputValue());
+    const bar = page.getByRole("slider", { name: "Time in the recording" }), at = async () => Number(await bar.inputValue());
     await bar.waitFor();
     await page.evaluate(() => document.activeElement?.blur());
     const begun = await at();

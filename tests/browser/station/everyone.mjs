@@ -40,7 +40,7 @@ export async function everyone({ step, picture, roles, observer }) {
     await page.getByRole("dialog", { name: "Keys" }).waitFor({ state: "detached" });
     await picture(page, "scene");
     await page.goBack();
-    await page.getByRole("button", { name: "Watch", exact: true, pressed: true }).waitFor();
+    await page.getByRole("button", { name: "Observer", exact: true, pressed: true }).waitFor();
   });
 
   await step("axe finds nothing in the other layouts of each role", async () => {

@@ -6,17 +6,17 @@ import { join } from "node:path";
 export async function observer({ step, picture, folder, observer }) {
   await step("who looks back sees what was, is told so, and comes back to now", async () => {
     const { page } = observer;
-    const bar = page.getByRole("slider", { name: "Look back in the session" });
+    const bar = page.getByRole("slider", { name: "Time in the session" });
     await bar.focus();
     await page.keyboard.press("Home");
-    await page.getByText(/You look back: plan and 3D show 0:/).waitFor();
+    await page.getByText(/Viewing the past: plan and 3D show 0:/).waitFor();
     await picture(page, "back");
-    await page.getByRole("button", { name: "Back to now" }).click();
-    await page.getByText(/You look back/).waitFor({ state: "detached" });
-    await page.locator(".events li button", { hasText: "lesson begins" }).first().click();
-    await page.getByText(/You look back: plan and 3D show 0:/).waitFor();
-    await page.getByRole("button", { name: "Back to now" }).click();
-    await page.getByText(/You look back/).waitFor({ state: "detached" });
+    await page.getByRole("button", { name: "Return to live" }).click();
+    await page.getByText(/Viewing the past/).waitFor({ state: "detached" });
+    await page.locator(".events li button", { hasText: "Fault started" }).first().click();
+    await page.getByText(/Viewing the past: plan and 3D show 0:/).waitFor();
+    await page.getByRole("button", { name: "Return to live" }).click();
+    await page.getByText(/Viewing the past/).waitFor({ state: "detached" });
   });
 
   await step("P saves a picture of the page", async () => {

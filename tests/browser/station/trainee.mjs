@@ -21,7 +21,7 @@ export async function trainee({ step, picture, address, commands, line, trainee,
     const { page } = trainee;
     await page.getByText("Dead-man released").waitFor();
     await driveOn(page);
-    await page.getByText("Dead-man held").waitFor();
+    await page.getByText("Dead-man pressed").waitFor();
     await page.keyboard.up("w");
     commands.length = 0;
     await until("MR_CMD still", () => commands.at(-1)?.vx === 0);
@@ -38,7 +38,7 @@ export async function trainee({ step, picture, address, commands, line, trainee,
       globalThis.pad = { id: "Pad", index: 0, connected: true, mapping: "standard", axes: [0, -1, 0, 0], buttons };
       navigator.getGamepads = () => [globalThis.pad, null, null, null];
     });
-    await page.getByText("Game pad: hold the left shoulder").waitFor();
+    await page.getByText("Gamepad: hold the left shoulder").waitFor();
     const shoulder = (pressed) => page.evaluate((on) => { globalThis.pad.buttons[4].pressed = on; }, pressed);
     await hold("MR_CMD by the pad", () => shoulder(true), () => shoulder(false), ahead);
     await page.evaluate(() => { globalThis.pad.connected = false; });
@@ -86,7 +86,7 @@ export async function trainee({ step, picture, address, commands, line, trainee,
     await until("a while of commands", () => commands.length > 5);
     assert.ok(commands.every((command) => command.vx === 0));
     await page.keyboard.up("w");
-    await instructor.page.getByRole("button", { name: "Release the stop" }).click();
+    await instructor.page.getByRole("button", { name: "Reset the stop" }).click();
     await page.getByText("Stopped by tess").waitFor({ state: "detached" });
   });
 }

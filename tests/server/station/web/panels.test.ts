@@ -22,7 +22,7 @@ describe("events", () => {
   test("are found by group and by all the words that are typed", () => {
     expect(filtered(events, { groups: new Set(["contact"] as const), all: true, text: "" }).map((each) => each.t)).toEqual([1]);
     expect(filtered(events, { groups: every, all: true, text: "Door rover" }).map((each) => each.t)).toEqual([4]);
-    expect(filtered(events, { groups: every, all: true, text: "put in" }).map((each) => each.t)).toEqual([3]);
+    expect(filtered(events, { groups: every, all: true, text: "spawned" }).map((each) => each.t)).toEqual([3]);
   });
   test("a kind of a newer server is shown, not lost", () => {
     expect(groupOf("volcano")).toBe("session");
