@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Holds identifiers and visible strings to the field's words: no more places of a word of word_list.txt than its limit there.
+
+A limit above 0 is what still has to be renamed. Whoever renames lowers it; it never rises. --print lists the places,
+--limits prints the file with today's counts as limits."""
+import argparse
+import os
+import re
+import subprocess
+import sys
+
+from source_text import lexer_of, pieces
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+IDENTIFIER = re.compile(r"[A-Za-z_]\w*")
+YAML_KEY = re.compile(r"(?:^\s*(?:- )?\{?|[{,])\s*([a-z_]\w*):", re.M)
+STRING_FILES = ("strings.en.ts", "review/page/text.js")
+
+
+class Rule:
+    def __init__(self, line, number):
+        fields = line.split("\t")
+        if len(fields) < 4:
+            sys.exit(f"word_list.txt:{number}: expected scope, expression, right word, limit and perhaps exceptions")
+        self.line = fields
+        self.scope, self.right = fields[0], fields[2]
+        self.expression = re.compile(fields[1])
+        self.limit = int(fields[3])
+        exception = re.split(r"\s+#", fields[4])[0] if len(fields) > 4 else ""
+        self.exception = re.compile(exception) if exception else None
+        self.places = []
+
+    def see(self, text, path, line):
+        if not self.expression.search(text):
+            return
+        if self.exception and (self.exception.search(text) or self.exception.search(f"{path}: {text}")):
+            return
+        self.places.append(f"{path}:{line}: {text[:80]}")
+
+
+def read_rules(path):
+    with open(path, encoding="utf-8") as file:
+        return [Rule(line.rstrip("\n"), number) for number, line in enumerate(file, 1)
+                if line.strip() and not line.startswith("#")]
+
+
+def words_of(path, text):
+    """(scope, text, line) of each identifier and each visible string of a file."""
+    yield "identifiers", os.path.basename(path).split(".")[0], 0
+    line = 1
+    for kind, piece in pieces(path, text):
+        if kind == "code" and path.endswith(".yaml"):
+            for key in YAML_KEY.finditer(piece):
+                yield "identifiers", key.group(1), line + piece.count("\n", 0, key.start())
+        elif kind == "code":
+            for match in IDENTIFIER.finditer(piece):
+                yield "identifiers", match.group(0), line + piece.count("\n", 0, match.start())
+        elif kind == "string" and not path.startswith("tests/"):
+            inner = piece[1:-1]
+            if IDENTIFIER.fullmatch(inner):
+                yield "identifiers", inner, line
+            if " " in inner or path.endswith(STRING_FILES):
+                yield "strings", inner, line
+        line += piece.count("\n")
+
+
+def files(root):
+    listed = subprocess.run(["git", "ls-files"], cwd=root, capture_output=True, text=True, check=True).stdout
+    for path in listed.split("\n"):
+        generated = "web/dist/" in path or "package-lock" in path or path.endswith(".md")
+        if path and not generated and lexer_of(path) and os.path.exists(os.path.join(root, path)):
+            yield path
+
+
+def look(root, rules):
+    for path in files(root):
+        with open(os.path.join(root, path), encoding="utf-8", errors="replace") as file:
+            text = file.read()
+        for scope, word, line in words_of(path, text):
+            for rule in rules:
+                if rule.scope == scope:
+                    rule.see(word, path, line)
+
+
+def self_test():
+    rule = Rule("identifiers\t^crew$\tthread pool\t0", 1)
+    for scope, word, line in words_of("server/a.cpp", 'int crew;  // crew\nauto s = "the crew sails";\n'):
+        if scope == rule.scope:
+            rule.see(word, "server/a.cpp", line)
+    assert rule.places == ["server/a.cpp:1: crew"], rule.places
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--print", action="store_true", dest="show")
+    parser.add_argument("--limits", action="store_true")
+    arguments = parser.parse_args()
+    self_test()
+    rules = read_rules(os.path.join(HERE, "word_list.txt"))
+    look(ROOT, rules)
+    if arguments.limits:
+        for rule in rules:
+            print("\t".join(rule.line[:3] + [str(len(rule.places))] + rule.line[4:]))
+        return
+    failed = False
+    for rule in rules:
+        if arguments.show:
+            print("\n".join(rule.places))
+        if len(rule.places) > rule.limit:
+            failed = True
+            print(f"{len(rule.places)} places, at most {rule.limit}, of /{rule.line[1]}/; the field's word: {rule.right}; "
+                  f"such as {rule.places[-1]}", file=sys.stderr)
+    left = sum(len(rule.places) for rule in rules)
+    print(f"{left} places still have a word that is to go")
+    sys.exit(failed)
+
+
+if __name__ == "__main__":
+    main()
