@@ -66,7 +66,11 @@ inline void write_random_session(const std::string& path, std::uint64_t seed, in
       }
       case 1: {
         InstructorCommand command = AgentFreeze{.agent = "agent"};
-        if (below(2) == 0) command = AgentSpawn{.agent = {.name = "agent"}};
+        if (below(2) == 0) {
+          AgentSpawn spawn;
+          spawn.agent.name = "agent";
+          command = spawn;
+        }
         set_request(command, {now.ns}, static_cast<std::uint64_t>(i));
         encode(command, bytes);
         ASSERT_TRUE(log->write(channel_of(command), now, bytes).ok());
