@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "fusion/scan/building_tree.hpp"
+#include "fusion/scan/lidar_model.hpp"
 #include "fusion/scan/ray_caster.hpp"
 #include "protocols/quantile.hpp"
 #include "server/runtime/live_site.hpp"

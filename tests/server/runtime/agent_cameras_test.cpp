@@ -229,7 +229,7 @@ TEST_F(AgentCamerasTest, AreRefusedWhereThereIsNoneOrTooMany) {
   EXPECT_THAT(refusal("nobody", 1, 0.20), HasSubstr("no agent is called 'nobody'"));
   EXPECT_THAT(refusal("simple", 1, 0.21), HasSubstr("give it a 'model'"));
   EXPECT_THAT(refusal("synthetic", 1, 0.22), HasSubstr("MR_CAMERA"));
-  EXPECT_THAT(refusal("rover_1", -1, 0.23), HasSubstr("-1 Hz"));
+  EXPECT_THAT(refusal("rover_1", -1, 0.23), HasSubstr("rate: -1, expected Hz"));
   EXPECT_THAT(refusal("rover_1", 8, 0.24), HasSubstr("at most 12 Hz"));
   EXPECT_THAT(refusal("rover_1", 20, 0.25), HasSubstr("takes 15 Hz"));
   EXPECT_EQ(order_camera("rover_1", 7, 0.26).kind, EventKind::command_accepted);
