@@ -34,10 +34,10 @@ export async function everyone({ step, picture, roles, observer }) {
     }
     await page.keyboard.press("t");
     await page.keyboard.press("?");
-    await page.getByRole("dialog", { name: "Keys" }).waitFor();
+    await page.getByRole("dialog", { name: "Keyboard shortcuts" }).waitFor();
     await noViolation(page, "3D, keys");
     await page.keyboard.press("Escape");
-    await page.getByRole("dialog", { name: "Keys" }).waitFor({ state: "detached" });
+    await page.getByRole("dialog", { name: "Keyboard shortcuts" }).waitFor({ state: "detached" });
     await picture(page, "scene");
     await page.goBack();
     await page.getByRole("button", { name: "Observer", exact: true, pressed: true }).waitFor();

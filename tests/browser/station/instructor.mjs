@@ -69,7 +69,7 @@ export async function instructor({ step, picture, scratch, trainee, instructor, 
     await trainee.page.getByText("mind the door").waitFor();
     await trainee.page.getByRole("tab", { name: "Events" }).click();
     await page.getByRole("tab", { name: "Events" }).click();
-    await page.getByRole("combobox", { name: "Robot" }).selectOption({ label: "as the trainee (trainee)" });
+    await page.getByRole("combobox", { name: "Robot" }).selectOption({ label: "Trainee's robot (trainee)" });
     await page.locator("[data-age]").waitFor();
     await page.getByLabel("Name of the scenario").fill("with_visitors");
     await page.getByRole("button", { name: "Save as scenario" }).click();
