@@ -62,7 +62,7 @@ try {
   });
 
   await step("arm, gripper, flippers and camera head move while their buttons are held, and one sees it from the side", async () => {
-    await page.getByRole("button", { name: "Take control", exact: true }).click();
+    await page.getByRole("button", { name: "Drive", exact: true }).click();
     await page.getByRole("tab", { name: "Arm and head" }).click();
     const row = (name) => page.locator(".joints li").filter({ has: page.getByRole("button", { name, exact: true }) });
     const value = async (name) => Number.parseFloat(await row(name).locator(".value").textContent());
