@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "protocols/channels.hpp"
+#include "protocols/instructor_command.hpp"
 #include "server/runtime/wall_clock.hpp"
 #include "server/station/http/accounts.hpp"
 #include "server/station/http/password.hpp"
@@ -41,8 +42,9 @@ class AttackTest : public ::testing::Test {
     auto bus = open_network_bus(url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
-    for (const char* pattern : {"MR_SCAN", "MR_AGENT_CMD", "TELEOP", "JOINT_CMD"})
-      ASSERT_TRUE(bus_->subscribe(pattern, 1000).ok());
+    for (const char* heard : {channel::mr_scan, channel::teleop, channel::joint_cmd})
+      ASSERT_TRUE(bus_->subscribe(heard, 1000).ok());
+    for (const char* command : kInstructorChannels) ASSERT_TRUE(bus_->subscribe(command, 1000).ok());
     server_.emplace(
         std::vector<std::string>{"serve", folder_ / "scenario.yaml", "-o", folder_ / "s.lcm", "--url", url(),
                                  "--no-restart", "--state-folder", folder_ / "state", "--http", "127.0.0.1:0",
