@@ -42,8 +42,8 @@ class AttackTest : public ::testing::Test {
     auto bus = open_network_bus(url());
     ASSERT_TRUE(bus.ok()) << bus.error().message;
     bus_ = std::move(*bus);
-    for (const char* heard : {channel::mr_scan, channel::teleop, channel::joint_cmd})
-      ASSERT_TRUE(bus_->subscribe(heard, 1000).ok());
+    for (const char* output : {channel::mr_scan, channel::teleop, channel::joint_cmd})
+      ASSERT_TRUE(bus_->subscribe(output, 1000).ok());
     for (const char* command : kInstructorChannels) ASSERT_TRUE(bus_->subscribe(command, 1000).ok());
     server_.emplace(
         std::vector<std::string>{"serve", folder_ / "scenario.yaml", "-o", folder_ / "s.lcm", "--url", url(),
