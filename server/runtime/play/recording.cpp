@@ -17,8 +17,6 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::uint64_t event_header = 28;  // bytes, see LogReader
-
 struct Entry {
   std::uint64_t offset;  ///< of the payload
   std::int64_t arrival;  ///< ns
