@@ -1,5 +1,7 @@
 #include "protocols/yaml/base64.hpp"
 
+#include <yaml-cpp/binary.h>
+
 #include <array>
 
 namespace parhelion::yaml {
@@ -25,15 +27,7 @@ Error error_at(std::size_t offset, const std::string& words) {
 }  // namespace
 
 std::string to_base64(std::span<const std::uint8_t> bytes) {
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (k < left ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? alphabet[group >> (18U - 6U * k) & 63U] : '=';
-  }
-  return text;
+  return YAML::EncodeBase64(bytes.data(), bytes.size());
 }
 
 Result<std::vector<std::uint8_t>> from_base64(std::string_view text) {

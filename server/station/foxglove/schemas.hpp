@@ -1,5 +1,4 @@
-// JSON Schemas of what is sent: Foxglove's well-known ones by their names, as far as this program fills them,
-// and a few of our own (parhelion.*).
+// JSON Schemas of the messages that are sent: Foxglove's published ones and a few of our own (parhelion.*).
 #pragma once
 
 #include <string>
@@ -7,7 +6,7 @@
 
 namespace parhelion::station::foxglove {
 
-/// "foxglove.LaserScan" to its JSON Schema; empty: not one of ours.
+/// JSON Schema of a message, such as "foxglove.LaserScan"; empty where it is not one of the messages sent.
 std::string schema_text(std::string_view name);
 
 }  // namespace parhelion::station::foxglove
