@@ -50,11 +50,9 @@ void read_ranking(const Node& list, Course& course, Problems& problems) {
 }  // namespace
 
 Result<Course> parse_course(const std::string& yaml, const std::string& origin) {
-  auto document = yaml::read_document(yaml, origin);
+  const auto document = yaml::read_checked(yaml, origin, "course");
   if (!document) return document.error();
   Problems problems(origin);
-  yaml::check(*document, "course", problems);
-  if (!problems.empty()) return problems.error();
   Course course;
   read(*document, "course", course.name);
   read(*document, "text", course.text);

@@ -189,11 +189,9 @@ const char* to_string(EntityLabel label) { return label_names.at(static_cast<std
 const char* to_string(RelationKind kind) { return relation_names.at(static_cast<std::size_t>(kind)); }
 
 Result<SemanticModel> parse_model(const std::string& yaml, const std::string& origin) {
-  auto document = yaml::read_document(yaml, origin);
+  const auto document = yaml::read_checked(yaml, origin, "model");
   if (!document) return document.error();
   yaml::Problems problems(origin);
-  yaml::check(*document, "model", problems);
-  if (!problems.empty()) return problems.error();
   SemanticModel model;
   yaml::read(*document, "map_id", model.map_id);
   yaml::read(*document, "source", model.source);

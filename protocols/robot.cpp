@@ -249,11 +249,9 @@ std::vector<std::string> preset_names() {
 }  // namespace
 
 Result<RobotDescription> parse_robot_description(const std::string& yaml, const std::string& origin) {
-  auto document = yaml::read_document(yaml, origin);
+  const auto document = yaml::read_checked(yaml, origin, "robot");
   if (!document) return document.error();
   yaml::Problems problems(origin);
-  yaml::check(*document, "robot", problems);
-  if (!problems.empty()) return problems.error();
   RobotDescription robot = yaml::read_robot(*document, problems);
   if (!problems.empty()) return problems.error();
   return robot;
@@ -311,11 +309,9 @@ Result<LaserDescription> load_laser_preset(const std::string& name) {
 Result<LaserDescription> load_laser_preset_file(const std::string& path) {
   const auto text = yaml::read_text(path);
   if (!text) return text.error();
-  auto document = yaml::read_document(*text, path);
+  const auto document = yaml::read_checked(*text, path, "laser");
   if (!document) return document.error();
   yaml::Problems problems(path);
-  yaml::check(*document, "laser", problems);
-  if (!problems.empty()) return problems.error();
   LaserDescription laser = yaml::read_preset(*document, problems);
   if (!problems.empty()) return problems.error();
   laser.preset = std::filesystem::path(path).stem().string();

@@ -81,6 +81,15 @@ void LayerRenderer::set_scissor(const PixelRect& rect) {
 }
 
 /// Occluders into depth, shadows over the floor, then the shapes.
+void LayerRenderer::begin_depth() {
+  gl_.ClearBufferfi(GL_DEPTH_STENCIL, 0, 1.F, 0);
+  gl_.Enable(GL_DEPTH_TEST);
+  gl_.DepthFunc(GL_LESS);
+  gl_.Enable(GL_CULL_FACE);
+  gl_.CullFace(GL_BACK);
+  gl_.FrontFace(GL_CW);  // rows grow downwards, which reverses every winding
+}
+
 void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, const DrawList& list,
                               const Eigen::Matrix3d& R_optical_map, bool use_occluders,
                               const Scenery* scenery) {
@@ -96,12 +105,7 @@ void LayerRenderer::draw_view(const PinholeView& view, const PixelRect& rect, co
   const GLuint nothing[] = {0, 0, 0, 0};
   gl_.ClearBufferfv(GL_COLOR, 0, transparent);
   gl_.ClearBufferuiv(GL_COLOR, 1, nothing);
-  gl_.ClearBufferfi(GL_DEPTH_STENCIL, 0, 1.F, 0);
-  gl_.Enable(GL_DEPTH_TEST);
-  gl_.DepthFunc(GL_LESS);
-  gl_.Enable(GL_CULL_FACE);
-  gl_.CullFace(GL_BACK);
-  gl_.FrontFace(GL_CW);  // rows grow downwards, which turns every winding round
+  begin_depth();
   if (scenery) {
     gl_.DrawBuffers(2, colour_only);
     draw_scenery(view, *scenery, far, R_optical_map);
@@ -243,12 +247,7 @@ void LayerRenderer::read_depth(const CameraProjection& projection, const DrawLis
     gl_.DrawBuffers(2, targets);
     const GLuint nothing[] = {0, 0, 0, 0};
     gl_.ClearBufferuiv(GL_COLOR, 1, nothing);
-    gl_.ClearBufferfi(GL_DEPTH_STENCIL, 0, 1.F, 0);
-    gl_.Enable(GL_DEPTH_TEST);
-    gl_.DepthFunc(GL_LESS);
-    gl_.Enable(GL_CULL_FACE);
-    gl_.CullFace(GL_BACK);
-    gl_.FrontFace(GL_CW);
+    begin_depth();
     use(depth_, view, far, 0, nullptr);
     if (what != Depth::shapes) {
       draw_instances(plain_box_, list.occluders);

@@ -89,6 +89,8 @@ class LayerRenderer {
   void draw_instances(std::size_t mesh, const std::vector<Instance>& instances);
   void draw_mesh(const std::vector<std::uint32_t>& chunks, const Instance& placed);
   void draw_shadows(const std::vector<ShadowVertex>& shadows, bool over_scenery);
+  /// Clears the depth of the bound frame buffer; depth test and back-face culling on.
+  void begin_depth();
   void draw_view(const PinholeView& view, const PixelRect& rect, const DrawList& list,
                  const Eigen::Matrix3d& R_optical_map, bool use_occluders, const Scenery* scenery);
   void read_view(GLuint framebuffer, const PixelRect& rect, bool colour, std::vector<std::uint8_t>& rgba,

@@ -327,6 +327,15 @@ void check(Node& root, std::string_view name, Problems& problems) {
   for (const auto& fault : results) problems.add(line_of(root, fault.context), fault.description);
 }
 
+Result<Node> read_checked(const std::string& text, const std::string& origin, std::string_view schema) {
+  auto document = read_document(text, origin);
+  if (!document) return document.error();
+  Problems problems(origin);
+  check(*document, schema, problems);
+  if (!problems.empty()) return problems.error();
+  return document;
+}
+
 std::string guess_schema(const Node& root) {
   std::string best;
   std::size_t most = 0;

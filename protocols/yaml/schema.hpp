@@ -14,6 +14,9 @@ namespace parhelion::yaml {
 /// problems, each value is of the type that the schema says, finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 
+/// Reads one document and checks it against `schema`. Error: what read_document or check found, by line.
+Result<Node> read_checked(const std::string& text, const std::string& origin, std::string_view schema);
+
 /// The schema whose keys fit the document's top level best, misspelt ones included; empty where none does.
 std::string guess_schema(const Node& root);
 

@@ -29,10 +29,8 @@ class Reader {
   }
 
   Result<RobotModel> read() {
-    auto document = yaml::read_document(model_.yaml, origin_);
+    const auto document = yaml::read_checked(model_.yaml, origin_, "robot_model");
     if (!document) return document.error();
-    yaml::check(*document, "robot_model", problems_);
-    if (!problems_.empty()) return problems_.error();
     const Node& root = *document;
     const auto folder = std::filesystem::path(origin_).parent_path();
     auto robot = read_urdf(urdf_, (folder / root.find("urdf")->text).string(), materials(root));
@@ -310,11 +308,8 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path) {
   const auto text = yaml::read_text(path);
   if (!text) return text.error();
   // The URDF's name is read first; the whole is checked after both are there.
-  auto document = yaml::read_document(*text, path);
+  const auto document = yaml::read_checked(*text, path, "robot_model");
   if (!document) return document.error();
-  yaml::Problems problems(path);
-  yaml::check(*document, "robot_model", problems);
-  if (!problems.empty()) return problems.error();
   const auto urdf =
       yaml::read_text((std::filesystem::path(path).parent_path() / document->find("urdf")->text).string());
   if (!urdf) return urdf.error();

@@ -132,8 +132,8 @@ Status RecordingWriter::describe(const RobotDescription& robot, SensorTime first
 }
 
 template <class T>
-Status RecordingWriter::put_checked(std::string_view channel, const T& item, Place place,
-                                    std::optional<ArrivalTime> received) {
+Status RecordingWriter::put(std::string_view channel, const T& item, Place place,
+                            std::optional<ArrivalTime> received) {
   encode(item, state_->bytes);
   T read_back;
   if (const Status accepted = decode(channel, state_->bytes, read_back); !accepted) {
@@ -149,39 +149,16 @@ Status RecordingWriter::put_checked(std::string_view channel, const T& item, Pla
   return {};
 }
 
-Status RecordingWriter::put(std::string_view channel, const Scan& scan, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, scan, place, received);
-}
-Status RecordingWriter::put(std::string_view channel, const Odometry& odometry, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, odometry, place, received);
-}
-Status RecordingWriter::put(std::string_view channel, const Image& image, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, image, place, received);
-}
-Status RecordingWriter::put(std::string_view channel, const PoseStamped& pose, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, pose, place, received);
-}
-Status RecordingWriter::put(std::string_view channel, const PoseEstimate& pose, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, pose, place, received);
-}
-Status RecordingWriter::put(std::string_view channel, const TwistCommand& command, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, command, place, received);
-}
-
-Status RecordingWriter::put(std::string_view channel, const ImuSample& sample, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, sample, place, received);
-}
-Status RecordingWriter::put(std::string_view channel, const Joints& joints, Place place,
-                            std::optional<ArrivalTime> received) {
-  return put_checked(channel, joints, place, received);
-}
+template Status RecordingWriter::put(std::string_view, const Scan&, Place, std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const Odometry&, Place, std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const Image&, Place, std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const PoseStamped&, Place, std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const PoseEstimate&, Place,
+                                     std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const TwistCommand&, Place,
+                                     std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const ImuSample&, Place, std::optional<ArrivalTime>);
+template Status RecordingWriter::put(std::string_view, const Joints&, Place, std::optional<ArrivalTime>);
 
 void RecordingWriter::refuse(Place place, std::string why) { refuse_at({place_text(place), std::move(why)}); }
 

@@ -33,22 +33,9 @@ class RecordingWriter {
 
   /// Writes an event if the wire's own checks accept it, else refuses it. A Status that is not ok: the log
   /// can't be written.
-  Status put(std::string_view channel, const Scan& scan, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const Odometry& odometry, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const Image& image, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const PoseStamped& pose, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const PoseEstimate& pose, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const TwistCommand& command, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const ImuSample& sample, Place place,
-             std::optional<ArrivalTime> received = {});
-  Status put(std::string_view channel, const Joints& joints, Place place,
-             std::optional<ArrivalTime> received = {});
+  /// T: Scan, Odometry, Image, PoseStamped, PoseEstimate, TwistCommand, ImuSample or Joints.
+  template <class T>
+  Status put(std::string_view channel, const T& item, Place place, std::optional<ArrivalTime> received = {});
 
   void refuse(Place place, std::string why);
   void refuse_at(Refusal refusal);
@@ -63,9 +50,6 @@ class RecordingWriter {
  private:
   struct State;
   explicit RecordingWriter(std::unique_ptr<State> state);
-  template <class T>
-  Status put_checked(std::string_view channel, const T& item, Place place,
-                     std::optional<ArrivalTime> received);
   std::unique_ptr<State> state_;
 };
 

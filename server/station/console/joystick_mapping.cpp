@@ -56,11 +56,9 @@ std::string names_of(const Map& map) {
 }  // namespace
 
 Result<JoystickMapping> parse_joystick_mapping(const std::string& text, const std::string& origin) {
-  auto document = yaml::read_document(text, origin);
+  const auto document = yaml::read_checked(text, origin, "joystick");
   if (!document) return document.error();
   yaml::Problems problems(origin);
-  yaml::check(*document, "joystick", problems);
-  if (!problems.empty()) return problems.error();
   JoystickMapping mapping;
   yaml::read(*document, "device", mapping.device);
   yaml::read(*document, "dead_man", mapping.dead_man);

@@ -1,7 +1,7 @@
 /** Scans and clouds as points; one draw call each, their buffers kept and grown. */
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Points, ShaderMaterial } from "three";
 import type { PointsFrame, ScanFrame } from "../session/frames";
-import { screenColour } from "./solids";
+import { fragmentShader, screenColour } from "./solids";
 
 const vertexShader = /* glsl */ `
   attribute vec3 tint;
@@ -14,11 +14,6 @@ const vertexShader = /* glsl */ `
     gl_Position = projectionMatrix * p;
     gl_PointSize = clamp(size / -p.z, 1.0, 9.0);
     if (position.z > cut) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside of every picture
-  }`;
-const fragmentShader = /* glsl */ `
-  varying vec3 shade;
-  void main() {
-    gl_FragColor = vec4(shade, 1.0);
   }`;
 
 /** Colours of points that have none of their own: at the floor, and from `HIGH_M` above it. */

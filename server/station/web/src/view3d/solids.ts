@@ -53,7 +53,8 @@ const vertexShader = /* glsl */ `
     gl_Position = projectionMatrix * modelViewMatrix * vec4(p, 1.0);
   }`;
 
-const fragmentShader = /* glsl */ `
+/** Draws each pixel in the colour that the vertex shader gave, `shade`. */
+export const fragmentShader = /* glsl */ `
   varying vec3 shade;
   void main() {
     gl_FragColor = vec4(shade, 1.0);
