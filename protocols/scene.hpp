@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -31,6 +32,22 @@ struct Shape {
   Transform<Body, ShapeFrame> T_body_shape;
   Material material;
 };
+
+/// Radius of a sphere about the shape's centre that holds it, m.
+inline double bounding_radius(ShapeKind kind, const Eigen::Vector3d& size) {
+  switch (kind) {
+    case ShapeKind::box:
+      return size.norm() / 2;
+    case ShapeKind::cylinder:
+      return std::hypot(size.x(), size.z() / 2);
+    case ShapeKind::sphere:
+      return size.x();
+    case ShapeKind::capsule:
+      return size.x() + size.z() / 2;
+  }
+  return 0;
+}
+inline double bounding_radius(const Shape& shape) { return bounding_radius(shape.kind, shape.size); }
 
 enum class BodyOwner : std::uint8_t { agent, real_robot, building };
 

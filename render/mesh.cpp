@@ -162,21 +162,6 @@ ShapeScale shape_scale(const Shape& shape, bool bevelled) {
   return {(half.array() - bevel).matrix().cast<float>(), static_cast<float>(bevel)};
 }
 
-double bounding_radius(const Shape& shape) {
-  const Eigen::Vector3d half = half_extents(shape);
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return half.x();
-    case ShapeKind::capsule:
-      return half.z();
-    case ShapeKind::cylinder:
-      return std::hypot(half.x(), half.z());
-    case ShapeKind::box:
-      break;
-  }
-  return half.norm();
-}
-
 Mesh make_mesh(ShapeKind kind, int segments, bool bevelled) {
   switch (kind) {
     case ShapeKind::box:

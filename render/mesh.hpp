@@ -28,8 +28,6 @@ struct ShapeScale {
 /// Width of the chamfer on the edges of boxes and cylinders: 6 mm, less on small ones.
 double edge_bevel(const Shape& shape);
 ShapeScale shape_scale(const Shape& shape, bool bevelled);
-/// Radius of the sphere about the shape's centre that holds it, m.
-double bounding_radius(const Shape& shape);
 /// Half extents of the shape's bounding box in its own frame, m.
 Eigen::Vector3d half_extents(const Shape& shape);
 

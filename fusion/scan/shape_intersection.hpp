@@ -114,19 +114,4 @@ inline double triangle_range(const Eigen::Vector3d& origin, const Eigen::Vector3
   return t >= 0 ? t : none;
 }
 
-/// Radius of a sphere about the shape's centre that holds it, m.
-inline double bounding_radius(ShapeKind kind, const Eigen::Vector3d& size) {
-  switch (kind) {
-    case ShapeKind::box:
-      return size.norm() / 2;
-    case ShapeKind::cylinder:
-      return std::hypot(size.x(), size.z() / 2);
-    case ShapeKind::sphere:
-      return size.x();
-    case ShapeKind::capsule:
-      return size.x() + size.z() / 2;
-  }
-  return 0;
-}
-
 }  // namespace parhelion::scan

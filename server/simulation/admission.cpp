@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "protocols/length_text.hpp"
 #include "protocols/nearest_name.hpp"
 #include "server/simulation/free_place.hpp"
 #include "server/simulation/place_text.hpp"
@@ -70,7 +71,7 @@ Status check_behaviour(const AgentDefinition& agent, const SimulationOptions& op
   }
   if (!std::isfinite(behaviour.speed) || behaviour.speed < 0 || behaviour.speed > kMostSpeed) {
     return Error{who + "speed " + std::to_string(behaviour.speed) + " m/s; expected 0 to " +
-                 metres(kMostSpeed)};
+                 length_text(kMostSpeed) + "/s"};
   }
   const bool on_its_way = behaviour.kind == BehaviourKind::patrol || behaviour.kind == BehaviourKind::go;
   if (on_its_way && behaviour.waypoints.empty()) {
@@ -78,7 +79,7 @@ Status check_behaviour(const AgentDefinition& agent, const SimulationOptions& op
   }
   if (!std::isfinite(behaviour.distance) || behaviour.distance < 0 || behaviour.distance > kMostDistance) {
     return Error{who + "distance " + std::to_string(behaviour.distance) + " m; expected 0 to " +
-                 metres(kMostDistance)};
+                 length_text(kMostDistance)};
   }
   for (const Eigen::Vector2d& waypoint : behaviour.waypoints) {
     if (!waypoint.allFinite() || waypoint.lpNorm<Eigen::Infinity>() > kMostPlace)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "protocols/length_text.hpp"
 #include "server/simulation/place_text.hpp"
 
 namespace parhelion::simulation {
@@ -21,7 +22,7 @@ std::string off_site(const Building& building, const Eigen::Vector2d& p) {
   const Eigen::AlignedBox2d& site = building.site();
   if (site.isEmpty() || site.exteriorDistance(p) <= kAround) return {};
   return place_text(p) + " is far outside the site, which reaches from " + place_text(site.min()) + " to " +
-         place_text(site.max()) + "; expected a place at most " + metres(kAround) + " m from it";
+         place_text(site.max()) + "; expected a place at most " + length_text(kAround) + " from it";
 }
 
 std::string PlaceSearch::obstruction(const Pose2& pose) {
@@ -86,7 +87,7 @@ Status check_place(const AgentDefinition& agent, const AgentForm& form, const Ag
   const auto free = search.nearest_free(pose);
   return Error{who + place_text(pose.position()) + " is " + what + "; " +
                (free ? "the nearest free place is " + place_text(free->position())
-                     : "no free place within " + metres(kSearchRange) + " m")};
+                     : "no free place within " + length_text(kSearchRange))};
 }
 
 }  // namespace parhelion::simulation

@@ -4,12 +4,10 @@
 
 namespace parhelion::simulation {
 
-std::string metres(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f", value);
+std::string place_text(const Eigen::Vector2d& p) {
+  char text[700];  // of the greatest doubles, too
+  std::snprintf(text, sizeof text, "(%.2f, %.2f)", p.x(), p.y());
   return text;
 }
-
-std::string place_text(const Eigen::Vector2d& p) { return "(" + metres(p.x()) + ", " + metres(p.y()) + ")"; }
 
 }  // namespace parhelion::simulation

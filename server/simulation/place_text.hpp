@@ -1,4 +1,4 @@
-// Lengths and places in messages and events.
+// Places in messages and events.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,8 +6,6 @@
 
 namespace parhelion::simulation {
 
-/// "2.50", of m.
-std::string metres(double value);
 /// "(1.00, 2.50)", of m in the map.
 std::string place_text(const Eigen::Vector2d& p);
 

@@ -14,14 +14,8 @@ namespace parhelion::tick {
 /// Radius about the body's origin that holds all its shapes, m.
 inline double bounding_radius(const BodyDefinition& body) {
   double radius = 0;
-  for (const Shape& shape : body.shapes) {
-    const bool full_lengths = shape.kind == ShapeKind::box;
-    const double half_height = shape.size.z() / 2 + (shape.kind == ShapeKind::capsule ? shape.size.x() : 0);
-    const double reach = full_lengths                      ? shape.size.norm() / 2
-                         : shape.kind == ShapeKind::sphere ? shape.size.x()
-                                                           : std::hypot(shape.size.x(), half_height);
-    radius = std::max(radius, shape.T_body_shape.translation().norm() + reach);
-  }
+  for (const Shape& shape : body.shapes)
+    radius = std::max(radius, shape.T_body_shape.translation().norm() + parhelion::bounding_radius(shape));
   return radius;
 }
 

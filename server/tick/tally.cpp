@@ -14,8 +14,6 @@ const char* to_string(Degraded why) {
       return "clock";
     case Degraded::history:
       return "history";
-    case Degraded::robot_mismatch:
-      return "robot_mismatch";
     case Degraded::unreadable:
       return "unreadable";
     case Degraded::guard:

@@ -14,16 +14,15 @@ namespace parhelion::tick {
 /// Why a scan went out as it came in.
 enum class Degraded : std::uint8_t {
   no,
-  pose,            ///< the pose track has none; the reason names why
-  error,           ///< predicted error above the scenario's limit for every agent in range
-  clock,           ///< the stamp disagrees with the robot's clock
-  history,         ///< the world at the stamp is no longer, or not yet, known
-  robot_mismatch,  ///< the scan does not fit the robot description
-  unreadable,      ///< it claims to be a scan, and cannot be decoded
-  guard,           ///< no answer in time
-  fault,           ///< a broken invariant; the text names it
+  pose,        ///< the pose track has none; the reason names why
+  error,       ///< predicted error above the scenario's limit for every agent in range
+  clock,       ///< the stamp disagrees with the robot's clock
+  history,     ///< the world at the stamp is no longer, or not yet, known
+  unreadable,  ///< it claims to be a scan, and cannot be decoded
+  guard,       ///< no answer in time
+  fault,       ///< a broken invariant; the text names it
 };
-constexpr std::size_t degraded_kinds = 9;
+constexpr std::size_t degraded_kinds = 8;
 const char* to_string(Degraded why);
 
 struct Tally {

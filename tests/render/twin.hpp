@@ -131,12 +131,12 @@ inline Twin cast(const render::RenderJob& job, const SemanticModel& model, const
   for_each_body(job.world, [&](const BodyDefinition& body, const BodyState& state) {
     for (const Shape& s : body.shapes)
       placed.push_back({s, (state.T_map_body * s.T_body_shape).inverse() * T_map_optical, true,
-                        render::bounding_radius(s)});
+                        bounding_radius(s)});
   });
   for (const ModelEntity& entity : model.entities) {
     Shape box;
     box.size = entity.size;
-    placed.push_back({box, T_map_box(entity).inverse() * T_map_optical, false, render::bounding_radius(box)});
+    placed.push_back({box, T_map_box(entity).inverse() * T_map_optical, false, bounding_radius(box)});
   }
   const render::Lens lens(intrinsics);
   for (int y = 0; y < twin.height; ++y) {
