@@ -83,6 +83,24 @@ def look(root, rules):
                     rule.see(word, path, line)
 
 
+def event_names_that_differ(root):
+    """One event, one name: the page's text of an event is the log's name in words. The report writes the log's name."""
+    def read(path):
+        with open(os.path.join(root, path), encoding="utf-8") as file:
+            return file.read()
+    enum = re.search(r"enum class EventKind[^{]*\{(.*?)\};", read("protocols/event.hpp"), re.S).group(1)
+    log = re.findall(r"^\s*(\w+)", re.sub(r"//[^\n]*", "", enum).replace(",", "\n"), re.M)
+    table = re.search(r"eventKinds: \{(.*?)\}", read("server/station/web/src/strings.en.ts"), re.S).group(1)
+    page = dict(re.findall(r'(\w+): "([^"]*)"', table))
+    if len(log) < 50 or len(page) < 30 or 'kind.replaceAll("_", " ")' not in read("server/review/page/text.js"):
+        sys.exit("words_test.py: the names of events are no longer where this test reads them")
+    for kind, text in page.items():
+        if kind not in log:
+            yield f"strings.en.ts has {kind}, which is no event of the log"
+        elif re.sub(r"\W+", "_", text.lower()) != kind:
+            yield f"the log's {kind} is '{text}' on the page"
+
+
 def self_test():
     rule = Rule("identifiers\t^crew$\tthread pool\t0", 1)
     for scope, word, line in words_of("server/a.cpp", 'int crew;  // crew\nauto s = "the crew sails";\n'):
@@ -111,6 +129,9 @@ def main():
             failed = True
             print(f"{len(rule.places)} places, at most {rule.limit}, of /{rule.line[1]}/; the field's word: {rule.right}; "
                   f"such as {rule.places[-1]}", file=sys.stderr)
+    for difference in event_names_that_differ(ROOT):
+        failed = True
+        print(difference, file=sys.stderr)
     left = sum(len(rule.places) for rule in rules)
     print(f"{left} places still have a word that is to go")
     sys.exit(failed)
