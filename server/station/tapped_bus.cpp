@@ -33,7 +33,7 @@ std::size_t match(const std::vector<ChannelPattern>& patterns, std::string_view 
 }  // namespace
 
 struct TappedBus::Shared {
-  enum Side : std::uint8_t { owner, tap };
+  enum Side : std::uint8_t { owner_side, tap_side };
 
   Shared(std::unique_ptr<Bus> heard, std::unique_ptr<Bus> spoken)
       : network(std::move(heard)), speaker(std::move(spoken)) {}
@@ -89,7 +89,7 @@ class TappedBus::Tap : public Bus {
       patterns_.push_back(*made);
       queues_.add(capacity);
     }
-    return shared_->subscribe(Shared::tap, std::move(*made), std::max(capacity, least_waiting));
+    return shared_->subscribe(Shared::tap_side, std::move(*made), std::max(capacity, least_waiting));
   }
 
   std::uint64_t dropped() const override {
@@ -142,14 +142,14 @@ TappedBus::Wanted TappedBus::wanted(const std::string& channel) {
   const auto wants = [&](Shared::Side side) {
     return match(shared_->patterns[side], channel) < shared_->patterns[side].size();
   };
-  return wanted_[channel] = {wants(Shared::owner), wants(Shared::tap)};
+  return wanted_[channel] = {wants(Shared::owner_side), wants(Shared::tap_side)};
 }
 
 Status TappedBus::subscribe(const std::string& pattern, int capacity) {
   if (Status status = check_capacity(pattern, capacity); !status) return status;
   auto made = make_pattern(pattern);
   if (!made) return made.error();
-  return shared_->subscribe(Shared::owner, std::move(*made), capacity);
+  return shared_->subscribe(Shared::owner_side, std::move(*made), capacity);
 }
 
 std::uint64_t TappedBus::dropped() const { return shared_->network->dropped(); }
