@@ -20,7 +20,7 @@ std::string at_text(SimulationTime at, SimulationTime begin) {
 
 }  // namespace
 
-/// Reads the log's messages into a grader, which it makes when the session's header has come.
+/// Passes the log's messages to a grader, which is created at the session's header.
 class SessionGrading::Reading {
  public:
   explicit Reading(std::string path) : path_(std::move(path)) {}
@@ -94,7 +94,7 @@ Result<GradedSession> grade_session(const std::string& path,
   SessionGrading reading(path);
   while (true) {
     auto next = reader->next();
-    if (!next) continue;  // damage: counted below, and what follows is read on
+    if (!next) continue;  // damage: counted below, reading continues after it
     if (!*next) break;
     if (const Status taken = reading.take(**next); !taken) return taken.error();
     if (progress) progress(reader->offset(), reader->size());

@@ -11,7 +11,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int real_time_priority = 10;  // above what is usual, below the kernel's own threads
+constexpr int real_time_priority = 10;  // above normal threads, below the kernel's
 
 bool set_policy(int policy, int priority) {
   sched_param parameters{};
@@ -22,7 +22,7 @@ bool set_policy(int policy, int priority) {
 }  // namespace
 
 void give_way(int nice) {
-  // Neither is ever refused to a thread that gives something up; what is inherited may be real-time.
+  // Lowering a priority is always permitted; an inherited one may be real-time.
   (void)set_policy(SCHED_BATCH, 0);
   (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), nice);
 }

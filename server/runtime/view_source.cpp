@@ -6,7 +6,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kViewDistance = 0.25;  // m and rad: a view from nearer by shows little more
+constexpr double kViewDistance = 0.25;  // m and rad: a closer view shows little new
 constexpr double kViewAngle = 0.25;
 
 }  // namespace
@@ -27,13 +27,13 @@ void ViewSource::offer(tick::InputKind kind, const tick::RobotState& robot) {
     offer_line(*scan_lines_, robot.scan.real, robot.pose);
 }
 
-/// Lines go to the mapper where together they have swept over something.
+/// Submits lines to the mapper once they have swept an area.
 void ViewSource::offer_line(LineSweep& sweep, const Scan& line, const tick::PoseState& robot) {
   sweep.add(line);
   while (auto view = sweep.take(robot)) mapper_.submit(std::move(*view));
 }
 
-/// A depth image from somewhere new goes to the mapper, where its place is known.
+/// Submits a depth image from a new position, if its pose is known.
 void ViewSource::offer_depth(const Image& depth, const tick::PoseState& robot) {
   if (!configuration_.robot.depth) return;
   const DepthCameraDescription& camera = *configuration_.robot.depth;

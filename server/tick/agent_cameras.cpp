@@ -8,10 +8,10 @@
 namespace parhelion::tick {
 namespace {
 
-/// The numbers of these pictures, apart from those of the robot's camera: a LOOP record names either kind,
+/// Frame numbers of agents' cameras are separate from the robot camera's: a LOOP record names either kind,
 /// and the noise depends on them.
 constexpr std::uint64_t first_sequence = std::uint64_t{1} << 32;
-constexpr double usual_rate = 15;  // Hz, of a camera whose description says none
+constexpr double usual_rate = 15;  // Hz, if the description gives none
 
 std::string hertz(double rate) { return yaml::format_quantity(rate, yaml::Quantity::rate); }
 
@@ -74,7 +74,7 @@ void capture_agent_images(const TickContext& context, const simulation::Simulati
   const auto due = std::find_if(cameras.begin(), cameras.end(),
                                 [now](AgentCamera& each) { return each.clock.due(now - each.start); });
   if (due == cameras.end()) return;
-  std::rotate(due, due + 1, cameras.end());  // the others are asked before it the next time
+  std::rotate(due, due + 1, cameras.end());  // the other cameras come first next time
   const AgentCamera& camera = cameras.back();
   const simulation::RobotMotion* motion = simulation.robot_motion(camera.agent);
   if (motion == nullptr) return;

@@ -7,7 +7,7 @@
 namespace parhelion::tick {
 namespace {
 
-/// Those of the start, and those that a script may spawn.
+/// Agents of the start, and those that scripts may spawn.
 std::vector<std::string> agent_names(const Scenario& scenario) {
   std::vector<std::string> names;
   for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
@@ -19,7 +19,7 @@ std::vector<std::string> agent_names(const Scenario& scenario) {
   return names;
 }
 
-/// Whether its object is a name of the site or of an agent: of others are joints, channels, tasks.
+/// Whether the event's object is a name of the site or of an agent, not a joint, channel or task.
 bool is_about_things(EventKind kind) {
   switch (kind) {
     case EventKind::collision_started:
@@ -46,7 +46,7 @@ bool is_about_things(EventKind kind) {
   }
 }
 
-/// Its value is of two kinds, which its text tells apart.
+/// near_miss has two kinds of values, distinguished by its text.
 Status check_near_miss(const Condition& condition, const std::string& where) {
   if (condition.event != EventKind::near_miss) return {};
   const bool limits = condition.least || condition.most;

@@ -35,8 +35,8 @@ ChannelMap::ChannelMap(const Scenario& scenario)
                                {channel::imu, InputKind::imu},
                                {channel::joint_state, InputKind::joint_state}});
   }
-  // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV; of a simulated
-  // robot only where SLAM is to say it.
+  // Exactly one source of the robot's pose: POSE, where its covariance is configured, or POSE_COV; for a
+  // simulated robot only if SLAM provides it.
   if (!simulated && scenario.pose) {
     known.push_back({channel::pose, InputKind::pose});
   } else if (!simulated || (scenario.trainee && scenario.trainee->slam)) {
@@ -169,7 +169,7 @@ std::string graded_robot(const Configuration& configuration) {
 }
 
 SessionHeader session_header(const Configuration& configuration, SensorTime start) {
-  // Model and robot are embedded: of their paths only the names, so that no folder of this machine shows.
+  // Model and robot are embedded: only their file names are kept, so that no local folder is revealed.
   Scenario scenario = configuration.scenario;
   scenario.model = file_name(scenario.model);
   scenario.robot = file_name(scenario.robot);

@@ -27,7 +27,7 @@ bool can_be_driven(const Configuration& configuration, const std::string& robot,
   return agent != nullptr && agent->kind == AgentKind::robot;
 }
 
-/// Another operator may drive it still.
+/// Stops the robot unless another operator drives it.
 void stop_if_undriven(const TickContext& context, const std::string& robot, const CommandPath& path,
                       const Operators& operators) {
   for (const auto& [name, other] : operators) {

@@ -55,7 +55,7 @@ int bind(sqlite3_stmt* statement, int index, const SqlValue& value) {
   return sqlite3_bind_null(statement, index);
 }
 
-/// So that the file is never readable by others, not even for an instant.
+/// Restricts access at creation, so that the file is never readable by others.
 Status make_private(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (file < 0) return Error{path + ": cannot be made: " + std::strerror(errno)};
@@ -184,7 +184,7 @@ Status Database::transaction(const char* begin, const std::function<Status()>& w
   if (const Status begun = run(begin); !begun) return begun;
   Status done = work();
   if (done) done = run("COMMIT");
-  // A full disk may have rolled back by itself.
+  // On a full disk SQLite may have rolled back already.
   if (!done && sqlite3_get_autocommit(state_->handle) == 0) std::ignore = run("ROLLBACK");
   return done;
 }

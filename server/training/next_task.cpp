@@ -14,7 +14,7 @@ struct Need {
 };
 
 std::string percent(double share) {
-  // 100 % is never known.
+  // 100 % is never shown.
   const int rounded = static_cast<int>(std::floor(100 * share + 0.5));
   return std::to_string(std::min(rounded, share < 1 ? 99 : 100)) + " %";
 }
@@ -61,7 +61,7 @@ NextTask complete(const std::vector<Need>& needs, double confidence) {
   return next;
 }
 
-/// The best chance among the offers of `level` that train `skill`; negative: there is none.
+/// The highest probability of success among the offers of `level` that train `skill`; negative: none.
 double best_chance(const Skills& skills, const std::vector<TaskOffer>& offers, int level,
                    const std::string& skill) {
   double best = -1;

@@ -14,7 +14,7 @@
 namespace parhelion::training {
 namespace {
 
-/// Drawn, not derived from the name: who has a list of names cannot find the pseudonyms.
+/// Random, not derived from the name: it cannot be computed from a list of names.
 Result<std::string> new_pseudonym() {
   std::array<unsigned char, 6> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
@@ -64,7 +64,7 @@ Status check_session(const SessionRecord& session) {
 struct Records::State {
   Database database;
 
-  /// The row of a trainee who must be there.
+  /// The row of an existing trainee.
   Result<std::int64_t> row_of(const std::string& pseudonym) {
     const auto row = database.number("SELECT id FROM trainees WHERE pseudonym = ?", {pseudonym});
     if (!row) return row.error();
@@ -72,7 +72,7 @@ struct Records::State {
     return Error{database.path() + ": there is no trainee '" + pseudonym + "'"};
   }
 
-  /// Rebuilds the files without what was deleted.
+  /// Rebuilds the files without the deleted content.
   Status scrub() {
     const auto left = database.number("SELECT count(*) FROM erasures");
     if (!left) return left.error();
@@ -80,7 +80,7 @@ struct Records::State {
     Status done = database.empty_log();
     if (done) done = database.run("VACUUM");
     if (done) done = database.empty_log();
-    // Only now is it known; a kill before this makes the next one do it again.
+    // Only after success; an interrupted erasure is repeated at the next open.
     if (done) done = database.run("DELETE FROM erasures");
     return done;
   }
@@ -174,7 +174,7 @@ Result<Records> Records::open(const std::string& path, bool create, int patience
   auto state = std::make_unique<State>(State{std::move(*database)});
   if (const Status migrated = migrate(state->database); !migrated) return migrated.error();
   if (const Status set = state->database.write_ahead(); !set) return set.error();
-  // Where others read it stays to be done, and the next to open tries again.
+  // If another program is reading, the next open tries again.
   std::ignore = state->scrub();
   return Records(std::move(state));
 }

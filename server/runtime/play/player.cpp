@@ -8,7 +8,7 @@ namespace parhelion::runtime {
 namespace {
 
 constexpr Duration most_idle = milliseconds(50);
-constexpr std::size_t batch = 500;  // messages of a turn, so that a pause at a high rate is heard
+constexpr std::size_t batch = 500;  // messages per turn, so that a pause takes effect at a high rate
 
 }  // namespace
 
@@ -42,7 +42,7 @@ Status Player::jump(double position) {
   return {};
 }
 
-/// Time goes on, at the rate.
+/// Advances the position, at the rate.
 void Player::move_to(WallTime now) {
   if (paused_ || ended_) {
     at_.reset();
