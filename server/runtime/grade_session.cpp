@@ -64,7 +64,7 @@ class SessionGrading::Reading {
     const auto& training = configuration_->scenario.training;
     if (!training)
       return Error{path_ + ": scenario '" + configuration_->scenario.name +
-                   "' says nothing of training: there is nothing to grade"};
+                   "' has no 'training': there is nothing to grade"};
     if (const Status known = tick::check_training(*configuration_); !known)
       return Error{path_ + ": " + known.error().message};
     grader_.emplace(*training, configuration_->model, configuration_->robot, configuration_->robot.name,

@@ -69,7 +69,7 @@ void LiveSession::keep_robot_stopped() {
   const std::string& robot = configuration_.robot.name;
   if (options_.say)
     options_.say("the emergency stop of '" + robot +
-                 "' held when the server before this one ended, and holds: release it at the base station, "
+                 "' was active when the previous server ended, and still is: release it at the base station, "
                  "or by: parhelion "
                  "inject release-emergency-stop --name " +
                  robot);

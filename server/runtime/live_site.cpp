@@ -165,7 +165,7 @@ Result<Transform<Map, Map>> LiveSite::correction(const cloud::PointCloud<Map>& s
   const double turn = Eigen::AngleAxisd(moved.linear()).angle();
   if (shift > options_.largest_correction || turn > options_.largest_turn)
     return Error{"the view fits " + std::to_string(shift) + " m and " + std::to_string(turn) +
-                 " rad from where its pose says: left out"};
+                 " rad away from its pose: left out"};
   return Transform<Map, Map>(Eigen::Translation3d(centre) * moved * Eigen::Translation3d(-centre));
 }
 

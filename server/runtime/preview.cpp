@@ -56,8 +56,7 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
     recorded = std::move(*own);
   }
   if (!options.scenario && !recorded) {
-    return Error{options.log +
-                 ": not a session log, so it does not say which agents there are; give --scenario FILE"};
+    return Error{options.log + ": not a session log, so it does not define the agents; give --scenario FILE"};
   }
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};

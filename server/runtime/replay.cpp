@@ -229,7 +229,7 @@ Result<Report> Run::operator()() {
 Result<Report> replay(const ReplayOptions& options) {
   std::error_code ignored;
   if (!options.session.empty() && std::filesystem::equivalent(options.log, options.session, ignored))
-    return Error{options.session + ": is the log that is replayed; choose another name for the session"};
+    return Error{options.session + ": is the log being replayed; choose another name for the session"};
   const auto preview = look_ahead(options.log);
   if (!preview) return preview.error();
   const auto configuration = choose_configuration(options, *preview);

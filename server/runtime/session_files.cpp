@@ -52,7 +52,7 @@ Status add_robot_model(const std::string& place, std::string& model, tick::Robot
   const auto same = called(read->name);
   if (same != models.end() && ((*same)->urdf != read->urdf || (*same)->yaml != read->yaml))
     return Error{place + "robot model " + model + " is called '" + read->name +
-                 "' as another one is; rename it in its URDF"};
+                 "' like another one; rename it in its URDF"};
   model = read->name;
   if (same == models.end())
     models.push_back(std::make_shared<const simulation::RobotModel>(std::move(*read)));

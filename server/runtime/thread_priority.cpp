@@ -45,11 +45,11 @@ Result<RealTime> parse_real_time(const std::string& word) {
 
 RealTimeScope::RealTimeScope(RealTime wanted) {
   if (wanted == RealTime::off) {
-    note_ = "as other programs: real-time is switched off";
+    note_ = "normal priority: real-time is off";
     return;
   }
   if (wanted == RealTime::automatic && std::thread::hardware_concurrency() < 2) {
-    note_ = "as other programs: a single core is not taken from all others";
+    note_ = "normal priority: real-time needs a second core";
     return;
   }
   sched_param before{};
@@ -59,7 +59,7 @@ RealTimeScope::RealTimeScope(RealTime wanted) {
   holds_ = set_policy(SCHED_FIFO, real_time_priority);
   const int refusal = errno;
   note_ = holds_ ? std::string("real-time")
-                 : std::string("as other programs: real-time: ") + std::strerror(refusal) +
+                 : std::string("normal priority: real-time: ") + std::strerror(refusal) +
                        "; to allow it: " + remedy();
 }
 

@@ -60,13 +60,12 @@ std::string ViewSource::note() const {
   std::string note = to_text(mapper_.counts());
   const std::uint64_t left_out =
       (lines_ ? lines_->left_out() : 0) + (scan_lines_ ? scan_lines_->left_out() : 0);
-  if (left_out > 0)
-    note += "; " + std::to_string(left_out) + " scan lines without a pose or an encoder's word";
+  if (left_out > 0) note += "; " + std::to_string(left_out) + " scan lines without a pose or encoder values";
   if (swap_us_.count() == 0) return note;
   char times[160];
   std::snprintf(
       times, sizeof times,
-      "; view to model p50 %.0f ms, longest %.0f ms; a new model held the loop up for %.1f ms at most",
+      "; view to model p50 %.0f ms, longest %.0f ms; a new model delayed the loop by at most %.1f ms",
       view_to_model_us_.at(0.5) / 1e3, view_to_model_us_.max() / 1e3, swap_us_.max() / 1e3);
   return note + times;
 }

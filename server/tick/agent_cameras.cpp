@@ -21,7 +21,7 @@ Result<const CameraDescription*> camera_of(const Configuration& configuration, c
       std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == agent.model; });
   if (model == models.end())
     return Error{"the camera of '" + agent.name +
-                 "' would be its robot model's, and it has none; give it a "
+                 "' would be that of its robot model, which is missing; give it a "
                  "'model', such as 'rover'"};
   const auto& camera = (*model)->description.camera;
   if (!camera)

@@ -53,8 +53,8 @@ Status check_near_miss(const Condition& condition, const std::string& where) {
   if (condition.text == "gap" || condition.text == "time" || (condition.text.empty() && !limits)) return {};
   if (condition.text.empty())
     return Error{where +
-                 ": near_miss has values in m and in s: say 'text: gap' or 'text: time' beside the limit"};
-  return Error{where + ": near_miss says 'gap' or 'time', never '" + condition.text + "'"};
+                 ": near_miss has values in m and in s: add 'text: gap' or 'text: time' beside the limit"};
+  return Error{where + ": near_miss has the text 'gap' or 'time', not '" + condition.text + "'"};
 }
 
 Status check_event(const Configuration& configuration, const Condition& condition, const std::string& where) {
@@ -64,7 +64,7 @@ Status check_event(const Configuration& configuration, const Condition& conditio
   const std::vector<std::string> names = known_names(configuration);
   if (std::find(names.begin(), names.end(), condition.object) != names.end()) return {};
   return Error{where + ": " + to_string(condition.event) + " of '" + condition.object +
-               "' will never be: there is nothing of that name" +
+               "' can never occur: there is nothing of that name" +
                suggestion_or_known(condition.object, names)};
 }
 

@@ -25,7 +25,7 @@ Status check_fault(const Configuration& configuration, const Lesson& fault) {
     return Error{"'low_battery' is how a session starts: put it into the scenario's 'lessons'"};
   if (needs_simulated_robot(fault.kind) && !simulates_trainee(configuration.scenario))
     return Error{"'" + name +
-                 "' is a lesson for simulated robots: nothing is taken from a real one's sensors or drive"};
+                 "' is a lesson for simulated robots: a real robot's sensors and drive are not changed"};
   const double most = fault.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
   if (fault.kind != Lesson::Kind::dead_wheel && !(fault.amount >= 0 && fault.amount <= most))
     return Error{"lesson '" + name + "': its amount is " + std::to_string(fault.amount) + ", expected 0 to " +
@@ -87,7 +87,7 @@ Status process_fault_command(const TickContext& context, const FaultCommand& com
   if (!command.begins) {
     if (end_instructor_faults(configuration, command.kind, std::nullopt, age, faults)) return {};
     return Error{"lesson '" + std::string(to_string(command.kind)) +
-                 "' was not begun, so it cannot be ended"};
+                 "' is not active, so it cannot be ended"};
   }
   const bool wheel = command.kind == Lesson::Kind::dead_wheel;
   Lesson fault;

@@ -112,7 +112,7 @@ void handle_pose_estimate(const TickContext& context, const Message& input, cons
     context.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
   if (!estimate.causal)
     return refuse(context,
-                  {input.channel + ": a pose that was computed with later data is never injected with"});
+                  {input.channel + ": a pose computed with later data cannot be used for injection"});
   if (sensors != nullptr && !is_exact(context.configuration.scenario))
     check_slam_estimate(context.configuration, site, simulation, *sensors, estimate);
   apply_estimate(context, input, estimate, pose);

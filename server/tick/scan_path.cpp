@@ -96,7 +96,7 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
   scan.motions.erase(kept, scan.motions.end());
   if (left_out && scan.motions.empty()) {
     return {Degraded::error,
-            "predicted error above the limit for every agent in range, or not yet well below"};
+            "predicted error above the limit for every agent in range, or not yet clearly below it"};
   }
   return {};
 }
@@ -258,7 +258,7 @@ void learn_from_scan(const TickContext& context, const Verdict& verdict, const M
 void report_foreign(const TickContext& context, const Message& input) {
   ++context.tally.foreign_scans;
   const Error error{input.channel + ": found " + type_name(input.payload) +
-                    ", expected planar_lidar_t; not sent on. Find who publishes it, or rename the channel"};
+                    ", expected planar_lidar_t; not forwarded. Find its publisher, or rename the channel"};
   refuse(context, error);
   ScanInfo info;
   info.stamp = {input.arrival.ns};

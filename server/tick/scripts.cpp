@@ -115,7 +115,7 @@ Status check_scripts(const Configuration& configuration) {
     for (const std::string& name : {script.when.subject, script.when.object}) {
       if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
       return Error{"script '" + script.name + "': it waits for '" + name +
-                   "', which nothing in scenario and model is called" + suggestion(name, names)};
+                   "', but nothing in the scenario or the model has this name" + suggestion(name, names)};
     }
   }
   return {};

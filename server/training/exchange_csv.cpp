@@ -172,7 +172,7 @@ Status read_line(const Fields& fields, const std::vector<const Column*>& order, 
   }
   const TraineeRecord& trainee = line.trainee;
   if (trainee.pseudonym.empty() && trainee.name.empty() && trainee.mbox_sha1sum.empty())
-    return Error{"it says no trainee: neither a pseudonym nor a name nor an mbox_sha1sum"};
+    return Error{"it names no trainee: neither a pseudonym nor a name nor an mbox_sha1sum"};
   if (session && line.session.identity.empty()) return Error{"a session without an identity"};
   return {};
 }

@@ -57,7 +57,7 @@ NextTask complete(const std::vector<Need>& needs, double confidence) {
   next.confidence = confidence;
   next.reason = "Training is complete: all " + std::to_string(needs.size()) +
                 " skills are mastered with a probability of " + percent(confidence) +
-                ", the least sure being " + least->skill + " with " + percent(least->mastered) + ".";
+                ", the least certain being " + least->skill + " with " + percent(least->mastered) + ".";
   return next;
 }
 
@@ -77,11 +77,11 @@ void explain(NextTask& next, const TaskOffer& offer, const std::vector<Need>& ne
   const std::string task = "'" + offer.name + "'" + (offer.scenario.empty() ? "" : " of " + offer.scenario);
   if (next.kind == NextTask::Kind::step_back) {
     next.reason = "Step back to level " + std::to_string(offer.level) + ": " + skill + " at level " +
-                  std::to_string(level) + " would go well with only " + percent(at_level) + ", " + task +
+                  std::to_string(level) + " would succeed with only " + percent(at_level) + ", " + task +
                   " with " + percent(next.chance) + ".";
   } else {
     next.reason = task + " trains " + skill + ", which is mastered with a probability of " +
-                  percent(mastered(needs, skill)) + ", and should go well with " + percent(next.chance) + ".";
+                  percent(mastered(needs, skill)) + ", and should succeed with " + percent(next.chance) + ".";
   }
 }
 

@@ -57,7 +57,7 @@ Status refuse_foreign(Database& database) {
   if (application->value_or(0) == kApplication || tables->value_or(0) == 0) return {};
   return Error{database.path() +
                ": is a database of another program; expected the records of trainees, as 'parhelion records "
-               "add' begins them"};
+               "add' creates them"};
 }
 
 Result<std::int64_t> schema_of(Database& database) {
@@ -66,7 +66,7 @@ Result<std::int64_t> schema_of(Database& database) {
   const std::int64_t schema = found->value_or(0);
   if (schema >= 0 && schema <= newest_schema()) return schema;
   return Error{database.path() + ": is of schema " + std::to_string(schema) +
-               ", and this program knows them up to " + std::to_string(newest_schema()) +
+               ", and this program supports them up to " + std::to_string(newest_schema()) +
                ": use the newer parhelion that wrote it"};
 }
 

@@ -9,7 +9,8 @@ namespace {
 template <class Enum>
 Result<Enum> known(const std::string& name, Enum last) {
   if (const auto found = enumerator(name, last)) return *found;
-  return Error{"has a '" + name + "' that this program does not know: use the newer parhelion that wrote it"};
+  return Error{"has a '" + name +
+               "' that this version does not support: use the newer parhelion that wrote it"};
 }
 
 SqlValue instant(const std::optional<SimulationTime>& stamp) {

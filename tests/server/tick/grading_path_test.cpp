@@ -216,9 +216,9 @@ TEST(CheckTraining, WhatAConditionNamesMustBeThere) {
   EXPECT_THAT(training_error(condition), HasSubstr("there is no container 'gide', did you mean 'guide'?"));
   condition = {};
   condition.object = "guied";
-  EXPECT_THAT(training_error(condition), HasSubstr("collision_started of 'guied' will never be"));
+  EXPECT_THAT(training_error(condition), HasSubstr("collision_started of 'guied' can never occur"));
   condition.event = EventKind::near_miss;
-  EXPECT_THAT(training_error(condition), HasSubstr("near_miss of 'guied' will never be"));
+  EXPECT_THAT(training_error(condition), HasSubstr("near_miss of 'guied' can never occur"));
 }
 
 TEST(CheckTraining, ALimitOfANearMissSaysWhetherItIsADistanceOrATime) {
@@ -227,11 +227,11 @@ TEST(CheckTraining, ALimitOfANearMissSaysWhetherItIsADistanceOrATime) {
   condition.object = "guide";
   EXPECT_EQ(training_error(condition), "");
   condition.most = 0.1;
-  EXPECT_THAT(training_error(condition), HasSubstr("say 'text: gap' or 'text: time' beside the limit"));
+  EXPECT_THAT(training_error(condition), HasSubstr("add 'text: gap' or 'text: time' beside the limit"));
   condition.text = "gap";
   EXPECT_EQ(training_error(condition), "");
   condition.text = "distance";
-  EXPECT_THAT(training_error(condition), HasSubstr("never 'distance'"));
+  EXPECT_THAT(training_error(condition), HasSubstr("not 'distance'"));
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ TEST(Exchange, ALineThatSaysNoTraineeIsRefused) {
   const std::string csv = to_csv({{{"", "", ""}, {test::recorded_session(1)}}});
   const auto read = histories_from_csv(csv, "a.csv");
   ASSERT_FALSE(read.ok());
-  EXPECT_THAT(read.error().message, HasSubstr("a.csv:2: it says no trainee"));
+  EXPECT_THAT(read.error().message, HasSubstr("a.csv:2: it names no trainee"));
 }
 
 TEST(Exchange, BadJsonSaysWhere) {

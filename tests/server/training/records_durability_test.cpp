@@ -238,7 +238,7 @@ void fill_up(Records& records, const std::string& pseudonym, const std::string& 
   }
   --stored;
   EXPECT_THAT(error, HasSubstr(says));
-  EXPECT_THAT(error, HasSubstr("nothing of this was stored"));
+  EXPECT_THAT(error, HasSubstr("nothing was stored"));
   make_room();
   EXPECT_EQ(records.sessions(pseudonym)->size(), static_cast<std::size_t>(stored));
   EXPECT_EQ(*records.store(pseudonym, test::recorded_session(stored)), Stored::added);

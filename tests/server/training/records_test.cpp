@@ -53,7 +53,7 @@ TEST_F(RecordsTest, ASessionOfAnotherTraineeIsRefusedAndSaysWhose) {
     const auto stored = records.store(ben, session, again);
     ASSERT_FALSE(stored.ok()) << again;
     EXPECT_THAT(stored.error().message,
-                HasSubstr("another trainee's: of " + anna + "; was the right trainee named?"));
+                HasSubstr("belongs to another trainee: " + anna + "; was the right trainee named?"));
   }
   EXPECT_TRUE(records.sessions(ben)->empty());
   EXPECT_EQ(records.sessions(anna)->size(), 1U);
@@ -146,7 +146,7 @@ TEST_F(RecordsTest, WhatIsNoRecordsIsRefusedAndLeftAlone) {
   EXPECT_FALSE(fs::exists(path_));
   const std::string text(5000, 'x');
   std::ofstream(path_) << text;
-  EXPECT_THAT(Records::open(path_, true).error().message, HasSubstr("is no SQLite database"));
+  EXPECT_THAT(Records::open(path_, true).error().message, HasSubstr("is not an SQLite database"));
   EXPECT_EQ(bytes(), text);
   EXPECT_FALSE(Records::open((folder_ / "no" / "records.db").string(), true).ok());
   fs::remove(path_);

@@ -69,7 +69,7 @@ TEST_F(Taking, ASessionOfAnotherTraineeTakesNothing) {
   trainees[0].trainee = {"t-999999999999", "", ""};
   const auto taken = take(*records_, {trainees, 0});
   ASSERT_FALSE(taken.ok());
-  EXPECT_THAT(taken.error().message, HasSubstr("another trainee's: of t-0123456789ab"));
+  EXPECT_THAT(taken.error().message, HasSubstr("belongs to another trainee: t-0123456789ab"));
   EXPECT_FALSE(records_->find("t-999999999999").ok());
 }
 }  // namespace
