@@ -1,4 +1,4 @@
-// The briefing says everything that is graded.
+// The briefing lists everything that is graded.
 #include "server/training/briefing.hpp"
 
 #include <gmock/gmock.h>

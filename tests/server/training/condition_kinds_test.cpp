@@ -1,5 +1,4 @@
-// Finding, following, keeping away, handling, leaning: what a condition about each counts, and what it does
-// not.
+// Finding, following, keeping away, handling, leaning: what each condition counts, and what it does not.
 #include "tests/server/training/grader_fixture.hpp"
 
 namespace parhelion::training {

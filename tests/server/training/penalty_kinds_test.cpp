@@ -1,4 +1,4 @@
-// What can be charged for: each kind of event, told apart by its text and its value.
+// All kinds of penalties: each kind of event, distinguished by its text and its value.
 #include "server/training/words.hpp"
 #include "tests/server/training/grader_fixture.hpp"
 
@@ -62,7 +62,7 @@ TEST_F(PenaltyKinds, ANearMissIsChargedByItsDistanceAndByItsTime) {
   EXPECT_EQ(event_text(grader_->grade().charges.front().cause), "near_miss rover - person_1 (0.12 m)");
 }
 
-/// Each in an event of its own kind, as the server says it.
+/// Each as an event of its own kind, as published by the server.
 TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
   const EventKind kinds[] = {
       EventKind::collision_predicted, EventKind::near_miss,        EventKind::pitch_limit,
