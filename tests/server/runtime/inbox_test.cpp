@@ -19,7 +19,7 @@ class InboxTest : public testing::Test {
                [this](std::span<const std::uint8_t> scan) { sent_raw_.push_back(scan.back()); }) {
     EXPECT_TRUE(server_->subscribe(".*", 2000).ok());
   }
-  /// Of a scan only what the inbox looks at.
+  /// Only the part of a scan that the inbox checks.
   void send_scan(std::uint8_t mark) {
     std::vector<std::uint8_t> bytes;
     encode(Scan{}, bytes);
@@ -30,7 +30,7 @@ class InboxTest : public testing::Test {
     const std::uint8_t bytes[] = {byte};
     ASSERT_TRUE(robot_->publish(channel, bytes).ok());
   }
-  /// All that was sent.
+  /// Takes everything that was sent.
   std::vector<Arrived> take_all(Inbox& inbox) {
     inbox.close();
     std::vector<Arrived> all;
@@ -177,7 +177,7 @@ TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
   const std::uint8_t own[] = {7};
   sent.add("IMU", own);
   const WallTime start = steady_now();
-  // TELEOP comes after all that was sent before it.
+  // TELEOP arrives after everything sent before it.
   const auto taken_after = [&](double t, std::initializer_list<const char*> channels) {
     for (const char* channel : channels) send(channel);
     EXPECT_TRUE(robot_->publish("IMU", own).ok());

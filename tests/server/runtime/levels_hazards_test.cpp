@@ -1,5 +1,5 @@
-// What ends a drive of a simulated robot: radio range, an empty battery, a lost console; and what its hazard
-// sensor reads.
+// What ends a drive of a simulated robot: radio range, an empty battery, a lost console; and the readings of
+// its hazard sensor.
 #include <gmock/gmock.h>
 
 #include "server/runtime/report.hpp"
