@@ -59,7 +59,7 @@ class Painter {
     if (camera_ && job.camera.intrinsics.width > 0) {
       answer.image =
           camera_->render(job.camera, job.T_map_optical, job.world, job.image.stamp, "", *frame.exposure);
-      if (answer.image.bytes.empty()) answer.reason = "the camera's picture could not be rendered";
+      if (answer.image.bytes.empty()) answer.reason = "the camera's image could not be rendered";
     }
     if (job.depth_camera.intrinsics.width > 0) measure(job, *frame.exposure, answer);
     return answer;

@@ -177,7 +177,7 @@ std::string summary(const Report& report) {
   std::string text = line;
   if (tally.agent_frames_in > 0)
     text += "agents  " + std::to_string(tally.agent_frames_out) + " of " +
-            std::to_string(tally.agent_frames_in) + " pictures of agents' cameras, " +
+            std::to_string(tally.agent_frames_in) + " images of agents' cameras, " +
             std::to_string(report.agent_frames_dropped) + " dropped\n";
   if (tally.refused_inputs > 0) {
     text +=

@@ -40,7 +40,7 @@ Status check_goals(const AgentDefinition& agent, const SimulationOptions& option
     for (const FixedObstacle* obstacle : beside) {
       if (obstacle->label == EntityLabel::door || signed_distance(there, obstacle->footprint) >= 0) continue;
       return Error{"agent '" + agent.name + "': it cannot go to " + place_text(goal) +
-                   ": it has no room there beside '" + obstacle->name + "' of the building"};
+                   ": there is not enough space next to '" + obstacle->name + "' of the building"};
     }
   }
   return {};

@@ -140,7 +140,7 @@ void ArticulatedRobot::observe(Physics& physics, SimulationTime, double dt,
     rolled_[i] += runner_speed_[i] * dt;
     if (runner.kind == RobotRunner::Kind::wheel)
       turned_[i] = wrap_angle(turned_[i] + runner_speed_[i] * dt / runner.radius);
-    // Only fixed wheels of the base have encoders for odometry.
+    // Only unsteered runners of the base part have encoders for odometry.
     if (runner.steering || layout_.runners[i].part != 0) continue;
     (runner.side > 0 ? left : right) += rolled_[i];
     ++(runner.side > 0 ? lefts : rights);

@@ -247,7 +247,7 @@ Status check_size(const AgentDefinition& agent) {
   if (agent.kind == AgentKind::cable) return check_cable(agent.name, size);
   if (agent.kind == AgentKind::container && !(size.minCoeff() >= 4 * kContainerWall)) {
     return Error{"agent '" + agent.name + "': size " + text +
-                 " m; a container has walls of 1.5 cm: expected each length from 6 cm on"};
+                 " m; a container has walls of 1.5 cm: expected each length to be at least 6 cm"};
   }
   if (!size.allFinite() || size.minCoeff() < 0.02 || size.maxCoeff() > 20) {
     return Error{"agent '" + agent.name + "': size " + text + " m; expected each length from 0.02 to 20 m"};

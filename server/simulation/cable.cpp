@@ -43,7 +43,7 @@ Status check_cable(const std::string& agent, const Eigen::Vector3d& size) {
   if (fits) return {};
   return Error{"agent '" + agent + "': size " + std::to_string(size.x()) + " x " + std::to_string(size.y()) +
                " x " + std::to_string(size.z()) +
-               " m; of a cable this is its length (0.2 to 10 m) and twice its diameter (1 to 10 cm, at most "
+               " m; for a cable this is its length (0.2 to 10 m) and twice its diameter (1 to 10 cm, at most "
                "an eighth of the length)"};
 }
 

@@ -191,7 +191,7 @@ class Reader {
       problems_.add(root.line, "joint '" + joint.name + "' would start at " +
                                    yaml::printable(text(joint.start)) + ", outside its limits " +
                                    text(joint.lower) + " to " + text(joint.upper) +
-                                   "; say where with 'posture' or 'extension'");
+                                   "; set it with 'posture' or 'extension'");
     }
   }
 

@@ -218,9 +218,8 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
       return Error{"model entity '" + entity.name + "': an agent has this name"};
   }
   if (model.entities.size() > numbers.end - numbers.next) {
-    return Error{
-        "a model of " + std::to_string(model.entities.size()) +
-        " entities: the numbers that were kept for later buildings are used up; start a new session"};
+    return Error{"a model of " + std::to_string(model.entities.size()) +
+                 " entities: the ids reserved for later buildings are used up; start a new session"};
   }
   constrain_all(parts.agents, parts.physics);
   const DoorRules rules{parts.options.level, parts.options.doors};

@@ -30,7 +30,7 @@ void Simulation::Parts::clear_stop_zone(const RealRobot& robot, const RealRobotS
     }
     put(agent, *free);
     publish(agent_event(EventKind::agent_moved, agent, clock.now(), 0,
-                        "out of the way: it would have reappeared where the robot could not stop"));
+                        "moved: it would have reappeared within the robot's stopping distance"));
   }
 }
 

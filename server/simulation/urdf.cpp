@@ -119,7 +119,7 @@ class Reader {
     for (const auto& [name, link] : model.links_) {
       if (!reached.contains(name)) {
         return at("link", name,
-                  "hangs from nothing that leads to '" + model.getRoot()->name +
+                  "is not connected to '" + model.getRoot()->name +
                       "': its joints make a loop; a robot is a tree of links");
       }
     }
@@ -175,7 +175,7 @@ class Reader {
       }
       default:
         return at("link", link.name,
-                  "a mesh: only box, cylinder and sphere are simulated; put such in its place");
+                  "a mesh: only box, cylinder and sphere are simulated; use these instead");
     }
     if (!shape.size.allFinite() || shape.size.minCoeff() <= 0 || !shape.T_body_shape.finite())
       return at("link", link.name, "a shape whose size is not positive, or whose origin is not finite");
@@ -199,7 +199,7 @@ class Reader {
       return at("link", link.name,
                 "a mass of " + std::to_string(inertial.mass) +
                     " kg; expected more than 0 (leave <inertial> "
-                    "out of a link that only marks a place and is fixed)");
+                    "out of a fixed link that is only a frame)");
     }
     const Eigen::Isometry3d frame = pose(inertial.origin);
     Eigen::Matrix3d I;
@@ -212,8 +212,8 @@ class Reader {
     // The largest moment of inertia is at most the sum of the others.
     if (!(moments.x() > 0) || moments.z() > 1.001 * (moments.x() + moments.y()))
       return at("link", link.name,
-                "an inertia that no body has: its principal moments are " + std::to_string(moments.x()) +
-                    ", " + std::to_string(moments.y()) + " and " + std::to_string(moments.z()) + " kg m^2");
+                "an impossible inertia: its principal moments are " + std::to_string(moments.x()) + ", " +
+                    std::to_string(moments.y()) + " and " + std::to_string(moments.z()) + " kg m^2");
     return {};
   }
 

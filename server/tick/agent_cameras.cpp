@@ -41,7 +41,7 @@ Status check_agent_camera(const Configuration& configuration, const AgentDefinit
   if (agent.camera_rate == 0) return {};
   if (!(agent.camera_rate > 0))
     return Error{"the camera of '" + agent.name + "' cannot take " + hertz(agent.camera_rate) +
-                 "; expected pictures a second, or 0 for none"};
+                 "; expected images a second, or 0 for none"};
   if (const auto camera = camera_of(configuration, agent); !camera) return camera.error();
   double others = 0;
   for (const AgentCamera& each : cameras.cameras) others += each.agent == agent.name ? 0 : each.rate;

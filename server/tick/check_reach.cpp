@@ -152,7 +152,7 @@ Status check_zone(const Configuration& configuration,
                  (in.empty() ? "" : "; it lies in '" + in + "'") + "; move it, or make it larger"};
   }
   if (leads) return {};
-  return Error{what + "no way leads to it from where the robot starts, even with all doors open"};
+  return Error{what + "no route leads to it from the robot's start, even with all doors open"};
 }
 
 }  // namespace

@@ -95,11 +95,11 @@ Status check_level(const Scenario& scenario) {
                  "m, y: 0 m}}'"};
   }
   if (!scenario.robot.empty())
-    return Error{who + "simulates the robot that 'trainee' names by its model; remove 'robot'"};
+    return Error{who + "simulates the robot model given in 'trainee'; remove 'robot'"};
   if (scenario.pose)
-    return Error{who + "knows the pose of its robot; remove 'pose', or say 'slam: true' in 'trainee'"};
+    return Error{who + "has the exact pose of its robot; remove 'pose', or set 'slam: true' in 'trainee'"};
   if (scenario.mapping)
-    return Error{who + "is in the model: there is nothing to map; remove 'mapping', or map at level 3"};
+    return Error{who + "simulates the model: there is nothing to map; remove 'mapping', or map at level 3"};
   return {};
 }
 
