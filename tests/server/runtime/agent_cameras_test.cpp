@@ -178,7 +178,7 @@ TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
   watch(lost);
   std::vector<std::uint8_t> without;
   ASSERT_TRUE(render::JpegCodec().decode(decoded<Image>(pictures).back().bytes, without).ok());
-  EXPECT_FALSE(differing(with, without).columns.empty()) << "without a pose nobody knows where it is";
+  EXPECT_FALSE(differing(with, without).columns.empty()) << "without a pose its position is unknown";
 }
 
 TEST_F(AgentCamerasTest, AreOffAndCostNothingWhereNobodyAsksForThem) {

@@ -240,12 +240,12 @@ TEST_F(TickTest, JointCommandsPassAndStopBySilence) {
     feed(message(channel::joint_state, at(t), now));
   }
   said = decoded<Joints>(channel::mr_joint_cmd);
-  ASSERT_GE(said.size(), 3U) << "a stop is said again and again";
+  ASSERT_GE(said.size(), 3U) << "a stop is repeated";
   ASSERT_LE(said.size(), 5U);
   for (std::size_t i = 1; i < said.size(); ++i) {
     EXPECT_GE(said[i].stamp.utime(), at(600));
     EXPECT_EQ(said[i].names, command.names);
-    EXPECT_EQ(said[i].positions, (std::vector<double>{1.25, 0.1})) << "held where the encoders say";
+    EXPECT_EQ(said[i].positions, (std::vector<double>{1.25, 0.1})) << "held at the encoder positions";
     EXPECT_EQ(said[i].velocities, (std::vector<double>{0, 0}));
     EXPECT_EQ(said[i].efforts, (std::vector<double>{0, 0}));
   }

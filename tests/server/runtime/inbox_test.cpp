@@ -110,7 +110,7 @@ TEST_F(InboxTest, InboxGivesTheOldestScansUpToTheGuardWhereTheyTakeTooMuchMemory
   const std::uint64_t given_up = inbox.take_given_up();
   EXPECT_EQ(given_up, 15U);
   EXPECT_EQ(taken.size(), 10U);
-  EXPECT_EQ(inbox.take_given_up(), 0U) << "said once";
+  EXPECT_EQ(inbox.take_given_up(), 0U) << "reported once";
   EXPECT_EQ(inbox.dropped(), given_up);
   ASSERT_EQ(sent_raw_.size(), given_up);
   for (std::size_t i = 0; i < sent_raw_.size(); ++i)
@@ -189,7 +189,7 @@ TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
   EXPECT_EQ(taken_after(1, {"SCAN", "ODOMETRY"}), 1U) << "only the other channel is news";
   EXPECT_EQ(taken_after(59, {"SCAN"}), 0U);
   EXPECT_EQ(taken_after(61.5, {"SCAN", "ODOMETRY"}), 2U);
-  EXPECT_EQ(taken_after(200, {}), 0U) << "what is over is not told again";
+  EXPECT_EQ(taken_after(200, {}), 0U) << "not reported again";
 }
 
 }  // namespace

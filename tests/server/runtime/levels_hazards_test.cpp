@@ -96,7 +96,7 @@ TEST_F(LevelsTest, AnOperatorDrivesOneRobotAtATimeAndALostConsoleStopsIt) {
   EXPECT_EQ(switched[1].object, "robot_1");
   run(3);
   const auto lost = events(EventKind::console_lost);
-  ASSERT_EQ(lost.size(), 1U) << "nothing heard for a second";
+  ASSERT_EQ(lost.size(), 1U) << "no messages for a second";
   EXPECT_EQ(lost[0].object, "robot_1");
   says("trainee", OperatorWord::State::drives);
   run(3.5, Twist2{0.4, 0, 0});

@@ -131,7 +131,7 @@ TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
   EXPECT_LT(worst_, 0.10);
   EXPECT_LT(worst_turn_, 0.07);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
-  EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "SLAM says it, and nobody else";
+  EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "only SLAM publishes it";
   EXPECT_THAT(tick::slam_note(state_->robots.front().sensors.get()), testing::HasSubstr("poses, off by"));
   const auto path = slam_->finish();
   EXPECT_GT(path.size(), 900U);

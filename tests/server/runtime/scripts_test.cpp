@@ -107,7 +107,7 @@ TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
   ASSERT_TRUE(scripts.set_off("once", kStart + seconds(2)));
   ASSERT_TRUE(scripts.set_off("late", kStart + seconds(2)));
   EXPECT_THAT(due(scripts, 2), ElementsAre("once"));
-  EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits as long as it says";
+  EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits for its delay";
   EXPECT_THAT(due(scripts, 60), IsEmpty());
   scripts.handle(happened(EventKind::agent_spawned, 61, "a"));
   EXPECT_THAT(due(scripts, 62), IsEmpty()) << "it has run";
@@ -153,7 +153,7 @@ TEST(Scripts, NearnessBeginsOnceAndEndsAStepFartherAway) {
   distance = 1.9;
   EXPECT_THAT(due(scripts, 6, place), ElementsAre("near"));
   EXPECT_THAT(due(scripts, 7), IsEmpty());
-  EXPECT_THAT(due(scripts, 8, place), ElementsAre("near")) << "who is gone is not near";
+  EXPECT_THAT(due(scripts, 8, place), ElementsAre("near")) << "a removed agent is not near";
 }
 
 /// The room with a door across the robot's circle: the robot is in the opening about 3 s after the start.

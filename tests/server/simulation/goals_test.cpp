@@ -59,7 +59,7 @@ TEST(Goals, AGoalBehindAClosedDoorIsUnreachableAndTheEventNamesTheDoor) {
   spawn(simulation, runner);
   run(simulation, 20);
   const auto events = simulation.take_events();
-  ASSERT_EQ(count(events, EventKind::goal_unreachable), 1U) << "said once";
+  ASSERT_EQ(count(events, EventKind::goal_unreachable), 1U) << "reported once";
   EXPECT_NE(find(events, EventKind::goal_unreachable)->text.find("door 1"), std::string::npos);
   EXPECT_LT(place_of(simulation, "runner").x(), 0);
 }

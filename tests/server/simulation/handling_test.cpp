@@ -111,7 +111,7 @@ TEST_F(Handling, WhatSlipsIsDroppedThoughItIsStillPressed) {
   slid = 0.041;
   EXPECT_EQ(kinds(step(5, 0.3)), Kinds{EventKind::dropped});
   slid = 0.1;
-  EXPECT_TRUE(step(0, 0.2, 2).empty()) << "said once";
+  EXPECT_TRUE(step(0, 0.2, 2).empty()) << "reported once";
 }
 
 TEST_F(Handling, WhatFallsIntoAContainerIsPlacedWhenItRests) {

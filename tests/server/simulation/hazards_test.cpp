@@ -217,7 +217,7 @@ TEST(Radio, ARobotThatDrivesBehindAWallIsLostAndStops) {
   // The line from the console to its top passes the wall's end at (0, 3.1) or (0, 2.9).
   EXPECT_NEAR(lost[0].position.x(), 3, 0.3);
   EXPECT_EQ(count(events, EventKind::radio_restored), 0U);
-  EXPECT_LT(motion(simulation, "r").velocity.norm(), 1e-3) << "it hears nobody";
+  EXPECT_LT(motion(simulation, "r").velocity.norm(), 1e-3) << "out of range";
 }
 
 TEST(Battery, IdleAndWorkEmptyItAndThenItStands) {

@@ -135,7 +135,7 @@ TEST(RobotArm, AJointThatIsToldToStandStillDoesNotSinkUnderItsLoad) {
   EXPECT_NEAR(position(simulation, "shoulder_joint"), stood, 1e-3);
   keep(0.2, 1);
   keep(0, 5);
-  EXPECT_NEAR(position(simulation, "shoulder_joint"), stood + 0.2, 2e-3) << "as far as the command says";
+  EXPECT_NEAR(position(simulation, "shoulder_joint"), stood + 0.2, 2e-3) << "as commanded";
 }
 
 /// Moves the point between the finger pads to (x, z) of base_link, fingers down.

@@ -99,7 +99,7 @@ TEST_F(InjectionGateTest, NoAgentComesBackInsideTheStoppingDistance) {
   bool moved = false;
   for (const Event& event : state_->simulation.take_events())
     moved = moved || (event.kind == EventKind::agent_moved && event.subject == "box_1");
-  EXPECT_TRUE(moved) << "and says so";
+  EXPECT_TRUE(moved) << "and reports it";
   const auto clear = state_->simulation.clearance(real_->T_map_base, real_->twist, 10);
   EXPECT_GT(clear.distance, way) << "the robot can stop before it";
 }

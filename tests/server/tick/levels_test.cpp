@@ -31,7 +31,7 @@ TEST_F(LevelsTest, SensorsOfASimulatedRobotSpeakAtTheirRatesAndTheServerTakesThe
   EXPECT_EQ(out_[channel::mr_scan], out_[channel::scan]);
   EXPECT_EQ(out_[channel::mr_scan_info].size(), out_[channel::scan].size());
   EXPECT_TRUE(state_->robots.front().pose.at_step.has_value())
-      << "the server knows the pose by its own channels";
+      << "the server gets the pose on its own channels";
   EXPECT_EQ(events(EventKind::pose_recovered).size(), 1U);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
 }

@@ -34,7 +34,7 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   EXPECT_EQ(answers[43], EventKind::command_refused);
   EXPECT_EQ(answers[44], EventKind::command_refused);
   EXPECT_NE(reasons[44].find("name"), std::string::npos) << reasons[44];
-  EXPECT_FALSE(answers.contains(45)) << "what it says cannot be read";
+  EXPECT_FALSE(answers.contains(45)) << "unreadable";
   EXPECT_TRUE(state_->simulation.pose_of("box_1"));
 }
 

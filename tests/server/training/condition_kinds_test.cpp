@@ -57,7 +57,7 @@ TEST_F(ConditionKinds, AReportCountsForWhatIsNamedAndWhereItIsAsked) {
   EXPECT_EQ(outcome(0), TaskOutcome::open) << "something else";
   report(2, "gauge", -1);
   EXPECT_EQ(outcome(0), TaskOutcome::done);
-  EXPECT_EQ(outcome(1), TaskOutcome::open) << "no place was said";
+  EXPECT_EQ(outcome(1), TaskOutcome::open) << "no position was reported";
   report(3, "gauge", 1.01);
   EXPECT_EQ(outcome(1), TaskOutcome::open) << "too far off";
   report(4, "gauge", 1);
@@ -217,7 +217,7 @@ TEST_F(ConditionKinds, WhatChangesIsSaidAsItChangesAndIsNotGradedItself) {
   EXPECT_EQ(said[1].value, 43);
   EXPECT_EQ(said[1].text, "43 of 100 points (43.0 %), passed");
   grader_->close(at(8));
-  EXPECT_TRUE(grader_->take_events().empty()) << "said once";
+  EXPECT_TRUE(grader_->take_events().empty()) << "reported once";
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
   say(1, EventKind::hazard_set_off, "other_robot", 0, 0, "mine");
   EXPECT_EQ(charges(), 0U);
   say(2, EventKind::hazard_set_off, "rover", 0, 0, "mine");
-  EXPECT_EQ(charges(), 1U) << "the device is the event's subject, who came near its object";
+  EXPECT_EQ(charges(), 1U) << "the event's subject is the device, its object the approaching body";
 }
 
 }  // namespace
