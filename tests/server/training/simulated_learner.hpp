@@ -50,9 +50,9 @@ struct Curriculum {
 struct Population {
   double ability = -1, ability_spread = 1, own_spread = 1;  ///< at the beginning; spread over people, and
                                                             ///< over one person's skills
-  double rate = 0.35, rate_spread = 0.4;  ///< median gain per task; spread of its logarithm
-  double forgets = 0.004;                 ///< per task that does not practise it
-  double form = 0.3;                      ///< sigma of the day's form
+  double rate = 0.35, rate_spread = 0.4;                    ///< median gain per task; spread of its logarithm
+  double forgets = 0.004;                                   ///< per task that does not practise it
+  double form = 0.3;                                        ///< sigma of the day's form
 };
 
 class SimulatedLearner {
