@@ -13,8 +13,8 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kPerBody = 4096;  // bytes beside its states: shapes, the solver's, watches
-constexpr double kShare = 0.8;     // of what is free
+constexpr double kPerBody = 4096;  // bytes besides its states: shapes, solver, watches
+constexpr double kShare = 0.8;     // of available memory
 constexpr std::uint64_t kPersonBodies = 9;
 
 std::string gigabytes(std::uint64_t bytes) {

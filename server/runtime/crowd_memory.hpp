@@ -1,4 +1,4 @@
-// Whether a machine can hold the crowd that a scenario asks for.
+// Checks whether a machine has the memory for a scenario's crowd.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace parhelion::runtime {
 
-/// Bytes that the simulation keeps for `bodies` moving bodies: their states of two seconds, their shapes.
+/// Bytes that the simulation needs for `bodies` moving bodies: two seconds of states, and their shapes.
 std::uint64_t memory_of_bodies(std::uint64_t bodies, double physics_rate);
 
-/// Bytes that this process may still take (MemAvailable of /proc/meminfo); nothing where nobody says.
+/// Bytes available to this process (MemAvailable of /proc/meminfo); nullopt if unknown.
 std::optional<std::uint64_t> memory_available();
 
-/// Error: the agents that the scenario names, or those that may come if its most_agents is more than the
-/// default, take more than four fifths of `available`; the text says how much and how many would fit.
+/// Error: the scenario's agents, or its most_agents if that is more than the default, need more than four
+/// fifths of `available`; the text gives the amount and how many would fit.
 Status check_crowd(const Scenario& scenario, std::optional<std::uint64_t> available);
 
 }  // namespace parhelion::runtime

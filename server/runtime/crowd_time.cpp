@@ -15,10 +15,10 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::size_t small_crowd = 300;  // every machine that runs the rest steps as many
-constexpr std::size_t probed = 1000;      // agents: each one costs more the more there are, as caches fill
-constexpr int warm_up = 24, timed = 48;   // steps: a fifth of a second, in which each agent decides
-constexpr double share = 0.7;             // of the time; the rest is for sensors, scans and messages
+constexpr std::size_t small_crowd = 300;  // simulated in real time by every supported machine
+constexpr std::size_t probed = 1000;     // agents: the cost per agent grows with their number, as caches fill
+constexpr int warm_up = 24, timed = 48;  // steps: a fifth of a second, in which each agent decides
+constexpr double share = 0.7;            // of real time; the rest is for sensors, scans and messages
 
 std::size_t asked_for(const Scenario& scenario) {
   const auto most = static_cast<std::size_t>(scenario.most_agents);
@@ -38,7 +38,7 @@ std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, st
   auto& agents = part.scenario.agents;
   if (agents.size() > most) agents.resize(most);
   part.scenario.most_agents = std::max<std::uint64_t>(Scenario{}.most_agents, agents.size() + 1);
-  // Scripts and grading name agents that may be left out here.
+  // Scripts and grading may name agents that are left out here.
   part.scenario.scripts.clear();
   part.scenario.training.reset();
   const auto state = make_session_state(part, ArrivalTime{});

@@ -1,4 +1,4 @@
-// Whether a machine steps the crowd of a scenario as fast as time goes.
+// Checks whether a machine simulates a scenario's crowd in real time.
 #pragma once
 
 #include <cstddef>
@@ -9,19 +9,19 @@
 
 namespace parhelion::runtime {
 
-/// What physics steps took on this machine, with the first `agents` of the scenario's.
+/// Measured time of physics steps on this machine, with the first `agents` of the scenario.
 struct CrowdStep {
   std::size_t agents = 0;
-  double seconds = 0;  ///< of wall time for one step, the median
+  double seconds = 0;  ///< wall time of one step, the median
 };
 
-/// Steps a world of its own for a moment: with the first `most` agents of the scenario, without the robot's
-/// and the agents' sensors. Nothing where there is no world to be made, which make_state() says.
+/// Steps a separate world briefly: with the first `most` agents of the scenario, without the sensors of the
+/// robot and the agents. Nullopt if the world cannot be created; make_state() gives the reason.
 std::optional<CrowdStep> time_crowd(const tick::Configuration& configuration, std::size_t most);
 
-/// A warning that says what to do, where all agents that the scenario asks for (those that may come included,
-/// if its most_agents is more than the default), at as much time for each, take more than
-/// `share` of the time that there is: nothing where they fit.
+/// A warning with a remedy, if all agents of the scenario (or its most_agents, if that is more than the
+/// default) need more than the fraction `share` of real time at the measured time per agent; nullopt if they
+/// fit.
 std::optional<std::string> slow_crowd(const Scenario& scenario, const CrowdStep& measured);
 
 /// Both, for crowds of some hundreds and more.

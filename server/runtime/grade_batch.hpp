@@ -1,4 +1,4 @@
-// Many session logs, graded at once.
+// Grades many session logs.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace parhelion::runtime {
 
-/// What is kept of a session: little, so that memory does not grow with their length.
+/// Summary of a session: small, so that memory does not grow with session length.
 struct BatchRow {
-  std::string log;    ///< as it was given
-  std::string error;  ///< why it could not be graded; all below is then unset
+  std::string log;    ///< path as given
+  std::string error;  ///< why it could not be graded; the fields below are then unset
   std::string identity, scenario, robot, grade;
   int level = 0;
   double score = 0, earned = 0, charged = 0, most = 0, share = 0;
@@ -24,20 +24,20 @@ struct BatchRow {
   std::uint64_t damaged_bytes = 0;
 };
 
-/// The session logs (*.lcm) of each folder and all folders in it, and the files that are named; sorted, each
-/// once. Error: one is not there, or a folder cannot be read or has none.
+/// The session logs (*.lcm) of each folder, recursively, and the named files; sorted, without duplicates.
+/// Error: a path does not exist, or a folder cannot be read or contains no log.
 Result<std::vector<std::string>> session_logs(const std::vector<std::string>& places);
 
-/// Every `shards`-th of `logs`, from number `shard` (from 0) on: what one of several machines takes.
+/// Every `shards`-th of `logs`, starting at `shard` (from 0): the part of one of several machines.
 std::vector<std::string> shard_of(const std::vector<std::string>& logs, std::size_t shard,
                                   std::size_t shards);
 
-/// A row for each log, in their order, the same for any number of threads (at least 1). `progress`: logs done
-/// and of all; called by one thread at a time; may be empty.
+/// A row for each log, in order, the same for any number of threads (at least 1). `progress`: logs done and
+/// in total; never called concurrently; may be empty.
 std::vector<BatchRow> grade_batch(const std::vector<std::string>& logs, unsigned threads,
                                   const std::function<void(std::size_t, std::size_t)>& progress = {});
 
-/// RFC 4180 with a header line; an array of objects. Numbers read back to the same bits.
+/// CSV by RFC 4180 with a header line; a JSON array of objects. Numbers convert back to the same bits.
 std::string to_csv(const std::vector<BatchRow>& rows);
 std::string to_json(const std::vector<BatchRow>& rows);
 

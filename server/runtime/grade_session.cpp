@@ -20,7 +20,7 @@ std::string at_text(SimulationTime at, SimulationTime begin) {
 
 }  // namespace
 
-/// Reads the log's messages into a grader, which it makes when the session's header has come.
+/// Passes the log's messages to a grader, which is created at the session's header.
 class SessionGrading::Reading {
  public:
   explicit Reading(std::string path) : path_(std::move(path)) {}
@@ -64,7 +64,7 @@ class SessionGrading::Reading {
     const auto& training = configuration_->scenario.training;
     if (!training)
       return Error{path_ + ": scenario '" + configuration_->scenario.name +
-                   "' says nothing of training: there is nothing to grade"};
+                   "' has no 'training': there is nothing to grade"};
     if (const Status known = tick::check_training(*configuration_); !known)
       return Error{path_ + ": " + known.error().message};
     grader_.emplace(*training, configuration_->model, configuration_->robot, configuration_->robot.name,
@@ -94,7 +94,7 @@ Result<GradedSession> grade_session(const std::string& path,
   SessionGrading reading(path);
   while (true) {
     auto next = reader->next();
-    if (!next) continue;  // damage: counted below, and what follows is read on
+    if (!next) continue;  // damage: counted below, reading continues after it
     if (!*next) break;
     if (const Status taken = reading.take(**next); !taken) return taken.error();
     if (progress) progress(reader->offset(), reader->size());

@@ -1,4 +1,4 @@
-// A session log, graded again: what was recorded decides, nothing is simulated.
+// Grades a session log from its recording, without simulation.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +15,20 @@ namespace parhelion::runtime {
 struct GradedSession {
   std::string log, scenario, robot;
   training::Grade grade;
-  std::uint64_t skipped_bytes = 0;  ///< lost to damage in the log: what they held is not graded
+  std::uint64_t skipped_bytes = 0;  ///< lost to damage in the log, and not graded
 };
 
-/// The same for those who read the log anyhow: feed it every message, in the log's order.
+/// Incremental grading for callers that read the log anyway: call take() with every message, in the log's
+/// order.
 class SessionGrading {
  public:
-  /// `path`: for the words of errors.
+  /// `path`: for error messages.
   explicit SessionGrading(std::string path);
   ~SessionGrading();
 
-  /// Error: as of grade_session; nothing is to be fed after one.
+  /// Error: as grade_session; no further calls after one.
   Status take(const Message& message);
-  /// nullptr before MR_SESSION; there where that is refused for want of `training`, too.
+  /// nullptr before MR_SESSION; also set where MR_SESSION is refused for lack of `training`.
   const tick::Configuration* configuration() const;
   /// nullptr before MR_SESSION.
   const training::Grader* grader() const;
@@ -38,13 +39,13 @@ class SessionGrading {
   std::unique_ptr<Reading> reading_;
 };
 
-/// Error: no session log, a scenario without `training`, or a training that names what is not there. A log
-/// that stops in the middle is graded as far as it goes (Grade::complete is false). `progress`: bytes done
-/// and of all; may be empty.
+/// Error: not a session log, a scenario without `training`, or a training that names missing objects. A
+/// truncated log is graded as far as it goes (Grade::complete is false). `progress`: bytes done and in total;
+/// may be empty.
 Result<GradedSession> grade_session(const std::string& path,
                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 
-/// For a person, and for programs (numbers read back to the same bits).
+/// For people, and for programs (numbers convert back to the same bits).
 std::string to_text(const GradedSession& session);
 std::string to_json(const GradedSession& session);
 

@@ -57,8 +57,7 @@ void Guard::send_before(std::uint64_t ticket) {
   while (!watched_.empty() && watched_.front().ticket < ticket) send_oldest();
 }
 
-/// Looks at least as often as a scan may wait, so that nobody has to wake it: a thread that wakes would take
-/// its time from the loop's answer.
+/// Polls at least once per timeout instead of being notified: waking a thread would delay the loop's result.
 void Guard::run() {
   std::unique_lock lock(mutex_);
   while (!stop_) {

@@ -1,4 +1,4 @@
-// The robot never goes blind (promise 2): a scan that the loop has not answered in time goes out as it came.
+// Promise 2, the robot always gets its scans: a scan that the loop does not process in time is published raw.
 #pragma once
 
 #include <condition_variable>
@@ -14,22 +14,22 @@
 
 namespace parhelion::runtime {
 
-/// The one door to MR_SCAN of a live server: exactly one answer a scan, in the order in which the scans came,
-/// from the loop or from the guard.
+/// The only publisher of MR_SCAN in a live server: exactly one result per scan, in the order of arrival, from
+/// the loop or from the guard.
 class Guard {
  public:
-  /// Sends one scan; called by one thread at a time, and must not wait for a slow disk or receiver.
+  /// Publishes one scan; never called concurrently, and must not wait for a slow disk or receiver.
   using Publish = std::function<void(std::span<const std::uint8_t> scan)>;
   Guard(Duration patience, Publish publish);
-  /// What nobody has answered goes out as it came.
+  /// Publishes the raw scans that have no result yet.
   ~Guard();
 
-  /// At receipt of a scan, on the receiving thread. Gives its ticket, from 1.
+  /// Call at receipt of a scan, on the receiving thread. Returns its ticket, from 1.
   std::uint64_t watch(std::span<const std::uint8_t> raw_scan);
-  /// The loop's answer: sent, after the raw scans before it that nobody has answered. False: the guard has
-  /// sent this raw scan already.
+  /// Publishes the loop's result, after the earlier raw scans without a result. False: the guard has
+  /// published this raw scan already.
   bool answer(std::uint64_t ticket, std::span<const std::uint8_t> scan);
-  /// No answer will come: this raw scan, and those before it that nobody has answered, go out at once.
+  /// No result will come: publishes this raw scan, and the earlier ones without a result, immediately.
   void give_up(std::uint64_t ticket);
   std::uint64_t fired() const;
 
@@ -45,10 +45,10 @@ class Guard {
 
   const Duration patience_;
   const Publish publish_;
-  // Held while a scan is sent: otherwise the other thread could send the next one first.
+  // Held during publishing: otherwise the other thread could publish the next scan first.
   mutable std::mutex mutex_;
   std::condition_variable stopped_;
-  std::deque<Watched> watched_;  // unanswered; ascending ticket, so ascending deadline
+  std::deque<Watched> watched_;  // without result; ascending ticket, so ascending deadline
   std::uint64_t next_ticket_ = 1;
   std::uint64_t fired_ = 0;
   bool stop_ = false;

@@ -9,11 +9,12 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr Duration poll = milliseconds(50);  // how soon the thread notices that it is to end
+constexpr Duration poll = milliseconds(50);  // maximum delay until the thread ends
 
-constexpr Duration foreign_again = seconds(60.0);  // whoever goes on publishing is not news before
+constexpr Duration foreign_again = seconds(60.0);  // continued publishing is not reported again before
 
-constexpr int most_at_end = 4096;  // a sender that never pauses does not keep the server from ending
+constexpr int most_at_end =
+    4096;  // limit for draining the bus, so that a continuous sender cannot prevent the end
 
 bool may_be_dropped(tick::InputKind kind) {
   return kind == tick::InputKind::camera || kind == tick::InputKind::depth ||
@@ -54,7 +55,7 @@ void Inbox::run() {
     }
     if (*received) push(std::move(message));
   }
-  // What the bus holds when it ends has come, too.
+  // Messages on the bus at the end are received, too.
   Message message;
   for (int i = 0; i < most_at_end; ++i) {
     const auto received = bus_.receive(message, Duration{0});
@@ -68,7 +69,7 @@ void Inbox::push(Message message) {
   arrived.received = steady_now();
   const tick::InputKind kind = channels_.kind(message.channel);
   if (kind == tick::InputKind::none) return note_foreign(message);
-  // What is no scan at all is not sent on in place of one.
+  // Messages that are not scans are not forwarded as one.
   if (kind == tick::InputKind::scan && claims_to_be_scan(message.payload))
     arrived.ticket = guard_.watch(message.payload);
   arrived.message = std::move(message);
@@ -82,7 +83,7 @@ void Inbox::push(Message message) {
     }
     queue_.push_back(std::move(arrived));
   }
-  changed_.notify_one();  // the loop, which finds the lock free
+  changed_.notify_one();  // the loop, after the lock is released
 }
 
 void Inbox::note_foreign(const Message& message) {
@@ -93,7 +94,7 @@ void Inbox::note_foreign(const Message& message) {
   foreign_.insert(*channel);
 }
 
-/// False: it is the new input that goes.
+/// False: the new input is dropped.
 bool Inbox::make_room(tick::InputKind kind, std::size_t size) {
   if (may_be_dropped(kind)) {
     if (others_ >= limits_.others) drop(oldest(may_be_dropped));
@@ -102,7 +103,7 @@ bool Inbox::make_room(tick::InputKind kind, std::size_t size) {
   while (bytes_ > 0 && bytes_ + size > limits_.bytes) {
     const auto scan = oldest(is_scan);
     if (scan == queue_.end() && kind == tick::InputKind::scan)
-      break;  // commands alone: a scan is kept all the same
+      break;  // only commands left: a scan is kept regardless
     if (scan == queue_.end()) {
       ++dropped_;
       return false;
@@ -160,7 +161,7 @@ void Inbox::wake() {
 }
 
 ArrivalTime Inbox::stamp() {
-  // Microseconds, as a log keeps them.
+  // Microseconds, as stored in logs.
   last_ = std::max(ArrivalTime::from_utime(now().utime()), last_ + microseconds(1));
   return last_;
 }

@@ -1,4 +1,4 @@
-// Inputs as they come, each with a strictly increasing arrival stamp: the only place that knows wall time.
+// Received inputs, each with a strictly increasing arrival stamp: the only place that uses wall time.
 #pragma once
 
 #include <atomic>
@@ -27,40 +27,41 @@ struct Arrived {
   WallTime received;         ///< steady clock, at receipt
 };
 
-/// What waits for a loop that is held up. Scans and commands are kept by their size: at ten scans of 361
-/// beams a second, an hour.
+/// Limits of the queue. Scans and commands are limited by size: enough for an hour of ten scans of 361 beams
+/// a second.
 struct InboxLimits {
-  std::size_t others = 256;                   ///< inputs that are no scans and no commands: the oldest goes
+  std::size_t others = 256;                   ///< inputs other than scans and commands: the oldest is dropped
   std::size_t bytes = std::size_t{64} << 20;  ///< of scans and commands
 };
 
-/// A thread receives, so that the guard hears of a scan even while the loop is held up; the loop takes.
-/// Bounded, and what goes is counted. Beyond `bytes` the oldest scan is given up to the guard, so that it
-/// goes out as it came; where none waits, the newest command goes, which nobody has acknowledged.
+/// Inputs are received on a thread, so that the guard gets each scan even while the loop is delayed; the loop
+/// takes them. The queue is bounded, and dropped inputs are counted. Beyond `bytes` the oldest scan is given
+/// up to the guard, which publishes it raw; if no scan is queued, the newest command is dropped, before it
+/// was acknowledged.
 class Inbox {
  public:
-  /// `sent`: what is on its channels and not ours is counted, by take_foreign().
-  /// `clock`: of the session; none: one of its own.
+  /// `sent`: detects messages of other publishers, for take_foreign(). `clock`: the session's; none: creates
+  /// its own.
   Inbox(Bus& bus, const tick::ChannelMap& channels, Guard& guard, InboxLimits limits = {},
         const SentMessages* sent = nullptr, std::shared_ptr<const SessionClock> clock = nullptr);
   ~Inbox();
 
-  /// Takes what the bus holds, then receives no more; what waits can still be taken.
+  /// Reads the remaining messages from the bus, then stops receiving; queued inputs can still be taken.
   void close();
 
-  /// The next input, stamped; nullopt: none came until `deadline` (steady clock), or wake() was called.
+  /// The next input, stamped; nullopt: none arrived until `deadline` (steady clock), or wake() was called.
   std::optional<Arrived> take(WallTime deadline);
-  /// Ends the wait of take(), or of the next one: there is something else to do than to handle an input.
+  /// Ends the wait of the current or next take(), so that the loop can do other work.
   void wake();
-  /// As the session's clock has it.
+  /// The session clock's time.
   ArrivalTime now() const { return clock_->now(); }
-  /// A stamp for a decision of the loop, or for a timer tick: later than all before it.
+  /// A stamp for a decision of the loop, or for a timer tick: later than all stamps before it.
   ArrivalTime stamp();
   std::uint64_t dropped() const;
-  /// Scans given up to the guard since the last call: the session log lacks them.
+  /// Scans given up to the guard since the last call: they are missing in the session log.
   std::uint64_t take_given_up();
-  /// Channels (as SentMessages::foreign() has them) on which others have published since the last call,
-  /// ascending; each at most once a minute. Who it was no message says.
+  /// Channels (see SentMessages::foreign()) with messages of other publishers since the last call, ascending;
+  /// each at most once a minute. Messages do not identify their sender.
   std::vector<std::int64_t> take_foreign(WallTime now);
   std::string fault() const;  ///< why receiving has ended, or empty
 
@@ -81,10 +82,10 @@ class Inbox {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Arrived> queue_;
-  std::size_t others_ = 0, bytes_ = 0;  // in the queue, as in the limits
+  std::size_t others_ = 0, bytes_ = 0;  // in the queue, as in InboxLimits
   std::uint64_t dropped_ = 0, given_up_ = 0;
   std::set<std::int64_t> foreign_;
-  std::map<std::int64_t, WallTime> foreign_taken_;  // when each was taken last
+  std::map<std::int64_t, WallTime> foreign_taken_;  // last report of each channel
   std::string fault_;
   bool woken_ = false;
   const std::shared_ptr<const SessionClock> clock_;

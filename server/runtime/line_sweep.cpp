@@ -37,7 +37,7 @@ std::optional<LineView> LineSweep::take(const tick::PoseState& robot) {
   return std::nullopt;
 }
 
-/// Encoders are interpolated, never held: at a radian a second 20 ms are a degree.
+/// Encoder values are interpolated, never extrapolated: at one rad/s, 20 ms are a degree.
 std::optional<cloud::PlacedLine> LineSweep::placed(const tick::PoseState& robot, Scan line) const {
   const cloud::LineSpan span = cloud::line_span(laser_.laser, line.ranges.size());
   cloud::PlacedLine result;

@@ -1,5 +1,4 @@
-// The lines of a laser that is swept over the site, each where the laser was, collected into views for the
-// mapper.
+// Collects the scan lines of a laser that moves over the site, with their poses, into views for the mapper.
 #pragma once
 
 #include <cstdint>
@@ -12,27 +11,27 @@
 namespace parhelion::runtime {
 
 struct LineSweepOptions {
-  /// A line waits this long, so that encoders and odometry around it have come.
+  /// Delay of a line, until the encoder and odometry messages around it have arrived.
   Duration settle = milliseconds(250);
-  double drive = 1.0, turn = 1.0;  ///< m and rad that the laser moves while lines go to one view
-  /// A line from nearer by than both adds nothing: a laser at rest makes no view.
+  double drive = 1.0, turn = 1.0;  ///< m and rad that the laser moves within one view
+  /// Lines with less motion than both are left out: a laser at rest makes no view.
   double least_move = 0.005, least_turn = 0.003;  ///< m, rad
-  /// Lines further apart than either are of two views.
+  /// A larger step between two lines starts a new view.
   double leap = 0.5;  ///< m
   Duration silence = seconds(2.0);
   std::size_t least_lines = 20;  ///< of a view
 };
 
-/// One thread, the loop's: what it costs there is two poses a line; points are made on the mapper's thread.
+/// Used only by the loop's thread, at the cost of two poses per line; points are computed on the mapper's
+/// thread.
 class LineSweep {
  public:
   LineSweep(const LineLaserDescription& laser, const RobotDescription& robot,
             const LineSweepOptions& options = {});
 
-  /// A line as it came. A stamp that is not later than the one before starts anew.
+  /// Adds a raw line. A stamp that is not later than the one before starts anew.
   void add(const Scan& line);
-  /// A whole view, where the lines that have settled end one. A line for which
-  /// the robot's poses and encoders have none is left out.
+  /// A complete view, if the settled lines end one. A line without known robot and encoder poses is left out.
   std::optional<LineView> take(const tick::PoseState& robot);
   std::uint64_t left_out() const { return left_out_; }
 

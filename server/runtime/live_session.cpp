@@ -1,4 +1,4 @@
-// What comes in, and the steps between.
+// Inputs and physics steps of a live session.
 #include "server/runtime/live_session.hpp"
 
 #include "protocols/channels.hpp"
@@ -9,10 +9,11 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int laser_threads = 2;  // the tick's own and one beside it: what more there are draws and encodes
+constexpr int laser_threads = 2;  // the tick's own and one more: further cores render and encode
 constexpr int render_nice = 10;   // rendering never takes a core from the tick
-constexpr int mapping_nice = 15;  // nor does mapping, or from rendering
-constexpr Duration behind = milliseconds(250);  // physics later than this is given up, and the log says so
+constexpr int mapping_nice = 15;  // mapping neither, nor from rendering
+constexpr Duration behind =
+    milliseconds(250);  // physics later than this is skipped, with a record in the log
 constexpr Duration idle = milliseconds(100);
 
 Message loop_message(LoopDecision::Kind kind, ArrivalTime stamp, std::uint64_t count) {
@@ -57,7 +58,7 @@ Status LiveSession::start() {
   return {};
 }
 
-/// An input like any other: replay obeys it, too.
+/// As a normal input, so that replay applies it, too.
 void LiveSession::keep_robot_stopped() {
   const Message stop = tick::stop_of_robot(configuration_, inbox_.stamp());
   last_ = stop.arrival;
@@ -68,7 +69,7 @@ void LiveSession::keep_robot_stopped() {
   const std::string& robot = configuration_.robot.name;
   if (options_.say)
     options_.say("the emergency stop of '" + robot +
-                 "' held when the server before this one ended, and holds: release it at the base station, "
+                 "' was active when the previous server ended, and still is: release it at the base station, "
                  "or by: parhelion "
                  "inject release-emergency-stop --name " +
                  robot);
@@ -94,7 +95,7 @@ Result<Report> LiveSession::operator()() {
   return whole;
 }
 
-/// Why receiving has ended; empty: told to stop.
+/// Returns the transport's fault; empty: stopped by request.
 std::string LiveSession::run_until_stopped() {
   while (!options_.stop || !options_.stop()) {
     if (auto arrived = inbox_.take(steady_now() + until_step())) {
@@ -112,7 +113,7 @@ std::string LiveSession::run_until_stopped() {
   return {};
 }
 
-/// What has come is answered and logged, scans above all.
+/// Processes and logs all received inputs, scans in particular.
 void LiveSession::end() {
   inbox_.close();
   while (auto arrived = inbox_.take(steady_now())) {
@@ -136,7 +137,7 @@ void LiveSession::end() {
 
 void LiveSession::handle(Arrived arrived) {
   const Message& message = arrived.message;
-  // What is skipped is decided before the input, so it has an earlier stamp.
+  // The decision to skip precedes the input, so it has an earlier stamp.
   if (skip_late_steps(arrived.message.arrival)) arrived.message.arrival = inbox_.stamp();
   last_ = message.arrival;
   if (configuration_.channels.kind(message.channel) == tick::InputKind::scan) return handle_scan(arrived);
@@ -150,8 +151,8 @@ void LiveSession::handle(Arrived arrived) {
   if (views_) views_->offer(configuration_.channels.kind(message.channel), robot());
 }
 
-/// A command is written before anything is done about it; where it cannot be, it is refused and nothing is
-/// done. A robot is stopped all the same.
+/// A command is logged before it is applied; if that fails, it is refused. A stop of the robot is applied
+/// anyway.
 bool LiveSession::refuse_unwritable(const Message& message) {
   if (outbox_.write_input(message) || tick::stops_robot(configuration_, message)) return false;
   InstructorCommand command;
@@ -169,8 +170,8 @@ bool LiveSession::refuse_unwritable(const Message& message) {
   return true;
 }
 
-/// Before anything is written, and before the server learns anything for itself from that scan. If the guard
-/// was first, what it sent is what the log gets.
+/// Before any write, and before the server uses the scan for its own state. If the guard fired first, the log
+/// gets what the guard published.
 tick::ScanSink::Receipt LiveSession::publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) {
   const bool in_time = guard_.answer(scan_->arrived.ticket, mr_scan);
   in_to_out_us_.add((steady_now() - scan_->arrived.received).microseconds());
@@ -185,7 +186,7 @@ void LiveSession::handle_scan(const Arrived& arrived) {
   scan_.emplace(ScanInWork{arrived, std::nullopt});
   tick::tick(configuration_, arrived.message, *state_, outputs_, stages_, *this);
   if (!scan_->receipt)
-    guard_.give_up(arrived.ticket);  // no scan, or a fault of the tick: the robot does not go blind
+    guard_.give_up(arrived.ticket);  // not a scan, or a fault of the tick: the robot still gets the raw scan
   std::optional<Message> fired;
   if (scan_->receipt && scan_->receipt->raw) fired = note(LoopDecision::Kind::guard_fired, scan_->sequence);
   scan_.reset();
@@ -194,7 +195,7 @@ void LiveSession::handle_scan(const Arrived& arrived) {
   if (views_) views_->offer(tick::InputKind::scan, robot());
 }
 
-/// Real time until the next step is due, if that is soon.
+/// Real time until the next step, if that is soon.
 Duration LiveSession::until_step() const {
   const Duration left{state_->simulation.next_step().ns - inbox_.now().ns};
   const double rate = options_.clock ? options_.clock->rate() : 1;
@@ -214,8 +215,8 @@ void LiveSession::step_on_time() {
   send_frames();
 }
 
-/// A machine that cannot keep up skips physics rather than falling behind without end. Replay must skip the
-/// same. False: it keeps up.
+/// A machine that is too slow skips physics steps instead of accumulating delay. Replay skips the same steps.
+/// False: none skipped.
 bool LiveSession::skip_late_steps(ArrivalTime now) {
   const Duration late{now.ns - state_->simulation.next_step().ns};
   if (late < behind) return false;
@@ -223,23 +224,23 @@ bool LiveSession::skip_late_steps(ArrivalTime now) {
   return true;
 }
 
-/// The log says what it lacks.
+/// Logs how many scans the log lacks.
 void LiveSession::note_given_up() {
   const std::uint64_t count = inbox_.take_given_up();
   if (count > 0) decide(LoopDecision::Kind::scans_left_out, count, inbox_.stamp());
 }
 
-/// Obeyed here as in replay.
+/// Applies and logs a decision, which replay repeats.
 void LiveSession::decide(LoopDecision::Kind kind, std::uint64_t count, ArrivalTime stamp) {
   last_ = stamp;
   const Message decision = loop_message(kind, stamp, count);
   outputs_.clear();
   tick::tick(configuration_, decision, *state_, outputs_, stages_);
   outbox_.send(&decision, outputs_.entries(), stamp);
-  send_frames();  // an image that waited for its depth may have waited long enough
+  send_frames();  // an image waiting for its depth image may be overdue
 }
 
-/// For the log: how a scan or an image was answered. Nothing more comes of it.
+/// For the log: how a scan or an image was processed, without effect on the session.
 Message LiveSession::note(LoopDecision::Kind kind, std::uint64_t sequence) {
   last_ = inbox_.stamp();
   return loop_message(kind, last_, sequence);

@@ -1,4 +1,4 @@
-// A live server from start to end. The commands see server/runtime/loop.hpp.
+// A live server from start to end. The public interface is server/runtime/loop.hpp.
 #pragma once
 
 #include <optional>
@@ -15,14 +15,14 @@
 
 namespace parhelion::runtime {
 
-/// One live session, of one thread: what comes in goes through the tick, what comes of it to the log and the
-/// bus; what draws, maps and syncs does so on threads of its own.
+/// One live session on one thread: inputs go through the tick, its outputs to the log and the bus. Rendering,
+/// mapping and disk syncs run on their own threads.
 class LiveSession : private tick::ScanSink {
  public:
   LiveSession(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options,
               std::optional<LogWriter> log);
 
-  /// Until it is told to stop.
+  /// Runs until stopped.
   Result<Report> operator()();
 
  private:
@@ -54,21 +54,21 @@ class LiveSession : private tick::ScanSink {
 
   const tick::Configuration& configuration_;
   const ServeOptions& options_;
-  const RealTimeScope real_time_;  // before the threads that scans wait for: they take it over
+  const RealTimeScope real_time_;  // before the threads that scans wait for: they inherit it
   SentMessages sent_;
   Outbox outbox_;
   const std::string mr_scan_;
   Guard guard_;
   Inbox inbox_;
   RenderThread renderer_;
-  std::optional<RenderThread> agents_renderer_;  // from the first picture of an agent's camera on
+  std::optional<RenderThread> agents_renderer_;  // from the first image of an agent's camera on
   std::optional<ViewSource> views_;
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_;
   StageClock stages_;
   struct ScanInWork {
     const Arrived& arrived;
-    std::optional<Receipt> receipt;  // none yet: MR_SCAN is not computed
+    std::optional<Receipt> receipt;  // none: MR_SCAN is not computed yet
     std::uint64_t sequence = 0;
   };
   std::optional<ScanInWork> scan_;
@@ -76,7 +76,7 @@ class LiveSession : private tick::ScanSink {
   WallTime last_housekeeping_ = steady_now();
   tick::Percentiles frame_us_, agent_frame_us_, in_to_out_us_;
   std::uint64_t frames_dropped_ = 0, agent_frames_dropped_ = 0;
-  bool robot_stopped_ = false;  // as robot_stop_held was told
+  bool robot_stopped_ = false;  // last value passed to robot_stop_held
   std::jthread syncer_{[this](const std::stop_token& stop) { sync_each_second(stop); }};
 };
 

@@ -1,4 +1,4 @@
-// What other threads are asked for and answer, and what is said of how the session goes.
+// Exchange with other threads, and messages about the session's state.
 #include <condition_variable>
 #include <mutex>
 
@@ -8,8 +8,8 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int agents_nice = 15;                 // what agents see, less than what the trainee's robot does
-constexpr Duration sync_period = seconds(1.0);  // bounds what a power cut takes (promise 6)
+constexpr int agents_nice = 15;                 // agents' images: lower priority than the trainee's robot
+constexpr Duration sync_period = seconds(1.0);  // limits the loss at a power cut (promise 6)
 constexpr Duration status_period = seconds(1.0);
 
 }  // namespace
@@ -41,7 +41,7 @@ void LiveSession::take_answers() {
   if (agents_renderer_) take(*agents_renderer_, agent_frame_us_);
 }
 
-/// A model that is ready is an input like any other: stamped, logged, and what replay obeys.
+/// A finished model is an input: stamped, logged, and applied by replay.
 void LiveSession::take_models() {
   while (auto ready = views_ ? views_->take() : std::nullopt) {
     last_ = inbox_.stamp();
@@ -65,7 +65,7 @@ void LiveSession::housekeeping() {
   publish_status(last_);
 }
 
-/// Whoever speaks for the robot or for us is news, not each of the words.
+/// Reports other publishers on our channels once, not each of their messages.
 void LiveSession::note_foreign_messages() {
   for (const std::int64_t channel : inbox_.take_foreign(steady_now())) {
     if (channel == tick::another_server() && options_.say) options_.say(tick::another_server_text);
@@ -73,7 +73,7 @@ void LiveSession::note_foreign_messages() {
   }
 }
 
-/// On a thread of its own: a slow disk holds up no scan.
+/// On its own thread: a slow disk delays no scan.
 void LiveSession::sync_each_second(const std::stop_token& stop) {
   give_way(0);
   std::mutex mutex;

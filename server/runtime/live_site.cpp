@@ -17,29 +17,29 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::size_t kLeastTarget = 2000;  ///< points that a view can be registered against
-constexpr std::size_t kLeastNew = 200;      ///< points that are worth a new model
-constexpr double kAround = 0.5;             ///< m around a view in which the cloud is matched
+constexpr std::size_t kLeastTarget = 2000;  ///< points required for registration
+constexpr std::size_t kLeastNew = 200;      ///< points required for a new model
+constexpr double kAround = 0.5;             ///< m around a view, region of the cloud used for registration
 
-/// Boxes of a model, each grown by `reach`, to ask whether a place is modelled.
+/// Boxes of a model, each grown by `reach`, to test whether a position is modelled.
 class Modelled {
  public:
   Modelled(const SemanticModel& model, double reach) {
     for (const ModelEntity& entity : model.entities) {
-      // What a person deleted is not found again.
+      // Deleted entities are not added again.
       if (entity.label != EntityLabel::free_space)
         boxes_.push_back(
             {entity.T_map_body.isometry().inverse(), 0.5 * entity.size.array() + reach, entity.label});
     }
   }
-  /// The label of the first box that holds the point.
+  /// The label of the first box that contains the point.
   std::optional<EntityLabel> at(const Eigen::Vector3d& p) const {
     for (const Box& box : boxes_) {
       if (((box.T_body_map * p).array().abs() <= box.half).all()) return box.label;
     }
     return std::nullopt;
   }
-  /// Whether most of an entity lies in boxes.
+  /// Whether most of an entity lies inside boxes.
   bool has(const ModelEntity& entity) const {
     constexpr int kSteps = 5;  // sample points along each axis
     int inside = 0;
@@ -66,15 +66,15 @@ Cube cube_of(const Eigen::Vector3f& p, double size) {
   return (p.cast<double>() / size).array().floor().cast<int>();
 }
 
-/// 21 bits an axis: 60 km at 3 cm.
+/// 21 bits per axis: 60 km at 3 cm.
 std::uint64_t key_of(const Cube& cube) {
   std::uint64_t key = 0;
   for (const int cell : cube) key = key << 21 | (static_cast<std::uint64_t>(cell + (1 << 20)) & 0x1FFFFF);
   return key;
 }
 
-/// What the surfaces say of a view's place, weighed against its pose (one step of a Kalman filter): along a
-/// corridor the pose is believed, across it the walls are.
+/// Fuses the registration with the pose, weighted by their covariances (one step of a Kalman filter): along a
+/// corridor the pose dominates, across it the walls do.
 Eigen::Isometry3d as_far_as_determined(const cloud::Registration& found, const LiveSiteOptions& options) {
   const Eigen::AngleAxisd turn(found.T_target_source.rotation());
   Eigen::Matrix<double, 6, 1> moved;
@@ -114,7 +114,7 @@ Result<std::optional<SemanticModel>> LiveSite::add(const SiteView& view) {
   return std::optional<SemanticModel>(std::move(*made));
 }
 
-/// What the view shows, where its poses say.
+/// The view's points, placed by its poses.
 Result<cloud::PointCloud<Map>> LiveSite::seen(const SiteView& view) const {
   if (const auto* swept = std::get_if<LineView>(&view)) {
     LaserDescription laser = swept->laser;
@@ -144,12 +144,12 @@ Result<Transform<Map, Map>> LiveSite::correction(const cloud::PointCloud<Map>& s
   }
   if (near.size() < kLeastTarget) return Transform<Map, Map>();
   near.viewpoints = cloud_.viewpoints;
-  // About the view's middle, where a correction is to be small, not about the map's origin.
+  // Relative to the view's centre, where corrections are small, not to the map's origin.
   const Eigen::Vector3d centre = bounds.center().cast<double>();
   const Transform<cloud::Target, Map> T_target_map(Eigen::Quaterniond::Identity(), -centre);
   cloud::RegistrationOptions options;
   options.max_distance = options_.largest_correction;
-  options.doubt_turns = false;  // the pose is surer than that, and
+  options.doubt_turns = false;  // the pose is more certain than that, and
   options.other_starts = false;
   options.threads = 1;  // the tick needs the other core
   const auto found =
@@ -165,7 +165,7 @@ Result<Transform<Map, Map>> LiveSite::correction(const cloud::PointCloud<Map>& s
   const double turn = Eigen::AngleAxisd(moved.linear()).angle();
   if (shift > options_.largest_correction || turn > options_.largest_turn)
     return Error{"the view fits " + std::to_string(shift) + " m and " + std::to_string(turn) +
-                 " rad from where its pose says: left out"};
+                 " rad away from its pose: left out"};
   return Transform<Map, Map>(Eigen::Translation3d(centre) * moved * Eigen::Translation3d(-centre));
 }
 
@@ -224,7 +224,7 @@ Result<SemanticModel> LiveSite::model() const {
   for (std::size_t i = 0; i < cloud_.size(); ++i) {
     if (net->labels[i] != static_cast<std::uint8_t>(EntityLabel::unknown)) continue;
     if (const auto label = modelled.at(cloud_.points[i].cast<double>())) {
-      // Whatever the start's own word for it is, it is modelled; only `unknown` would be meshed again.
+      // Points in modelled boxes get a label, because `unknown` ones would be meshed again.
       net->labels[i] = static_cast<std::uint8_t>(*label == EntityLabel::unknown ? EntityLabel::wall : *label);
     }
   }

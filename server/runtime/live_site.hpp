@@ -1,5 +1,4 @@
-// The site as the robot's depth camera and swept laser add to it: cloud and model, brought up to date view by
-// view.
+// Extends the site's point cloud and model view by view, from the robot's depth camera and swept laser.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,26 +16,26 @@ namespace parhelion::runtime {
 
 struct LiveSiteOptions {
   int pixel_step = 2;      ///< every n-th pixel of every n-th row of a depth image
-  double range = 6;        ///< m along the optical axis; structured light is noise beyond
-  double line_range = 20;  ///< m, of scan lines; beyond, what a pose is off by a degree is too far
-  double spacing = 0.03;   ///< m, points that are kept lie this far apart
-  std::size_t most_points = 2'000'000;  ///< of the cloud; then it grows no more
-  double largest_correction = 0.3;      ///< m, of a view against its pose: more is a wrong match
+  double range = 6;        ///< m along the optical axis; structured light is too noisy beyond
+  double line_range = 20;  ///< m, of scan lines; beyond, a heading error of one degree matters too much
+  double spacing = 0.03;   ///< m, minimum distance of points in the cloud
+  std::size_t most_points = 2'000'000;  ///< limit of the cloud's size
+  double largest_correction = 0.3;      ///< m, of a view's registration; a larger correction is a wrong match
   double largest_turn = 0.09;           ///< rad, the same
-  double pose_sigma = 0.05;             ///< m, 1 sigma of a pose where a view's surfaces leave it open
-  double turn_sigma = 0.01;             ///< rad, the same
-  double explained = 0.15;              ///< m, this near a part of the model a point or an entity is not new
+  double pose_sigma = 0.05;  ///< m, 1 sigma of a pose in directions that the view's surfaces leave open
+  double turn_sigma = 0.01;  ///< rad, the same
+  double explained = 0.15;   ///< m, a point or entity this near to a part of the model is not new
 };
 
-/// Views come at their poses and are registered against what is there (fusion/cloud); a view of new ground
-/// goes in where its pose says. The model given at the start stays: what is found is added where nothing is
-/// modelled yet, under names that begin with "live". One thread.
+/// Views are registered to the cloud (fusion/cloud) starting from their poses; a view of new ground is added
+/// at its pose. The initial model is kept: new entities are added where nothing is modelled yet, with names
+/// that begin with "live". One thread.
 class LiveSite {
  public:
   explicit LiveSite(SemanticModel start, const LiveSiteOptions& options = {});
 
-  /// The whole model with the view in it; nullopt: it shows nothing new. Errors: an image that cannot be
-  /// decoded, a view that fits somewhere else than its pose says, a full cloud, nothing upright or level in
+  /// The model extended by the view; nullopt: the view shows nothing new. Errors: an image that cannot be
+  /// decoded, a registration that contradicts the pose, a full cloud, no vertical or horizontal surface in
   /// the cloud yet.
   Result<std::optional<SemanticModel>> add(const SiteView& view);
 
@@ -51,7 +50,7 @@ class LiveSite {
   SemanticModel start_;
   LiveSiteOptions options_;
   cloud::PointCloud<Map> cloud_;
-  std::unordered_map<std::uint64_t, std::uint32_t> point_in_;  ///< by cube: its point of the cloud
+  std::unordered_map<std::uint64_t, std::uint32_t> point_in_;  ///< by cell: index of its point in the cloud
 };
 
 }  // namespace parhelion::runtime

@@ -33,12 +33,12 @@ Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const S
   for (const std::string& input : configuration.channels.inputs()) {
     const tick::InputKind kind = configuration.channels.kind(input);
     if (kind == tick::InputKind::loop || kind == tick::InputKind::robot || kind == tick::InputKind::model)
-      continue;  // the server's own word; read before the start
+      continue;  // the server's own, read before the start
     const bool newest_only = kind == tick::InputKind::teleop || kind == tick::InputKind::camera;
     if (const Status subscribed = bus.subscribe(input, newest_only ? 1 : 64); !subscribed)
       return subscribed.error();
   }
-  // Nobody else may speak on these: heard only to notice it.
+  // Subscribed only to detect other publishers.
   const SentMessages own_words(configuration);
   for (const std::string& own : own_words.channels()) {
     if (const Status subscribed = bus.subscribe(own, 64); !subscribed) return subscribed.error();

@@ -1,4 +1,4 @@
-// The live server: inbox, tick, outbox, guard and render thread, until it is told to stop.
+// The live server: inbox, tick, outbox, guard and render thread, until stopped.
 #pragma once
 
 #include <functional>
@@ -21,23 +21,24 @@ struct ServeOptions {
   bool overwrite = false;
   Duration guard = milliseconds(20);
   InboxLimits inbox;
-  RealTime real_time = RealTime::off;         ///< what scans wait for: receiving, the tick, the guard
-  std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only where the robot is simulated
-  UpdateSite update_site;                     ///< where the scenario says mapping: true; empty: none is done
-  /// The robot's emergency stop held when the server before this one died: it holds from the start.
+  RealTime real_time =
+      RealTime::off;  ///< for the threads that scans wait for: receiving, the tick, the guard
+  std::shared_ptr<const SessionClock> clock;  ///< none: real time. Only with a simulated robot
+  UpdateSite update_site;                     ///< for scenarios with mapping: true; empty: no mapping
+  /// The previous server ended during an emergency stop: the stop applies from the start.
   bool robot_stopped = false;
-  /// Told of each change of that, before anybody else is; may be empty. What it keeps outlives a server that
-  /// dies.
+  /// Called on each change of the emergency stop, before anything else; may be empty. The stored value
+  /// outlives a server that crashes.
   std::function<void(bool)> robot_stop_held;
-  std::function<bool()> stop;                   ///< asked at least ten times a second
-  std::function<void(const std::string&)> say;  ///< news for a person: started, waiting, degraded
+  std::function<bool()> stop;                   ///< polled at least ten times a second
+  std::function<void(const std::string&)> say;  ///< messages for people: started, waiting, degraded
 };
 
-/// Subscribes, waits for the robot description where the configuration has none yet, serves, and reports.
-/// Error: the transport fails, or the session log cannot be made.
+/// Subscribes, waits for the robot description if the configuration has none, serves, and reports. Error: the
+/// transport fails, or the session log cannot be created.
 Result<Report> serve(Bus& bus, const tick::Configuration& configuration, const ServeOptions& options);
 
-/// The robot description from the ROBOT channel; nullopt: told to stop before it came.
+/// The robot description from the ROBOT channel; nullopt: stopped before it arrived.
 Result<std::optional<RobotDescription>> wait_for_robot(Bus& bus, const Scenario& scenario,
                                                        const ServeOptions& options);
 

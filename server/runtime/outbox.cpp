@@ -15,7 +15,7 @@ void Outbox::send(const Message* input, std::span<const tick::Outputs::Entry> ou
   record(input, outputs, stamp, note);
   if (bus_ == nullptr) return;
   for (const tick::Outputs::Entry& output : outputs) {
-    // A receiver that is not there is no reason to stop; the bus counts what it could not send.
+    // Continue without a receiver; the bus counts failed sends.
     if (output.sent) continue;
     if (sent_ != nullptr) sent_->add(output.channel, output.payload);
     (void)bus_->publish(output.channel, output.payload);
@@ -40,7 +40,7 @@ void Outbox::record(const Message* input, std::span<const tick::Outputs::Entry> 
 }
 
 void Outbox::publish_now(std::string_view channel, std::span<const std::uint8_t> payload) {
-  // Without the lock: the guard must get through while a slow disk holds up a write.
+  // Without the lock: the guard must not wait for a slow disk.
   if (bus_ == nullptr) return;
   if (sent_ != nullptr) sent_->add(channel, payload);
   (void)bus_->publish(channel, payload);

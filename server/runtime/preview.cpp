@@ -22,7 +22,7 @@ Result<Preview> look_ahead(const std::string& path) {
   Preview preview;
   while (true) {
     auto next = reader->next();
-    if (!next) {  // reported in the pass that replays
+    if (!next) {  // reported by the replay pass
       if (preview.damage.empty()) preview.damage = next.error().message;
       continue;
     }
@@ -56,14 +56,13 @@ Result<tick::Configuration> choose_configuration(const ReplayOptions& options, c
     recorded = std::move(*own);
   }
   if (!options.scenario && !recorded) {
-    return Error{options.log +
-                 ": not a session log, so it does not say which agents there are; give --scenario FILE"};
+    return Error{options.log + ": not a session log, so it does not define the agents; give --scenario FILE"};
   }
   Scenario scenario = recorded ? recorded->scenario : Scenario{};
   SemanticModel model = recorded ? recorded->model : SemanticModel{};
   tick::RobotModels robot_models = recorded ? recorded->robot_models : tick::RobotModels{};
   std::optional<RobotDescription> robot;
-  if (recorded) robot = recorded->robot;  // which may have come from a file, so ROBOT does not count
+  if (recorded) robot = recorded->robot;  // may have come from a file, so ROBOT does not count
   if (options.scenario) {
     auto files = load_session_files(*options.scenario, options.robot.value_or(""), options.seed);
     if (!files) return files.error();

@@ -1,4 +1,4 @@
-// The first pass over a log: what has to be known of it before its first input is handled.
+// The first pass over a log: collects what replay needs before its first input.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +23,8 @@ struct Preview {
 /// Error: the log cannot be opened or holds no event; damage within it is only noted.
 Result<Preview> look_ahead(const std::string& path);
 
-/// The session's own configuration, with what the options replace. Error: the log is no session and the
-/// options do not say which agents there are, or no robot description.
+/// The session's own configuration, with the replacements of the options. Error: the log is not a session and
+/// the options do not define the agents, or there is no robot description.
 Result<tick::Configuration> choose_configuration(const ReplayOptions& options, const Preview& preview);
 
 }  // namespace parhelion::runtime

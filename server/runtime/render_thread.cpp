@@ -10,7 +10,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr std::size_t most_waiting = 8;  // each holds a world
+constexpr std::size_t most_waiting = 8;  // each holds a snapshot of the world
 
 render::RenderAnswer original(Image image, const std::string& reason) {
   render::RenderAnswer answer;
@@ -22,7 +22,7 @@ render::RenderAnswer original(Image image, const std::string& reason) {
 
 }  // namespace
 
-/// What draws a building's frames: a compositor, or a simulated robot's cameras. The building outlives it.
+/// Renders a building's frames: a compositor, or a simulated robot's cameras. The building must outlive it.
 class Painter {
  public:
   Painter(const SemanticModel& building, bool simulates) : building_(building) {
@@ -59,7 +59,7 @@ class Painter {
     if (camera_ && job.camera.intrinsics.width > 0) {
       answer.image =
           camera_->render(job.camera, job.T_map_optical, job.world, job.image.stamp, "", *frame.exposure);
-      if (answer.image.bytes.empty()) answer.reason = "the camera's picture could not be rendered";
+      if (answer.image.bytes.empty()) answer.reason = "the camera's image could not be rendered";
     }
     if (job.depth_camera.intrinsics.width > 0) measure(job, *frame.exposure, answer);
     return answer;
@@ -81,7 +81,7 @@ class Painter {
 
   std::unique_ptr<render::Compositor> compositor_;
   std::unique_ptr<render::VirtualCamera> camera_;
-  std::unique_ptr<render::VirtualDepthCamera> depth_;  // from the first frame that asks for it on
+  std::unique_ptr<render::VirtualDepthCamera> depth_;  // created at the first frame that needs it
   const SemanticModel& building_;
   std::string fault_;
 };
@@ -159,14 +159,14 @@ void RenderThread::run(const SemanticModel& building, bool simulates, int nice) 
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stop_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;  // what was submitted is answered before the end
+    if (waiting_.empty()) return;  // all submitted jobs are finished before the end
     auto [frame, since] = std::move(waiting_.front());
     waiting_.pop_front();
     busy_ = true;
     lock.unlock();
     if (frame.model != nullptr && frame.model != model) {
       model = frame.model;
-      painter.reset();  // its context goes before another one is made
+      painter.reset();  // destroy its EGL context before creating another one
       painter = std::make_unique<Painter>(*model, simulates);
       note_fault(*painter);
     }

@@ -1,4 +1,4 @@
-// The thread that owns EGL for life and answers images, one at a time.
+// The thread that owns EGL for its lifetime and renders images, one at a time.
 #pragma once
 
 #include <condition_variable>
@@ -21,23 +21,22 @@ class Painter;
 
 class RenderThread {
  public:
-  /// `building` is what the session began with, and outlives this; a frame that names another one is drawn
-  /// with that.
-  /// `simulates`: all frames are of a simulated camera; else none is. `nice`: how much lower than the tick's
-  /// the thread's priority is. `finished`: called on the thread when an answer can be taken; may be empty.
+  /// `building` is that of the session's start, and must outlive this; a frame can name another one.
+  /// `simulates`: all frames are of a simulated camera, otherwise none. `nice`: the thread's niceness
+  /// relative to the tick. `finished`: called on the thread when a result can be taken; may be empty.
   RenderThread(const SemanticModel& building, bool simulates, int nice, std::function<void()> finished = {});
   ~RenderThread();
 
-  /// Live: of each camera the newest waiting job wins, the cameras in turn; the sequence of the one that it
-  /// replaced is returned, if any.
+  /// Live: keeps the newest waiting job of each camera and serves the cameras in turn; returns the sequence
+  /// of the replaced job, if any.
   std::optional<std::uint64_t> submit_newest(tick::Outputs::Frame frame);
-  /// Replay: waits until the thread is idle, then hands the job over.
+  /// Replay: waits until the thread is idle, then submits the job.
   void submit(tick::Outputs::Frame frame);
-  /// Until nothing is under way.
+  /// Waits until no job is in progress.
   void wait();
-  /// The oldest answer not yet taken; `wait`: until there is none under way.
+  /// The oldest result not yet taken; `wait`: blocks while a job is in progress.
   std::optional<tick::FrameAnswer> take(bool wait);
-  /// Why nothing can be drawn, or empty.
+  /// Why nothing can be rendered, or empty.
   std::string fault() const;
 
  private:

@@ -15,7 +15,7 @@
 namespace parhelion::runtime {
 namespace {
 
-/// One pass over the log. MR_SCAN goes out with the other outputs.
+/// One pass over the log. MR_SCAN is published with the other outputs.
 class Run : private tick::ScanSink {
  public:
   Run(const ReplayOptions& options, const Preview& preview, const tick::Configuration& configuration,
@@ -27,13 +27,13 @@ class Run : private tick::ScanSink {
   Result<Report> operator()();
 
  private:
-  /// A renderer and whether it draws a frame whose answer is not written yet.
+  /// A renderer and its pending frame, if its result is not written yet.
   struct Easel {
     std::optional<RenderThread> renderer;
     bool busy = false;
   };
 
-  /// Where the guard was first in the live server, the raw scan is MR_SCAN again.
+  /// If the guard fired first in the live server, MR_SCAN is again the raw scan.
   Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t>) override {
     return {.sent = false, .raw = preview_.guarded_scans.contains(sequence)};
   }
@@ -53,7 +53,7 @@ class Run : private tick::ScanSink {
   const Preview& preview_;
   const tick::Configuration& configuration_;
   Outbox& outbox_;
-  Easel robots_, agents_;  // the latter's renderer from the first picture of an agent's camera on
+  Easel robots_, agents_;  // agents_: its renderer is created at the first image of an agent's camera
   std::unique_ptr<tick::State> state_;
   tick::Outputs outputs_, frame_outputs_;
   StageClock stages_;
@@ -74,8 +74,8 @@ void Run::pace(ArrivalTime arrival) {
   if (ahead.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(ahead.ns));
 }
 
-/// After a real leap (a recording that was paused for an hour) the steps in between are skipped, and the
-/// session log says so.
+/// After a long gap (a recording paused for an hour) the steps in between are skipped, with a record in the
+/// session log.
 ArrivalTime Run::place_in_time(const Message& message) {
   const bool says_so = configuration_.channels.kind(message.channel) == tick::InputKind::loop;
   const auto placed = order_.place(message.arrival, says_so);
@@ -100,7 +100,7 @@ void Run::skip_to(ArrivalTime arrival) {
 
 Status Run::handle(Message message) {
   if (!state_) {
-    // A session's physics began when its server did, a bare log's with its first input.
+    // Physics starts with the server for a session, and with the first input for a bare log.
     first_ = preview_.session ? ArrivalTime{preview_.session->stamp.ns} : message.arrival;
     auto made = make_session_state(configuration_, first_, options_.threads);
     if (!made) return made.error();
@@ -124,9 +124,9 @@ Status Run::handle(Message message) {
   return {};
 }
 
-/// Rendering back-pressures a replay: an image is drawn while the inputs up to the next image are handled,
-/// and its answer is written before that one's. With one thread it is waited for at once, and written at the
-/// same place.
+/// A replay waits for rendering: an image is rendered while the inputs up to the next image are handled, and
+/// its result is written before that of the next. With one thread it waits at once, and writes at the same
+/// place.
 void Run::answer_frames() {
   for (tick::Outputs::Frame& frame : outputs_.frames()) {
     const bool agents = !frame.agent.empty();
@@ -173,7 +173,7 @@ void Run::take_stock() {
     if (easel->renderer) note_what_images_lack(configuration_.robot, easel->renderer->fault(), report_);
 }
 
-/// Once a second of the log, for whoever listens; never in the session log, since the figures are measured.
+/// Once a second of log time; never in the session log, since the figures are measured.
 void Run::publish_status() {
   if (options_.bus == nullptr || last_ - last_status_ < seconds(1.0)) return;
   last_status_ = last_;
@@ -210,7 +210,7 @@ Result<Report> Run::operator()() {
     }
     if (!*next) break;
     if (!is_input(**next)) {
-      // Outputs in a session log are not consumed, but they show that time passed.
+      // Outputs in a session log are not consumed, but their stamps advance the time.
       order_.see((*next)->arrival);
       continue;
     }
@@ -229,7 +229,7 @@ Result<Report> Run::operator()() {
 Result<Report> replay(const ReplayOptions& options) {
   std::error_code ignored;
   if (!options.session.empty() && std::filesystem::equivalent(options.log, options.session, ignored))
-    return Error{options.session + ": is the log that is replayed; choose another name for the session"};
+    return Error{options.session + ": is the log being replayed; choose another name for the session"};
   const auto preview = look_ahead(options.log);
   if (!preview) return preview.error();
   const auto configuration = choose_configuration(options, *preview);

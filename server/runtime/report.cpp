@@ -47,15 +47,16 @@ void tell_completeness(const Outbox& outbox, Report& report) {
   report.incomplete_because = outbox.log_error();
   if (report.tally.scans_left_out == 0) return;
   if (!report.incomplete_because.empty()) report.incomplete_because += "; ";
-  report.incomplete_because += std::to_string(report.tally.scans_left_out) +
-                               " scans went out as they came and are not in the session log: too many waited";
+  report.incomplete_because +=
+      std::to_string(report.tally.scans_left_out) +
+      " scans were published unchanged and are not in the session log: the queue was full";
 }
 
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report) {
   if (!render_fault.empty()) report.notes["render"] = render_fault;
   if (report.tally.frames_in > 0 && !robot.camera) {
     report.notes["calibration"] =
-        "robot description '" + robot.name + "' has no 'camera' section: images go out as they came in";
+        "robot description '" + robot.name + "' has no 'camera' section: images are published unchanged";
   }
 }
 
@@ -176,7 +177,7 @@ std::string summary(const Report& report) {
   std::string text = line;
   if (tally.agent_frames_in > 0)
     text += "agents  " + std::to_string(tally.agent_frames_out) + " of " +
-            std::to_string(tally.agent_frames_in) + " pictures of agents' cameras, " +
+            std::to_string(tally.agent_frames_in) + " images of agents' cameras, " +
             std::to_string(report.agent_frames_dropped) + " dropped\n";
   if (tally.refused_inputs > 0) {
     text +=

@@ -1,4 +1,4 @@
-// What a run came to: the figures of --report, and MR_STATUS.
+// Results of a run: the figures of --report, and MR_STATUS.
 #pragma once
 
 #include <map>
@@ -32,8 +32,8 @@ class StageClock : public tick::StageObserver {
   WallTime waited_;
 };
 
-/// Everything that --report says. Times in microseconds, from the wall clock; all else is the same for the
-/// same log.
+/// Contents of --report. Times in microseconds, from the wall clock; everything else is the same for the same
+/// log.
 struct Report {
   std::string source;
   tick::Tally tally;
@@ -43,29 +43,29 @@ struct Report {
   std::uint64_t guard_fired = 0;
   std::uint64_t arrivals_corrected = 0;  ///< log events whose timestamp did not increase
   tick::Percentiles
-      scan_in_to_out_us;  ///< live: from receipt on the bus to MR_SCAN on it, the wait in the inbox included
+      scan_in_to_out_us;  ///< live: from receipt on the bus to MR_SCAN on it, including the wait in the inbox
   tick::Percentiles scan_us, frame_us, agent_frame_us, physics_step_us, physics_wait_us;
   double log_seconds = 0, wall_seconds = 0;
   bool complete = true;
   std::string incomplete_because;
   std::optional<GradedSession> grade;  ///< none: the scenario has no training
   std::map<std::string, std::string> hash;
-  std::map<std::string, std::string> notes;  ///< such as that the camera was a stand-in
+  std::map<std::string, std::string> notes;  ///< such as that the camera was simulated by a stand-in
 };
 
-/// Sets `complete` and why not: a write failed, or scans went out that the log lacks.
+/// Sets `complete` and the reason if not: a write failed, or published scans are missing in the log.
 void tell_completeness(const Outbox& outbox, Report& report);
-/// Why images go out as they came, where the robot description or the renderer makes it so; into the notes.
+/// Adds a note if the robot description or the renderer prevents augmentation of images.
 void note_what_images_lack(const RobotDescription& robot, const std::string& render_fault, Report& report);
 
-/// What is graded live, as it is now; none: nothing is (`grading` is null).
+/// The current live grade; none if `grading` is null.
 std::optional<GradedSession> grade_now(const tick::Configuration& configuration,
                                        const tick::LiveGrading* grading);
 
-/// MR_STATUS at `now`: the same figures.
+/// MR_STATUS at `now`, with the same figures.
 ServerStatus to_status(const Report& report, ArrivalTime now);
 std::string to_json(const Report& report);
-/// A few lines for a person.
+/// A summary of a few lines.
 std::string summary(const Report& report);
 
 }  // namespace parhelion::runtime

@@ -25,7 +25,9 @@ SentMessages::SentMessages(const tick::Configuration& configuration) {
   const std::vector<std::string>& names = sensor_channels();
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string bus = configuration.channels.bus(names[i]);
-    if (configuration.channels.kind(bus) != tick::InputKind::none) continue;  // POSE_COV, where SLAM says it
+    if (configuration.channels.kind(bus) != tick::InputKind::none)
+      continue;  // POSE_COV is an input if SLAM provides
+                 // it
     channels_.push_back(bus);
     indices_.push_back(static_cast<std::int64_t>(i));
   }

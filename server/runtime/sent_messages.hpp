@@ -1,5 +1,5 @@
-// Tells the server's own messages, which the bus hands back, from those that others publish in its place: on
-// the channels of a simulated robot's sensors, or as another server on the same bus.
+// Distinguishes the server's own messages, which the bus returns, from messages of other publishers on the
+// channels of a simulated robot's sensors, or of another server on the same bus.
 #pragma once
 
 #include <array>
@@ -15,24 +15,24 @@
 
 namespace parhelion::runtime {
 
-/// Remembers the newest few thousand messages by a hash: some seconds of all sensors. Thread-safe.
+/// Remembers hashes of the newest few thousand messages: some seconds of all sensors. Thread-safe.
 class SentMessages {
  public:
-  /// MR_STATUS, and the sensor channels that are outputs of this session: none at level 3.
+  /// Watches MR_STATUS and the sensor channels that are outputs of this session (none at level 3).
   explicit SentMessages(const tick::Configuration& configuration);
 
-  const std::vector<std::string>& channels() const { return channels_; }  ///< on the bus
-  /// Before it is published; what is on another channel is ignored.
+  const std::vector<std::string>& channels() const { return channels_; }  ///< names on the bus
+  /// Call before publishing; other channels are ignored.
   void add(std::string_view channel, std::span<const std::uint8_t> payload);
-  /// Somebody else's: the index of its channel in sensor_channels(), or another_server(). nullopt: our own,
-  /// or on no such channel.
+  /// A message of another publisher: the index of its channel in sensor_channels(), or another_server().
+  /// nullopt: our own message, or another channel.
   std::optional<std::int64_t> foreign(std::string_view channel, std::span<const std::uint8_t> payload) const;
 
  private:
   std::optional<std::size_t> find(std::string_view channel) const;
 
   std::vector<std::string> channels_;
-  std::vector<std::int64_t> indices_;  // as channels_
+  std::vector<std::int64_t> indices_;  // parallel to channels_
   mutable std::mutex mutex_;
   std::array<std::uint64_t, 4096> ring_{};
   std::size_t next_ = 0;

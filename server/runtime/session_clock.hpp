@@ -1,5 +1,5 @@
-// The axis of arrival: wall time at the start, plus what a clock that never jumps has counted since. A
-// session whose robot is simulated may stop it, or let it run faster or slower.
+// The clock of arrivals: wall time at the start, plus the time of a monotonic clock since then. A session
+// with a simulated robot may pause it, or run it faster or slower.
 #pragma once
 
 #include <mutex>
@@ -16,7 +16,7 @@ class SessionClock {
     const std::lock_guard lock(mutex_);
     return at(steady_now());
   }
-  /// Times real time; 0: it stands still.
+  /// Times real time; 0: paused.
   double rate() const {
     const std::lock_guard lock(mutex_);
     return rate_;

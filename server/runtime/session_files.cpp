@@ -11,7 +11,7 @@
 namespace parhelion::runtime {
 namespace {
 
-/// "lab.yaml:2: ": where `key` stands in a file that has been read before, or its first line.
+/// "lab.yaml:2: ": line of `key` in a file that was read before, or its first line.
 std::string place_of(const std::string& path, const std::string& key) {
   const auto text = yaml::read_text(path);
   const auto document = text ? yaml::read_document(*text, path) : Result<yaml::Node>(text.error());
@@ -19,7 +19,7 @@ std::string place_of(const std::string& path, const std::string& key) {
   return path + ":" + std::to_string(node == nullptr ? 1 : node->line) + ": ";
 }
 
-/// The same of the agent or the script that `message`, from make_state, is about.
+/// The same for the agent or script named in `message`, from make_state.
 std::string place_of_item(const std::string& path, const Scenario& scenario, const std::string& message) {
   if (message.starts_with("scenario trainee")) return place_of(path, "trainee");
   const auto text = yaml::read_text(path);
@@ -41,7 +41,7 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder;
 }
 
-/// `model`: a name, or the path of a file, which the model's name replaces.
+/// `model`: a name, or a file path, which is replaced by the model's name.
 Status add_robot_model(const std::string& place, std::string& model, tick::RobotModels& models) {
   const auto called = [&](const std::string& name) {
     return std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == name; });
@@ -52,7 +52,7 @@ Status add_robot_model(const std::string& place, std::string& model, tick::Robot
   const auto same = called(read->name);
   if (same != models.end() && ((*same)->urdf != read->urdf || (*same)->yaml != read->yaml))
     return Error{place + "robot model " + model + " is called '" + read->name +
-                 "' as another one is; rename it in its URDF"};
+                 "' like another one; rename it in its URDF"};
   model = read->name;
   if (same == models.end())
     models.push_back(std::make_shared<const simulation::RobotModel>(std::move(*read)));

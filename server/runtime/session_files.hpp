@@ -1,4 +1,4 @@
-// The files that a session starts from. What serve, replay and validate say of them is one and the same.
+// Loads the files of a session, with the same checks and messages for serve, replay and validate.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,23 @@ namespace parhelion::runtime {
 
 struct SessionFiles {
   Scenario scenario;
-  SemanticModel model;                    ///< empty where the scenario names none
-  std::optional<RobotDescription> robot;  ///< none: the ROBOT channel says it
-  tick::RobotModels robot_models;         ///< all shipped ones, and those that the scenario names
+  SemanticModel model;                    ///< empty if the scenario names none
+  std::optional<RobotDescription> robot;  ///< none: to come from the ROBOT channel
+  tick::RobotModels robot_models;         ///< all shipped ones, and those named by the scenario
 };
 
-/// Reads the scenario at `path`, the model that it names, and the robot description at `robot` or, where that
-/// is empty, the one that the scenario names; at levels 1 and 2 that of the trainee's robot model. Where the
-/// scenario names a robot model by its file, the model's own name takes its place. Errors name file and line;
-/// also for what is well written but cannot be run. `seed`: in place of the scenario's.
+/// Reads the scenario at `path`, its model, and the robot description at `robot` or, if empty, the
+/// scenario's; at levels 1 and 2 that of the trainee's robot model. A robot model given by file is replaced
+/// by its own name in the scenario. Errors name file and line, also for valid files that cannot be run.
+/// `seed`: replaces the scenario's.
 Result<SessionFiles> load_session_files(const std::string& path, const std::string& robot,
                                         std::optional<std::uint64_t> seed = std::nullopt);
 
-/// A robot description that a session can use.
+/// Loads a robot description that a session can use.
 Result<RobotDescription> load_usable_robot(const std::string& path);
 
-/// Whether the session could begin, and its tasks be passed: builds its world, puts the agents of the
-/// scenario at `path` into it, and looks for a way to the zones of the tasks.
+/// Checks that the session can start and its tasks can be completed: builds its world, spawns the agents of
+/// the scenario at `path`, and searches a route to the zones of the tasks.
 Status check_start(const tick::Configuration& configuration, const std::string& path);
 
 }  // namespace parhelion::runtime

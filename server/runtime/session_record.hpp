@@ -1,4 +1,4 @@
-// A session log as a row of the trainees' records.
+// Converts a session log to a row of the trainees' records.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace parhelion::runtime {
 
-/// Graded by grade_session(), whose Errors and `progress` these are. Identity: SHA-256 of MR_SESSION and its
-/// instant, so that a copy, a log that is cut off and a replay of the same are the same session, and one with
-/// another scenario or seed is not.
+/// Graded by grade_session(), which defines `progress` and the Errors. Identity: SHA-256 of MR_SESSION and
+/// its stamp, so a copy, a truncated log and a replay are the same session, and another scenario or seed is
+/// not.
 Result<training::SessionRecord> session_record(
     const std::string& path, const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 

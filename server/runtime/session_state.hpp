@@ -1,4 +1,4 @@
-// The state that a session starts with, on this machine.
+// The initial state of a session on this machine.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace parhelion::runtime {
 
-/// make_state() with a pool of `threads`, at least 1. Error: its own, or that the scenario asks for more
-/// agents than the machine's free memory holds.
+/// make_state() with a pool of `threads`, at least 1. Error: that of make_state(), or the agents need more
+/// memory than the machine has free.
 Result<std::unique_ptr<tick::State>> make_session_state(const tick::Configuration& configuration,
                                                         ArrivalTime start, int threads = 1);
 

@@ -51,7 +51,7 @@ SiteMapper::Counts SiteMapper::counts() const {
   return counts_;
 }
 
-/// Read back from its own YAML, so that the live session and its replay have the same model.
+/// Reads the model back from its YAML, so that the live session and its replay use the same one.
 Result<std::optional<SiteMapper::Ready>> SiteMapper::make(const SiteView& view, std::uint64_t version) const {
   auto model = update_(view);
   if (!model) return model.error();

@@ -1,5 +1,4 @@
-// The thread that makes new versions of the model of what the robot sees, beside the tick and below its
-// priority.
+// The thread that updates the model from the robot's views, parallel to the tick and at lower priority.
 #pragma once
 
 #include <condition_variable>
@@ -22,48 +21,48 @@
 
 namespace parhelion::runtime {
 
-/// A depth image and where it was taken.
+/// A depth image with the pose of its camera.
 struct PlacedDepth {
   Image depth;
   DepthCameraDescription camera;
-  Transform<Map, DepthOptical> T_map_optical;  ///< at the image's stamp, as the pose track has it
+  Transform<Map, DepthOptical> T_map_optical;  ///< at the image's stamp, from the pose track
 };
 
-/// Scan lines of a laser that was moved over the site meanwhile, in the order of time; at least one.
+/// Scan lines of a laser that moved over the site, ordered by time; at least one.
 struct LineView {
   std::vector<cloud::PlacedLine> lines;
   LaserDescription laser;
   cloud::OwnBody body;
 };
 
-/// What the robot has seen of the site at once.
+/// One view of the site.
 using SiteView = std::variant<PlacedDepth, LineView>;
 /// Of the image, or of the last line.
 SensorTime stamp_of(const SiteView& view);
 
-/// The whole model anew with one more view in it; nullopt: the view changes nothing. Called on the mapper's
-/// thread alone. Error: why the view was left out.
+/// Rebuilds the model with one more view; nullopt: the view changes nothing. Called only on the mapper's
+/// thread. Error: why the view was left out.
 using UpdateSite = std::function<Result<std::optional<SemanticModel>>(const SiteView&)>;
 
 class SiteMapper {
  public:
   struct Ready {
     ModelVersion message;          ///< to be logged as an input
-    tick::PreparedModel prepared;  ///< what the tick needs of it
-    Duration latency;              ///< from submit() to here, measured
+    tick::PreparedModel prepared;  ///< for the tick
+    Duration latency;              ///< from submit() to the result, measured
   };
   struct Counts {
     std::uint64_t views = 0, models = 0;
-    std::uint64_t dropped = 0;  ///< views that gave way to newer ones
+    std::uint64_t dropped = 0;  ///< views replaced by newer ones
     std::uint64_t refused = 0;  ///< views that could not be used
     std::string last_refusal;
   };
 
-  /// `nice`: how much lower than the tick's the thread's priority is. `configuration` must outlive this.
+  /// `nice`: the thread's niceness relative to the tick. `configuration` must outlive this.
   SiteMapper(UpdateSite update, const tick::Configuration& configuration, int nice);
   ~SiteMapper();
 
-  /// Never waits. The newest view is used first; of those that wait the oldest gives way.
+  /// Never blocks. The newest view is used first; when the queue is full the oldest is dropped.
   void submit(SiteView view);
   /// The oldest model not yet taken.
   std::optional<Ready> take();

@@ -14,12 +14,12 @@ struct ThreadPool::State {
   std::mutex mutex;
   std::condition_variable called, finished;
   const std::function<void(int, int)>* job = nullptr;
-  int next = 0, jobs = 0, working = 0;  ///< working: threads of ours that are at it
+  int next = 0, jobs = 0, working = 0;  ///< working: own threads with a job
   bool leave = false;
   std::exception_ptr fault;
   std::vector<std::thread> threads;
 
-  /// Takes jobs until none is left. Called with the lock held, and returns so.
+  /// Runs jobs until none is left. The lock is held at entry and return.
   void work(int worker, std::unique_lock<std::mutex>& lock) {
     while (next < jobs) {
       const int mine = next++;

@@ -1,4 +1,4 @@
-// Threads that share independent jobs with the caller's own.
+// Distributes independent jobs over threads, including the caller's.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace parhelion::runtime {
 
-/// `size` threads, the caller's among them; the others sleep between calls.
+/// `size` threads including the caller's; the others sleep between calls.
 class ThreadPool : public tick::Executor {
  public:
   explicit ThreadPool(int size);

@@ -11,7 +11,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr int real_time_priority = 10;  // above what is usual, below the kernel's own threads
+constexpr int real_time_priority = 10;  // above normal threads, below the kernel's
 
 bool set_policy(int policy, int priority) {
   sched_param parameters{};
@@ -22,7 +22,7 @@ bool set_policy(int policy, int priority) {
 }  // namespace
 
 void give_way(int nice) {
-  // Neither is ever refused to a thread that gives something up; what is inherited may be real-time.
+  // Lowering a priority is always permitted; an inherited one may be real-time.
   (void)set_policy(SCHED_BATCH, 0);
   (void)setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), nice);
 }
@@ -45,11 +45,11 @@ Result<RealTime> parse_real_time(const std::string& word) {
 
 RealTimeScope::RealTimeScope(RealTime wanted) {
   if (wanted == RealTime::off) {
-    note_ = "as other programs: real-time is switched off";
+    note_ = "normal priority: real-time is off";
     return;
   }
   if (wanted == RealTime::automatic && std::thread::hardware_concurrency() < 2) {
-    note_ = "as other programs: a single core is not taken from all others";
+    note_ = "normal priority: real-time needs a second core";
     return;
   }
   sched_param before{};
@@ -59,7 +59,7 @@ RealTimeScope::RealTimeScope(RealTime wanted) {
   holds_ = set_policy(SCHED_FIFO, real_time_priority);
   const int refusal = errno;
   note_ = holds_ ? std::string("real-time")
-                 : std::string("as other programs: real-time: ") + std::strerror(refusal) +
+                 : std::string("normal priority: real-time: ") + std::strerror(refusal) +
                        "; to allow it: " + remedy();
 }
 

@@ -1,5 +1,5 @@
-// Which thread goes first where cores are few: the tick before all else, rendering and pages after it. A
-// thread has the priority of who starts it.
+// Thread priorities where cores are few: the tick before everything else, then rendering and pages. A thread
+// inherits the priority of the thread that starts it.
 #pragma once
 
 #include <cstdint>
@@ -10,31 +10,31 @@
 
 namespace parhelion::runtime {
 
-/// Of the calling thread, and of those that it starts from now on: it has its share of the cores by `nice`
-/// (0..19), but never takes one from a thread that runs already because it has just been woken (SCHED_BATCH).
+/// For the calling thread and those that it starts later: CPU time according to `nice` (0..19), without
+/// preempting a running thread on wake-up (SCHED_BATCH).
 void give_way(int nice);
 
-/// Runs `task` in a thread that gives way so, and waits for it: what it starts gives way, too.
+/// Runs `task` in a thread with this lower priority, inherited by threads that it starts, and waits for it.
 Status while_giving_way(int nice, const std::function<Status()>& task);
 
 enum class RealTime : std::uint8_t { off, on, automatic };
-/// "off", "on" or "auto". Error: it is none of them.
+/// Parses "off", "on" or "auto". Error: anything else.
 Result<RealTime> parse_real_time(const std::string& word);
 
-/// The calling thread, and those that it starts meanwhile, go before all others of the machine that are not
-/// real-time (SCHED_FIFO, 10), as long as this lives. Of its own thread, as a local variable.
+/// During its lifetime the calling thread, and those that it starts, have priority over all non-real-time
+/// threads (SCHED_FIFO, 10). Use as a local variable of that thread.
 class RealTimeScope {
  public:
-  /// Automatic: where it is allowed and there is more than one core. What it led to is in note().
+  /// Automatic: if permitted and there is more than one core. note() gives the result.
   explicit RealTimeScope(RealTime wanted);
   ~RealTimeScope();
   RealTimeScope(const RealTimeScope&) = delete;
   RealTimeScope& operator=(const RealTimeScope&) = delete;
 
   bool holds() const { return holds_; }
-  /// For people: "real-time", or why not and what to do about it.
+  /// For people: "real-time", or why not and how to change that.
   const std::string& note() const { return note_; }
-  /// What lets a user's programs be real-time.
+  /// How to permit real-time priority to a user's programs.
   static const char* remedy();
 
  private:

@@ -6,7 +6,7 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kViewDistance = 0.25;  // m and rad: a view from nearer by shows little more
+constexpr double kViewDistance = 0.25;  // m and rad: a closer view shows little new
 constexpr double kViewAngle = 0.25;
 
 }  // namespace
@@ -27,13 +27,13 @@ void ViewSource::offer(tick::InputKind kind, const tick::RobotState& robot) {
     offer_line(*scan_lines_, robot.scan.real, robot.pose);
 }
 
-/// Lines go to the mapper where together they have swept over something.
+/// Submits lines to the mapper once they have swept an area.
 void ViewSource::offer_line(LineSweep& sweep, const Scan& line, const tick::PoseState& robot) {
   sweep.add(line);
   while (auto view = sweep.take(robot)) mapper_.submit(std::move(*view));
 }
 
-/// A depth image from somewhere new goes to the mapper, where its place is known.
+/// Submits a depth image from a new position, if its pose is known.
 void ViewSource::offer_depth(const Image& depth, const tick::PoseState& robot) {
   if (!configuration_.robot.depth) return;
   const DepthCameraDescription& camera = *configuration_.robot.depth;
@@ -60,13 +60,12 @@ std::string ViewSource::note() const {
   std::string note = to_text(mapper_.counts());
   const std::uint64_t left_out =
       (lines_ ? lines_->left_out() : 0) + (scan_lines_ ? scan_lines_->left_out() : 0);
-  if (left_out > 0)
-    note += "; " + std::to_string(left_out) + " scan lines without a pose or an encoder's word";
+  if (left_out > 0) note += "; " + std::to_string(left_out) + " scan lines without a pose or encoder values";
   if (swap_us_.count() == 0) return note;
   char times[160];
   std::snprintf(
       times, sizeof times,
-      "; view to model p50 %.0f ms, longest %.0f ms; a new model held the loop up for %.1f ms at most",
+      "; view to model p50 %.0f ms, longest %.0f ms; a new model delayed the loop by at most %.1f ms",
       view_to_model_us_.at(0.5) / 1e3, view_to_model_us_.max() / 1e3, swap_us_.max() / 1e3);
   return note + times;
 }

@@ -1,4 +1,4 @@
-// What of a live session goes to the site mapper: depth images from somewhere new, swept scan lines.
+// Selects views of a live session for the site mapper: depth images from new positions, swept scan lines.
 #pragma once
 
 #include <optional>
@@ -11,17 +11,17 @@
 
 namespace parhelion::runtime {
 
-/// One thread, the loop's. `configuration` must outlive this.
+/// Used only by the loop's thread. `configuration` must outlive this.
 class ViewSource {
  public:
   /// `nice`: as SiteMapper.
   ViewSource(UpdateSite update, const tick::Configuration& configuration, int nice);
 
-  /// After the tick has handled a message: what of it is a view of somewhere new goes to the mapper.
+  /// After the tick has handled a message: submits its view to the mapper if it is from a new position.
   void offer(tick::InputKind kind, const tick::RobotState& robot);
   /// The oldest model not yet taken.
   std::optional<SiteMapper::Ready> take();
-  /// How long the loop was held up by a new model.
+  /// Records how long a new model delayed the loop.
   void held_up(Duration by) { swap_us_.add(by.microseconds()); }
   /// For the report.
   std::string note() const;
@@ -35,8 +35,8 @@ class ViewSource {
   std::optional<Transform<Map, DepthOptical>> last_view_;
   std::optional<LineSweep> lines_;       ///< of LINES
   std::optional<LineSweep> scan_lines_;  ///< of SCAN, where its laser is mounted on its side
-  tick::Percentiles view_to_model_us_;   ///< beside the tick
-  tick::Percentiles swap_us_;            ///< in it
+  tick::Percentiles view_to_model_us_;   ///< outside the tick
+  tick::Percentiles swap_us_;            ///< inside the tick
 };
 
 }  // namespace parhelion::runtime

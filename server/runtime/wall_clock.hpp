@@ -1,4 +1,4 @@
-// The one place that reads a clock: for the inbox's stamps and for measuring durations.
+// The only place that reads a clock: for the inbox's stamps and for measuring durations.
 #pragma once
 
 #include <chrono>
@@ -7,14 +7,14 @@
 
 namespace parhelion::runtime {
 
-/// Since the epoch; may be set by an administrator.
+/// Time since the epoch; an administrator may set this clock.
 inline WallTime wall_now() {
   return {std::chrono::duration_cast<std::chrono::nanoseconds>(
               std::chrono::system_clock::now().time_since_epoch())
               .count()};
 }
 
-/// For durations only: never goes back.
+/// Monotonic; for durations only.
 inline WallTime steady_now() {
   return {std::chrono::duration_cast<std::chrono::nanoseconds>(
               std::chrono::steady_clock::now().time_since_epoch())

@@ -11,8 +11,8 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kMostSpeed = 3.0;    // m/s that a behaviour may ask for
-constexpr double kMostDistance = 50;  // m that a behaviour may keep
+constexpr double kMostSpeed = 3.0;    // m/s, limit for behaviours
+constexpr double kMostDistance = 50;  // m, limit for distances of behaviours
 
 bool fits_a_channel(const std::string& name) {
   return !name.empty() && name.size() <= 40 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -30,7 +30,7 @@ Status check_model(const AgentDefinition& agent, const SimulationOptions& option
   return Error{who + "no robot model '" + agent.model + "'" + suggestion_or_known(agent.model, known)};
 }
 
-/// Goals where nobody can stand; whether a way leads to the others is found out as it goes.
+/// Rejects goals where nobody can stand; reachability of the others is found out by the route search.
 Status check_goals(const AgentDefinition& agent, const SimulationOptions& options, const Building& building) {
   const AgentForm form = form_of(agent, options);
   for (const Eigen::Vector2d& goal : agent.behaviour.waypoints) {
@@ -41,7 +41,7 @@ Status check_goals(const AgentDefinition& agent, const SimulationOptions& option
     for (const FixedObstacle* obstacle : beside) {
       if (obstacle->label == EntityLabel::door || signed_distance(there, obstacle->footprint) >= 0) continue;
       return Error{"agent '" + agent.name + "': it cannot go to " + place_text(goal) +
-                   ": it has no room there beside '" + obstacle->name + "' of the building"};
+                   ": there is not enough space next to '" + obstacle->name + "' of the building"};
     }
   }
   return {};

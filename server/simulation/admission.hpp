@@ -1,4 +1,4 @@
-// Whether an agent may be: its name, its model and what it is to do.
+// Checks whether an agent may be spawned: its name, its model and its behaviour.
 #pragma once
 
 #include <memory>
@@ -12,17 +12,17 @@
 
 namespace parhelion::simulation {
 
-/// Of the library of robot models; nullptr: there is no such model.
+/// Looks up a robot model in the library; nullptr: not found.
 std::shared_ptr<const RobotModel> find_model(const std::string& name, const SimulationOptions& options);
 
-/// Of a definition that may have a robot model.
+/// Physical form of a definition, with or without a robot model.
 AgentForm form_of(const AgentDefinition& agent, const SimulationOptions& options);
 
-/// All but its place. `trainee`: it may have the real robot's name.
+/// Checks everything except the pose. `trainee`: the name may be the real robot's.
 Status check_definition(const AgentDefinition& agent, bool trainee, const SimulationOptions& options,
                         const Building& building, const Agents& agents, const RealRobots& real_robots);
 
-/// Whether the agent can do that, at speeds, distances and waypoints that make sense.
+/// Checks that the agent supports the behaviour, with valid speeds, distances and waypoints.
 Status check_behaviour(const AgentDefinition& agent, const SimulationOptions& options,
                        const Building& building);
 

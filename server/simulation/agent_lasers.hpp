@@ -1,4 +1,4 @@
-// Agents' own lasers: when a scan is due, and which obstacles it shows.
+// Agents' own lasers: when a scan is due, and the obstacles from it.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,15 @@
 
 namespace parhelion::simulation {
 
-/// The laser of the agent's definition, if it has one; the first scan is due at `now`. Error: no such laser,
-/// or an agent that carries none.
+/// Fits the laser of the agent's definition, if any; the first scan is due at `now`. Error: an unknown laser,
+/// or an agent that cannot carry one.
 Status fit_laser(Agent& agent, SimulationTime now);
 
 /// Appends a request for each scan that is due at `now`.
 void request_scans(Agents& agents, SimulationTime now, std::vector<LaserRequest>& requests);
 
-/// The scan that was requested last: the nearest return of each sector of 4 degrees becomes an obstacle of
-/// the agent's behaviour.
+/// Processes the last requested scan: the nearest return of each 4-degree sector becomes an obstacle for the
+/// agent's behaviour.
 void handle_scan(AgentLaser& laser, const Scan& scan);
 
 }  // namespace parhelion::simulation

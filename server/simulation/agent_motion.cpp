@@ -8,13 +8,13 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kTurningFeet = 0.3;  // m/rad that feet go in a turn on the spot
-constexpr double kSmallSteps = 0.35;  // fraction of a whole step's height and reach
-constexpr double kStands = 0.05;      // m/s: slower, and the feet stand
+constexpr double kTurningFeet = 0.3;  // m/rad that feet move in a turn on the spot
+constexpr double kSmallSteps = 0.35;  // fraction of a normal step's height and length
+constexpr double kStands = 0.05;      // m/s: below this the feet stand
 
 double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
 
-/// What stands covers its footprint; what leans or lies covers the outline of its box.
+/// The footprint of an upright agent; for a tilted one the outline of its box.
 void place_footprint(Agent& agent) {
   const Eigen::Isometry3d& T_map_body = agent.rigid.T_map_body.isometry();
   if (T_map_body(2, 2) > 0.9999) {
@@ -30,7 +30,7 @@ void place_footprint(Agent& agent) {
   agent.placed = make_polygon(convex_hull(std::move(corners)));
 }
 
-/// Wheels turn and feet walk by the way that the body really went, pushed or not.
+/// Turns wheels and moves feet according to the body's true motion, also when it is pushed.
 void move_parts(Agent& agent, double dt) {
   if (!agent.form.upright) return;
   PartMotion& parts = agent.parts;
@@ -42,12 +42,12 @@ void move_parts(Agent& agent, double dt) {
   parts.wheel_right =
       wrap_angle(parts.wheel_right + (v.x() + w * kRobotDrive.track / 2) / kRobotDrive.wheel_radius * dt);
   const double speed = std::hypot(v.x(), v.y());
-  // A turn on the spot takes steps as well, as many as its feet would go about the middle.
+  // A turn on the spot takes steps too, according to the distance that its feet move.
   const double pace = std::max(speed, kTurningFeet * std::abs(w));
-  // Sideways no leg swings back: only where it mostly goes backwards does the gait run backwards.
+  // The gait runs backwards only if the motion is mainly backwards, not sideways.
   const double direction = v.x() < -0.5 * speed ? -1 : 1;
-  // Feet swing as far forwards as the motion goes forwards; steps aside and turns are small ones, and so
-  // there are more of them.
+  // The step length is the forward fraction of the motion; sidesteps and turns have short steps, and so more
+  // of them.
   const double reach = pace > kStands ? std::max(kSmallSteps, std::abs(v.x()) / pace) : 0;
   const double stride = std::max(kSmallSteps, reach) * stride_length(agent.definition.behaviour.speed);
   parts.gait_phase = wrap_angle(parts.gait_phase + direction * pace / stride * turn * dt);

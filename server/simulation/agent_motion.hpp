@@ -1,4 +1,4 @@
-// How agents move in a step: what their motors and feet do before the physics, and where they are after it.
+// Motion of agents in a step: motor and gait commands before the physics, observation after it.
 #pragma once
 
 #include <vector>
@@ -9,11 +9,11 @@
 
 namespace parhelion::simulation {
 
-/// Before the physics: upright agents go for what their behaviour asks for. `agents`: those of `around`.
+/// Before the physics: drives upright agents as their behaviour requests. `agents`: those of `around`.
 void drive_agents(Agents& agents, const Surroundings& around, Behaviours& behaviours,
                   ContactForecast& forecast, Physics& physics, std::vector<Event>& events);
 
-/// After the physics: poses, footprints and parts of all agents; appends events of joints that broke.
+/// After the physics: updates poses, footprints and parts of all agents; appends events of broken joints.
 void observe_agents(Agents& agents, const StepClock& clock, Physics& physics, std::vector<Event>& events);
 
 }  // namespace parhelion::simulation

@@ -1,4 +1,4 @@
-// All agents, in the order of their spawns, and their bodies' definitions.
+// All agents, in the order of their spawns, and their body definitions.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 namespace parhelion::simulation {
 
 class Agents {
-  /// Steps over the pointers and gives what they point to.
+  /// Iterates over the pointers and dereferences them.
   template <class At, class Value>
   struct Iterator {
     using iterator_category = std::forward_iterator_tag;
@@ -50,18 +50,18 @@ class Agents {
   Agent& operator[](std::size_t i) { return *agents_[i]; }
   const Agent& operator[](std::size_t i) const { return *agents_[i]; }
 
-  /// nullptr: there is no such agent.
+  /// nullptr: no such agent.
   Agent* find(const std::string& name);
   const Agent* find(const std::string& name) const;
-  /// The trainee's own robot, where it is simulated; else nullptr.
+  /// The trainee's simulated robot, or nullptr.
   const Agent* trainee() const;
   std::size_t index_of(const Agent& agent) const;
-  /// The error for a name that no agent has.
+  /// The error for an unknown agent name.
   Status unknown(const std::string& name) const;
 
-  /// Numbers of bodies are given out from this one on.
+  /// Body ids are assigned from this one on.
   void number_bodies_from(BodyId first) { next_body_ = first; }
-  /// `count` of them; the first one's number.
+  /// Reserves `count` ids; returns the first.
   BodyId take_body_numbers(std::size_t count);
   /// 0 for the first agent ever, 1 for the second, ...
   std::uint64_t take_spawn_number() { return next_spawn_++; }

@@ -105,7 +105,7 @@ void ArticulatedRobot::put(Physics& physics, const Transform<Map, Base>& T_map_b
 void ArticulatedRobot::restore(Physics& physics) {
   const RobotMotion before = motion_;
   const auto rolled = rolled_, turned = turned_;
-  // The parts are put together again where base_link is, and no jump is reported.
+  // Reassembles the parts at base_link's pose, without reporting a jump.
   put(physics, motion_.T_map_base);
   rolled_ = rolled;
   turned_ = turned;
@@ -140,7 +140,7 @@ void ArticulatedRobot::observe(Physics& physics, SimulationTime, double dt,
     rolled_[i] += runner_speed_[i] * dt;
     if (runner.kind == RobotRunner::Kind::wheel)
       turned_[i] = wrap_angle(turned_[i] + runner_speed_[i] * dt / runner.radius);
-    // Encoders are on what neither steers nor is carried by a joint.
+    // Only unsteered runners of the base part have encoders for odometry.
     if (runner.steering || layout_.runners[i].part != 0) continue;
     (runner.side > 0 ? left : right) += rolled_[i];
     ++(runner.side > 0 ? lefts : rights);

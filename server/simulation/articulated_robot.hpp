@@ -1,5 +1,5 @@
-// A robot of links and joints while it is simulated: its motors, encoders and broken joints. The parts of
-// this class are articulated_robot.cpp and robot_motors.cpp (what its motors do and bear).
+// A simulated robot of links and joints: its motors, encoders and broken joints. Implemented in
+// articulated_robot.cpp and robot_motors.cpp (motors and joint loads).
 #pragma once
 
 #include <memory>
@@ -15,11 +15,11 @@
 
 namespace parhelion::simulation {
 
-/// Something that happened to a joint in a step.
+/// An event of a joint in a step.
 struct JointIncident {
   EventKind kind = EventKind::joint_broken;
   std::string joint;
-  double value = 0;                                    ///< as the event's
+  double value = 0;                                    ///< value of the event
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map
 };
 
@@ -27,48 +27,48 @@ class ArticulatedRobot {
  public:
   explicit ArticulatedRobot(std::shared_ptr<const RobotModel> model);
 
-  /// Into the physics, once.
+  /// Adds it to the physics; call once.
   void enter(Physics& physics, const Transform<Map, Base>& T_map_base);
   void leave(Physics& physics);
-  /// Puts it there at rest, joints whole and where they start.
+  /// Moves it there at rest, with intact joints at their start positions.
   void put(Physics& physics, const Transform<Map, Base>& T_map_base);
-  /// Broken joints hold again, where they start; the robot stays where it is.
+  /// Repairs broken joints at their start positions; the robot keeps its pose.
   void restore(Physics& physics);
 
   const RobotModel& model() const { return *model_; }
   PhysicsHandle base() const { return handles_.front(); }
   bool owns(PhysicsHandle handle) const { return handle >= handles_.front() && handle <= handles_.back(); }
-  /// Name of the link that a shape of one of its parts belongs to (shape < 0: of the part's first link).
+  /// Name of the link that owns a shape of one of its parts (shape < 0: the part's first link).
   const std::string& link_name(PhysicsHandle handle, int shape) const;
 
-  /// Positions, velocities or efforts of joints, the first that is given; velocities and efforts hold for
-  /// 0.5 s. Error: unknown joints (the others are commanded), lists of other lengths, values that are not
-  /// finite (then none is).
+  /// Commands positions, velocities or efforts of joints, the first that is given; velocities and efforts
+  /// hold for 0.5 s. Error: unknown joints (the others are commanded), lists of different lengths, non-finite
+  /// values (then none is commanded).
   Status command(const Joints& joints, SimulationTime now);
 
-  /// Joints stay where they are now, whatever they were commanded.
+  /// Holds all joints at their current positions, whatever was commanded.
   void hold(const Physics& physics);
 
-  /// Wheels or tracks of these sides do not turn from now on, whatever is asked.
+  /// Blocks the wheels or tracks of these sides, whatever is commanded.
   void block_sides(bool left, bool right);
 
-  /// Before a step: motors go for this motion of base_link (body frame).
+  /// Before a step: drives the motors for this motion of base_link (body frame).
   void drive(Physics& physics, const Twist2& wanted, SimulationTime now, double dt);
   /// After a step.
   void observe(Physics& physics, SimulationTime now, double dt, std::vector<JointIncident>& incidents);
   const RobotMotion& motion() const { return motion_; }
-  /// W that its runners gave at their surfaces in the newest step; what pushes them gives nothing back.
+  /// W delivered by its runners at their surfaces in the newest step; no recuperation.
   double drive_power(const Physics& physics) const;
   double mass() const;  ///< kg
 
-  /// One for each node, ids from `first`.
+  /// One body for each node, ids from `first`.
   std::vector<BodyDefinition> bodies(const std::string& entity, BodyId first, BodyOwner owner) const;
   std::size_t body_count() const { return layout_.nodes.size(); }
-  /// Appends them in their order.
+  /// Appends the body states in order.
   void append_states(BodyId first, std::uint32_t epoch, std::vector<BodyState>& bodies) const;
-  /// m, map: the middle of the gripper's links at the newest step; of a model with a gripper.
+  /// m, map: the centre of the gripper's links at the newest step; for models with a gripper.
   Eigen::Vector3d gripper_center() const;
-  /// Links with a bumper, and those of the gripper, that touch something; cleared by observe().
+  /// Marks a link with a bumper or of the gripper as touching; cleared by observe().
   void touched(const std::string& link);
 
  private:
@@ -78,14 +78,14 @@ class ArticulatedRobot {
     double target = 0;
     double most_speed = 0;                ///< rad/s or m/s
     std::optional<SimulationTime> until;  ///< of velocities and efforts
-    double asked = 0;                     ///< rad/s or m/s that the motor goes for now
-    double speed = 0;                     ///< rad/s or m/s: of a commanded velocity, what it has come to
-    std::optional<double> course;         ///< rad or m: where that would have taken the joint
-    double load = 0;                      ///< N m or N, over some steps
-    double stalled = 0;                   ///< s that it has been at its limit without moving
+    double asked = 0;                     ///< rad/s or m/s, current motor command
+    double speed = 0;                     ///< rad/s or m/s: current value of a ramped velocity command
+    std::optional<double> course;         ///< rad or m: its integral, the position setpoint
+    double load = 0;                      ///< N m or N, averaged over some steps
+    double stalled = 0;                   ///< s at its limit without motion
     bool overloaded = false, broken = false;
   };
-  /// A joint that is geared to another, or the one that it is geared to.
+  /// Gearing of a joint: the other joint of the pair.
   struct Gear {
     std::size_t other = 0;
     bool follows = false;
@@ -97,9 +97,9 @@ class ArticulatedRobot {
   void drive_runners(Physics& physics, const Twist2& wanted, double dt);
   void steer(Physics& physics, double curvature, double dt);
   void drive_joint(Physics& physics, std::size_t i, SimulationTime now, double dt);
-  /// What a joint's motor goes for that is commanded a velocity.
+  /// Motor speed for a commanded velocity, with correction of the position.
   static double keep_course(Servo& servo, const RobotJoint& joint, double position, double dt);
-  /// Share of its effort that a joint has which is geared to another: none to run ahead of it. `way`: its
+  /// Fraction of its effort available to a geared joint: 0 where it would run ahead of the other. `way`: its
   /// sign is the direction.
   double geared_share(Physics& physics, std::size_t i, const JointState& state, double way, double dt) const;
   void watch_joint(Physics& physics, std::size_t i, double dt, std::vector<JointIncident>& incidents);
@@ -107,12 +107,12 @@ class ArticulatedRobot {
   std::shared_ptr<const RobotModel> model_;
   RobotLayout layout_;
   std::vector<PhysicsHandle> handles_;      // by part
-  std::vector<JointHandle> joint_handles_;  // as layout_.joints
-  std::vector<Servo> servos_;               // as layout_.joints
-  std::vector<std::optional<Gear>> gears_;  // as layout_.joints
+  std::vector<JointHandle> joint_handles_;  // parallel to layout_.joints
+  std::vector<Servo> servos_;               // parallel to layout_.joints
+  std::vector<std::optional<Gear>> gears_;  // parallel to layout_.joints
   std::vector<double> steering_;            // rad, by joint of the model
   std::vector<double> rolled_;              // m, by runner
-  std::vector<double> turned_;              // rad, by runner: what is seen
+  std::vector<double> turned_;              // rad, by runner, for display
   std::vector<double> runner_speed_;        // m/s, by runner
   std::vector<RigidState> parts_;           // at the newest step
   bool left_blocked_ = false, right_blocked_ = false;

@@ -1,4 +1,4 @@
-// A body whose origin is its robot's base_link (agents, the real robot, the first part of an articulated
+// A body with its origin at its robot's base_link (agents, the real robot, the first part of an articulated
 // robot): its pose in either frame.
 #pragma once
 

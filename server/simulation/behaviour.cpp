@@ -8,12 +8,13 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kPredictionTime = 0.7;  // s that another's motion is expected to go on
-constexpr double kFreezeRange = 2.0;     // m from a real robot within which agents freeze while it is blind
-constexpr double kRespect = 0.15;        // m kept to a real robot beyond what is kept to everything
-constexpr double kScanAge = 0.5;         // s: an older scan of its own is not trusted
+constexpr double kPredictionTime = 0.7;  // s for which another agent's motion is extrapolated
+constexpr double kFreezeRange = 2.0;  // m from a real robot within which agents freeze while its sensors do
+                                      // not show them
+constexpr double kRespect = 0.15;     // m kept to a real robot, in addition to the margin for everything
+constexpr double kScanAge = 0.5;      // s: an older own scan is ignored
 
-/// By the instructor, or near a robot whose sensors do not show it.
+/// By the instructor, or near a robot whose sensors do not show the agent.
 bool is_frozen(const Agent& agent, const RealRobots& real_robots) {
   if (agent.frozen) return true;
   return std::any_of(real_robots.begin(), real_robots.end(), [&](const RealRobot& real) {
@@ -38,7 +39,7 @@ void Behaviours::gather_obstacles(const Agent& agent, const Surroundings& around
   SteeringScratch& steering = navigation_.steering;
   steering.obstacles.clear();
   std::size_t used = 0;
-  // The vector only grows: pointers into it are taken when it is complete.
+  // Pointers into the vector are taken only when it is complete.
   const auto predict = [&](const Eigen::Vector2d& center, const Eigen::Vector2d& velocity, double radius) {
     if (used == steering.predicted.size()) steering.predicted.push_back(make_segment(center, center, radius));
     Footprint& swept = steering.predicted[used++];
@@ -75,7 +76,7 @@ void Behaviours::gather_obstacles(const Agent& agent, const Surroundings& around
       steering.obstacles.push_back(&other->placed);
     }
   }
-  // Real robots are kept clear of whether or not an agent's own laser reaches it.
+  // Agents keep clear of real robots even if their own laser does not show them.
   for (const RealRobot& real : around.real_robots) {
     if (!real.ever_present || (real.placed.center - p).norm() >= kSight + real.placed.bound) continue;
     const Eigen::Vector3d velocity =

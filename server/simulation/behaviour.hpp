@@ -1,6 +1,5 @@
-// What agents decide to do: twenty times a second each, one after another. The parts of this class are
-// behaviour.cpp (which behaviour, and the obstacles around) and goals.cpp (behaviours that want to be
-// somewhere).
+// Decisions of agents: each agent twenty times a second, one after another. Implemented in behaviour.cpp
+// (choice of behaviour, obstacles) and goals.cpp (behaviours with a goal position).
 #pragma once
 
 #include <optional>
@@ -13,16 +12,16 @@ namespace parhelion::simulation {
 
 class Behaviours {
  public:
-  /// The motion that the agent's behaviour asks for at this step. `agent`: one of around.agents. Appends
+  /// The motion requested by the agent's behaviour at this step. `agent`: one of around.agents. Appends
   /// events of goals reached.
   Twist2 wanted(Agent& agent, const Surroundings& around, std::vector<Event>& events);
-  /// Before the decisions of a step: searches for routes go on. `agents`: those of `around`.
+  /// Before the decisions of a step: continues route searches. `agents`: those of `around`.
   void search_routes(Agents& agents, const Surroundings& around, std::vector<Event>& events) {
     navigation_.search_routes(agents, around, events);
   }
-  /// What the agent was about to do is over.
+  /// Discards the agent's route.
   void forget_route(Agent& agent) { navigation_.forget_route(agent); }
-  /// Memory for so many, so that no step allocates any.
+  /// Reserves memory, so that no step allocates any.
   void reserve(std::size_t movers, std::size_t obstacles);
 
  private:
@@ -34,11 +33,11 @@ class Behaviours {
     Pose2 pose;
     Twist2 twist;  ///< body frame
     const Footprint* placed;
-    bool is_trainee;          ///< whom nobody may surprise, real or simulated
-    const RealRobot* brakes;  ///< it is taken to brake like this one
+    bool is_trainee;          ///< real or simulated; agents must not surprise it
+    const RealRobot* brakes;  ///< assumed to brake like this robot
   };
   static std::optional<Target> target_of(const Behaviour& behaviour, const Surroundings& around);
-  /// Where an agent that acts on the trainee's robot must not go.
+  /// Computes where an agent that acts on the trainee's robot must not go.
   void update_exclusion_zone(const Target& target);
   Twist2 go(Agent& agent, const Surroundings& around, std::vector<Event>& events);
   Twist2 follow(Agent& agent, const Surroundings& around);
@@ -50,7 +49,7 @@ class Behaviours {
   std::optional<Twist2> step_aside(Agent& agent, const Surroundings& around);
 
   Navigation navigation_;
-  // Memory that is used again.
+  // Reused memory.
   std::vector<const FixedObstacle*> near_;
   std::vector<std::uint32_t> nearby_;
 };

@@ -63,7 +63,7 @@ Shape capsule(double radius, double bottom, double top, const Eigen::Vector2d& a
 }
 
 std::vector<Shape> carton(const Eigen::Vector3d& size) {
-  // The tape stands out by less than a laser can measure; it is what makes a carton look like one.
+  // The tape is thinner than a laser's resolution; it makes a carton recognizable.
   const double tape = 0.002, width = std::min(0.05, size.y() / 3);
   return {box({size.x(), size.y(), size.z() - tape}, {0, 0, (size.z() - tape) / 2}, kCarton),
           box({size.x(), width, tape}, {0, 0, size.z() - tape / 2}, kTape)};
@@ -91,7 +91,7 @@ std::vector<Shape> barrel(double radius, double height) {
 }
 
 std::vector<Shape> robot_chassis() {
-  // Every horizontal plane up to the top cuts a solid outline: lasers at any height see a robot.
+  // Every horizontal plane up to the top cuts a solid outline, so that lasers at any height hit the robot.
   return {box({kRobotLength, 0.36, 0.22}, {0, 0, 0.17}, kShell),
           box({0.36, kRobotWidth, 0.08}, {-0.08, 0, 0.28}, kAccent),
           cylinder(0.06, 0.08, {0.20, 0, 0.30}, kRubber),
@@ -106,7 +106,7 @@ std::vector<Shape> robot_chassis() {
 std::vector<Shape> robot_wheel(double outward) {
   std::vector<Shape> shapes{axle(kRobotDrive.wheel_radius, 0.05, {0, 0, 0}, kRubber),
                             axle(0.065, 0.052, {0, 0, 0}, kMetal)};
-  // Bolts off the centre show that it turns.
+  // Off-centre bolts make the rotation visible.
   for (int i = 0; i < 3; ++i) {
     const double angle = 2 * std::numbers::pi * i / 3;
     const Eigen::Vector3d center(0.045 * std::cos(angle), outward * 0.026, 0.045 * std::sin(angle));
@@ -133,7 +133,7 @@ std::vector<Shape> arm() {
 std::vector<Shape> thigh() { return {capsule(0.078, -kPerson.thigh - 0.05, 0.06, {0, 0}, kTrousers)}; }
 std::vector<Shape> shank() { return {capsule(0.056, -kPerson.shank - 0.02, 0.05, {0, 0}, kTrousers)}; }
 std::vector<Shape> foot() {
-  // The sole is at -ankle: on the floor while it stands.
+  // The sole is at -ankle: on the floor while standing.
   return {box({0.24, 0.085, 0.05}, {0.06, 0, -kPerson.ankle + 0.025}, kShoe),
           sphere(0.05, {0, 0, -kPerson.ankle + 0.055}, kShoe)};
 }
@@ -247,7 +247,7 @@ Status check_size(const AgentDefinition& agent) {
   if (agent.kind == AgentKind::cable) return check_cable(agent.name, size);
   if (agent.kind == AgentKind::container && !(size.minCoeff() >= 4 * kContainerWall)) {
     return Error{"agent '" + agent.name + "': size " + text +
-                 " m; a container has walls of 1.5 cm: expected each length from 6 cm on"};
+                 " m; a container has walls of 1.5 cm: expected each length to be at least 6 cm"};
   }
   if (!size.allFinite() || size.minCoeff() < 0.02 || size.maxCoeff() > 20) {
     return Error{"agent '" + agent.name + "': size " + text + " m; expected each length from 0.02 to 20 m"};

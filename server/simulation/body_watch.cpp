@@ -44,7 +44,7 @@ Supervised supervised(const AgentDefinition& agent, const AgentForm& form) {
   body.high = {form.size.x() / 2, form.size.y() / 2, form.size.z()};
   body.tilts = body.falls = !form.upright;
   if (agent.kind == AgentKind::cable) {
-    // What is looked at is the link in its middle.
+    // The middle link represents the cable.
     const CableForm cable = cable_form(agent.size);
     body.high = {cable.pitch / 2, cable.radius, cable.radius};
     body.low = -body.high;

@@ -1,5 +1,5 @@
-// What a supervised body does after each physics step becomes events (paper 4.1): a BodyWatch for each body,
-// fed in the order of the steps, reports what changed.
+// Converts the motion of supervised bodies to events (paper 4.1): a BodyWatch for each body, updated at every
+// physics step.
 #pragma once
 
 #include <vector>
@@ -20,10 +20,10 @@ class BodyWatch {
   BodyWatch() = default;
   explicit BodyWatch(Supervised body) : body_(std::move(body)) {}
 
-  /// What it did in the step that led to `motion`; appends its events, all stamped motion.stamp.
+  /// Processes the step that ended at `motion`; appends its events, all stamped motion.stamp.
   void update(const ObservedMotion& motion, const std::vector<Zone>& zones, const Building& building,
               double dt, std::vector<Event>& events);
-  /// It goes away at `now`: what was started and entered is stopped and left.
+  /// The body is removed at `now`: ends its movements and leaves its zones.
   void close(SimulationTime now, const std::vector<Zone>& zones, std::vector<Event>& events);
   const Supervised& body() const { return body_; }
 
@@ -39,10 +39,10 @@ class BodyWatch {
 
 struct AgentForm;
 struct RobotModel;
-/// The real robot: its height is an estimate of SLAM, so falls are not reported.
+/// The real robot: its height is an estimate by SLAM, so falls are not reported.
 Supervised supervised(const RobotDescription& robot);
 Supervised supervised(const AgentDefinition& agent, const AgentForm& form);
-/// A robot of links and joints: all of it.
+/// An articulated robot, with all events.
 Supervised supervised(const std::string& name, const RobotModel& model);
 
 }  // namespace parhelion::simulation

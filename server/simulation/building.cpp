@@ -61,7 +61,7 @@ Result<std::shared_ptr<Building>> Building::create(const SemanticModel& model) {
 }
 
 void Building::add(const ModelEntity& entity, BodyId number) {
-  // What stands steeper than 45 degrees is called a floor by mistake: it is in the way like a wall.
+  // A "floor" steeper than 45 degrees is a wrong label: treated as an obstacle like a wall.
   const bool floor = entity.label == EntityLabel::floor && entity.T_map_body.rotation()(2, 2) > 0.7;
   double bottom = 0, top = 0;
   Footprint footprint = projection(entity.T_map_body, entity.size, bottom, top);
@@ -137,7 +137,8 @@ std::vector<Door> Building::enter(Physics& physics, BodyId first_body, const Doo
     handles_.push_back(physics.add_fixed_mesh(*mesh.shape));
     for (std::size_t i = mesh.first; i < mesh.end; ++i) obstacles_[i].handle = handles_.back();
   }
-  handles_.push_back(physics.add_floor(lowest_floor_));  // nothing falls for ever beside a floor's edge
+  handles_.push_back(
+      physics.add_floor(lowest_floor_));  // objects beside a floor's edge must not fall forever
   boxes_.clear();
   parts_.clear();
   meshes_.clear();
@@ -254,7 +255,7 @@ void Building::near(const Eigen::Vector2d& p, double range, double bottom, doubl
     }
   }
   for (const std::uint32_t i : loose_) take(i);
-  // One that reaches into several cells was found several times; the order is that of the model.
+  // Remove duplicates from several cells, and restore the model's order.
   std::sort(found.begin() + static_cast<std::ptrdiff_t>(start), found.end());
   found.erase(std::unique(found.begin() + static_cast<std::ptrdiff_t>(start), found.end()), found.end());
 }

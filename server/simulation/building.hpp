@@ -1,5 +1,4 @@
-// The modelled building: fixed bodies for the physics, footprints for everything that is computed in the
-// plane.
+// The modelled building: fixed bodies for the physics, footprints for planar computations.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,57 +19,57 @@
 
 namespace parhelion::simulation {
 
-/// Something of the building that stands in the way.
+/// An obstacle of the building.
 struct FixedObstacle {
-  Footprint footprint;  ///< of its whole height, in the map
+  Footprint footprint;  ///< over its whole height, in the map
   double bottom = 0;    ///< m, z
   double top = 0;
   std::string name;
   EntityLabel label = EntityLabel::unknown;
   bool is_virtual = false;
   PhysicsHandle handle = 0;
-  /// Contacts of the real robot with it are a distance: not with a door that physics moves, nor with one of
-  /// which nobody knows how far it is open.
+  /// Contacts of the real robot with it are computed from distance: false for doors moved by the physics and
+  /// for doors with unknown angle.
   bool is_measured = true;
-  bool gives_way = false;     ///< a leaf that whoever pushes it opens
-  std::string relation = {};  ///< ModelNet::place: "in wall 7", "of stairs 1"; empty: none is known
+  bool gives_way = false;     ///< a door leaf that can be pushed open
+  std::string relation = {};  ///< ModelNet::place: "in wall 7", "of stairs 1"; empty: unknown
 };
 
-/// Constant after enter(), but for where its doors stand.
+/// Constant after enter(), except for its door leaves.
 class Building {
  public:
-  /// All that takes time; needs no simulation, so that another thread may do it.
+  /// The expensive part; independent of the simulation, so that another thread may do it.
   static Result<std::shared_ptr<Building>> create(const SemanticModel& model);
 
-  /// Into the physics, once. Its bodies are numbered from `first_body`, one for each entity of the model.
-  /// The doors, ascending id, are the caller's from now on.
+  /// Adds it to the physics; call once. Body ids start at `first_body`, one for each entity of the model.
+  /// Returns the doors, ascending id, which the caller owns from now on.
   std::vector<Door> enter(Physics& physics, BodyId first_body, const DoorRules& rules);
 
-  /// The leaf's outline as the door stands now.
+  /// Updates the leaf's outline to the door's current angle.
   void move_leaf(const Door& door);
 
-  /// Takes its bodies out of the physics again; the rest stays readable, for what is remembered of it.
+  /// Removes its bodies from the physics; the rest stays readable, for the history.
   void leave(Physics& physics) const;
 
   const std::vector<std::shared_ptr<const BodyDefinition>>& definitions() const { return definitions_; }
-  /// As the model draws them; of the doors, `door_bodies` among them, a record may know better.
+  /// States as in the model; for doors (`door_bodies`) a record may have newer ones.
   const std::vector<BodyState>& states() const { return states_; }
   const std::vector<std::size_t>& door_bodies() const { return door_bodies_; }
   const ModelNet& net() const { return net_; }
   const std::vector<FixedObstacle>& obstacles() const { return obstacles_; }
-  /// z of the floor under (x, y): the highest top of the floors there; where the model has none there, the
-  /// lowest floor's; 0 without any.
+  /// z of the floor under (x, y): the highest top of the floors there; outside all floors, the lowest
+  /// floor's; 0 without any.
   double floor_height(const Eigen::Vector2d& p) const { return floor_height(make_disc(p, 0)); }
   double floor_height(const Footprint& point) const;
-  /// Appends the obstacles whose bounding circle is within `range` of `p` and that are between the heights,
-  /// ascending index.
+  /// Appends the obstacles with a bounding circle within `range` of `p` and between the heights, ascending
+  /// index.
   void near(const Eigen::Vector2d& p, double range, double bottom, double top,
             std::vector<const FixedObstacle*>& found) const;
-  /// Of all obstacles in the plane; empty where there are none.
+  /// Of all obstacles in the plane; empty without any.
   const Eigen::AlignedBox2d& extent() const { return extent_; }
-  /// Of obstacles and floors in the plane; empty where the model has none.
+  /// Of obstacles and floors in the plane; empty without any.
   const Eigen::AlignedBox2d& site() const { return site_; }
-  /// Of a mesh, which is many obstacles with one handle, the first.
+  /// For a mesh, which is many obstacles with one handle, the first.
   const FixedObstacle* by_handle(PhysicsHandle handle) const;
 
  private:
@@ -79,26 +78,26 @@ class Building {
     Eigen::Vector3d normal;  ///< of the upper side, unit, upwards
     Eigen::Vector3d point;   ///< on it
     double lowest = 0;       ///< m, z of its lowest corner
-    /// z of the upper side at p: a floor that was fitted to scans is never quite level.
+    /// z of the upper side at p: a floor fitted to scans is never exactly level.
     double height(const Eigen::Vector2d& p) const;
   };
   struct Box {
     Eigen::Vector3d size;
     bool floor;
-    std::optional<std::size_t> obstacle;  ///< that it is
+    std::optional<std::size_t> obstacle;  ///< index of its obstacle, if it is one
     std::optional<ModelEntity> door;
   };
   struct Mesh {
     std::shared_ptr<FixedMesh> shape;
     std::size_t first, end;  ///< its obstacles
   };
-  /// `number`: of the entity in its model; what its body's counts from.
+  /// `number`: index of the entity in its model, from which its body id is derived.
   void add(const ModelEntity& entity, BodyId number);
   void add(const ModelMesh& mesh);
   void add_door(const ModelEntity& entity);
   void build_grid();
 
-  // As create() leaves them for enter(); boxes_, parts_ and states_ are alike in length.
+  // Prepared by create() for enter(); boxes_, parts_ and states_ have the same length.
   std::vector<Box> boxes_;
   std::vector<BodyDefinition> parts_;
   std::vector<Mesh> meshes_;
@@ -106,7 +105,7 @@ class Building {
 
   std::vector<std::shared_ptr<const BodyDefinition>> definitions_;
   std::vector<BodyState> states_;
-  std::vector<PhysicsHandle> handles_;    // of all that is in the physics
+  std::vector<PhysicsHandle> handles_;    // of all bodies in the physics
   std::vector<FixedObstacle> obstacles_;  // ascending handle
   std::vector<Floor> floors_;
   double lowest_floor_ = 0;
@@ -115,20 +114,20 @@ class Building {
   std::vector<std::size_t> door_bodies_;  // ascending index into states_
   struct Swing {
     std::size_t obstacle;
-    Footprint disc;  // all that the leaf passes over
+    Footprint disc;  // the area swept by the leaf
   };
   std::vector<Swing> swings_;         // ascending obstacle
-  std::vector<std::uint32_t> loose_;  // obstacles that may lie anywhere: doors off their hinges
+  std::vector<std::uint32_t> loose_;  // obstacles without a fixed position: unhinged doors
 
   void add_to_grid(std::uint32_t index, const Footprint& footprint);
-  /// What an obstacle covers, whichever way it stands.
+  /// The area an obstacle can cover, at any angle.
   const Footprint& covered(std::size_t obstacle) const;
-  /// First and last cell, of `count` in a row, within `reach` of `at` (m from the grid's origin).
+  /// First and last of `count` cells within `reach` of `at` (m from the grid's origin).
   std::pair<int, int> cell_range(double at, double reach, int count) const;
 
-  // Which obstacles reach into each cell of a regular grid.
+  // Obstacles by cell of a regular grid.
   static constexpr double kCell = 2.0;         // m
-  static constexpr double kMostCells = 250e3;  // a model of a whole campus gets larger cells instead
+  static constexpr double kMostCells = 250e3;  // a model of a whole campus gets larger cells
   double cell_ = kCell;
   Eigen::Vector2d grid_origin_ = Eigen::Vector2d::Zero();
   int columns_ = 0, rows_ = 0;

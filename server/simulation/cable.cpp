@@ -7,11 +7,12 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kLinkLength = 0.06;  // m, about
+constexpr double kLinkLength = 0.06;  // m, approximate
 constexpr std::size_t kFewest = 4, kMost = 40;
 constexpr double kDensity = 2000;  // kg/m^3: copper in rubber
 constexpr double kFriction = 0.7;  // against anything
-constexpr double kBending = 0.02;  // of its weight times a link's length: what bending a joint takes
+constexpr double kBending =
+    0.02;  // friction torque of a joint, in units of the cable's weight times a link's length
 
 const Material kSheath{{0.35F, 0.10F, 0.02F}, 0.7F, 0, 0.3F};
 
@@ -42,7 +43,7 @@ Status check_cable(const std::string& agent, const Eigen::Vector3d& size) {
   if (fits) return {};
   return Error{"agent '" + agent + "': size " + std::to_string(size.x()) + " x " + std::to_string(size.y()) +
                " x " + std::to_string(size.z()) +
-               " m; of a cable this is its length (0.2 to 10 m) and twice its diameter (1 to 10 cm, at most "
+               " m; for a cable this is its length (0.2 to 10 m) and twice its diameter (1 to 10 cm, at most "
                "an eighth of the length)"};
 }
 
@@ -68,7 +69,7 @@ void Cable::enter(Physics& physics) {
   PartDefinition link;
   link.shapes = {{link_shape(form_), {}, kFriction, -1}};
   link.mass = form_.mass / static_cast<double>(form_.links);
-  // Of a rod: what turns it about its own axis is kept from being too little for the solver.
+  // Inertia of a rod; the moment about its own axis has a lower bound, for the solver's stability.
   const double across = link.mass * (form_.pitch * form_.pitch / 12 + form_.radius * form_.radius / 4);
   link.inertia = Eigen::Vector3d(across / 2, across, across).asDiagonal();
   handles_ = physics.add_parts(std::vector<PartDefinition>(form_.links, link),

@@ -1,5 +1,5 @@
-// A cable: capsules in a row, each held to the next by a ball joint with a little friction. It hangs, is
-// dragged, gripped and lies over things; it does not stretch, twist is not springy, and it passes through
+// A cable: a chain of capsules, connected by ball joints with a little friction. It hangs, and can be
+// dragged, gripped and laid over objects; it does not stretch, has no torsional stiffness, and passes through
 // itself.
 #pragma once
 
@@ -18,14 +18,14 @@ struct CableForm {
   std::size_t links = 0;
   double pitch = 0;   ///< m, from joint to joint
   double radius = 0;  ///< m
-  double mass = 0;    ///< kg, of the whole
+  double mass = 0;    ///< kg, total
 };
 CableForm cable_form(const Eigen::Vector3d& size);
 Status check_cable(const std::string& agent, const Eigen::Vector3d& size);
 
-/// Its links, in their own frames: the origin in the middle, x along.
+/// Its links, in their own frames: origin at the centre, x along the link.
 std::vector<BodyDefinition> cable_bodies(const Eigen::Vector3d& size);
-/// Appends where they are when it lies straight along x, its middle at the origin.
+/// Appends the poses of a straight cable along x, with its centre at the origin.
 void cable_poses(const Eigen::Vector3d& size, std::vector<Transform<Base, Body>>& poses);
 
 class Cable {
@@ -34,14 +34,14 @@ class Cable {
 
   void enter(Physics& physics);
   void leave(Physics& physics);
-  /// Puts it there, straight and at rest.
+  /// Places it, straight and at rest.
   void put(Physics& physics, const Transform<Map, Base>& T_map_base);
   PhysicsHandle middle() const { return handles_[handles_.size() / 2]; }
   bool owns(PhysicsHandle handle) const { return handle >= handles_.front() && handle <= handles_.back(); }
 
   /// After a step; false: no link has moved.
   bool observe(Physics& physics);
-  /// m, map: its links' ends, one after the other.
+  /// m, map: the ends of its links, in order.
   std::vector<Eigen::Vector3d> points() const;
   void append_states(BodyId first, std::uint32_t epoch, std::vector<BodyState>& bodies) const;
   const CableForm& form() const { return form_; }

@@ -6,13 +6,12 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kContact = 0.001;  // m: nearer is contact
+constexpr double kContact = 0.001;  // m: a smaller distance is contact
 constexpr int kMostAdvances = 500;
-constexpr double kProbe = 0.005;  // m of motion that shows whether it leads out of a contact
+constexpr double kProbe = 0.005;  // m of test motion that shows whether it leads out of a contact
 
-/// m that the fastest point of `local` goes until it touches `obstacle`, at most `limit` (conservative
-/// advancement: the gap can close by no more than the fastest point moves, so each advance by the gap is
-/// safe).
+/// m that the fastest point of `local` moves until it touches `obstacle`, at most `limit` (conservative
+/// advancement: the gap closes no faster than the fastest point moves, so each advance by the gap is safe).
 double swept_distance(const Footprint& local, const Pose2& pose, const Twist2& twist, double speed,
                       const Footprint& obstacle, double limit, Footprint& placed) {
   double way = 0;
@@ -46,7 +45,7 @@ Simulation::Clearance clearance(const Footprint& local, const Agents& agents,
       const bool out = speed > 0 && signed_distance(placed, other) > gap;
       touching = true;
       leads_out = leads_out && out;
-      if (out) continue;  // left behind: what else is on the way decides
+      if (out) continue;  // the contact ends; other agents determine the distance
     } else if (speed > 0) {
       way = swept_distance(local, pose, twist, speed, other, limit, placed);
     }

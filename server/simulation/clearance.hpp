@@ -1,4 +1,4 @@
-// How far a footprint can go along an arc until it touches an agent.
+// Distance that a footprint can travel along an arc until it touches an agent.
 #pragma once
 
 #include "server/simulation/agents.hpp"
@@ -6,8 +6,8 @@
 
 namespace parhelion::simulation {
 
-/// As Simulation::clearance(), of a robot with the footprint `local` (in base_link). `placed`: memory that is
-/// used again.
+/// See Simulation::clearance(), for a robot with the footprint `local` (in base_link). `placed`: reused
+/// memory.
 Simulation::Clearance clearance(const Footprint& local, const Agents& agents,
                                 const Transform<Map, Base>& T_map_base, const Twist2& twist, double limit,
                                 Footprint& placed);

@@ -1,4 +1,4 @@
-// Contacts become events: when they start, that they go on, and when they stop.
+// Converts contacts to events: start, continuation and end.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace parhelion::simulation {
 
-/// What touches what in a step.
+/// Two bodies in contact in a step.
 struct TouchingPair {
   std::string subject;
   std::string object;
@@ -19,31 +19,31 @@ struct TouchingPair {
   double impulse = 0;                                  ///< N s in this step
   bool unsensed = false;
   std::string relation = {};  ///< of the object in the model: "in wall 7"
-  bool rests = false;         ///< one thing lies still on another
+  bool rests = false;         ///< one body rests on the other without motion
 };
 
-/// Bodies that bump lose touch for some steps: a contact has stopped when nothing was felt for `kPause`.
+/// Bouncing bodies lose contact for some steps: a contact has stopped after `kPause` without one.
 class ContactTracker {
  public:
   static constexpr double kPause = 0.25;   // s
-  static constexpr double kPeriod = 1.00;  // s: how often a contact that goes on is reported
+  static constexpr double kPeriod = 1.00;  // s: report interval of a continuing contact
 
-  /// `touching`: what touches in the step at `now`. Appends collision_started (impulse: of the first step),
-  /// collision_continued (impulse: the largest of one step since it was reported last; value: s since it
-  /// started) while it is felt and does not merely rest, and collision_stopped (impulse: the largest of one
-  /// step) to `events`, in the order of names.
+  /// `touching`: the contacts in the step at `now`. Appends to `events`, in the order of names:
+  /// collision_started (impulse: of the first step), collision_continued while the contact exists and is not
+  /// mere resting (impulse: the largest of one step since the last report; value: s since the start), and
+  /// collision_stopped (impulse: the largest of one step).
   void update(const std::vector<TouchingPair>& touching, SimulationTime now, std::vector<Event>& events);
-  /// Ends the contacts of an entity that goes away or is moved.
+  /// Ends the contacts of an entity that is removed or moved.
   void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events);
 
-  /// Whether the contact is open.
+  /// Whether the contact is active.
   bool touched(const std::string& subject, const std::string& object) const;
 
  private:
   struct Contact {
     TouchingPair newest;
-    double peak = 0;           // N s, since it started...
-    double peak_reported = 0;  // ...and since it was reported last
+    double peak = 0;           // N s, since its start...
+    double peak_reported = 0;  // ...and since the last report
     SimulationTime last, started, reported;
   };
   static Event event_of(EventKind kind, const Contact& contact, SimulationTime now, double impulse);

@@ -8,21 +8,21 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kReleaseGap = 0.02;    // m more than the margin: the robot has left a wall
-constexpr double kMostMargin = 0.10;    // m: with a worse pose contacts are not known
+constexpr double kReleaseGap = 0.02;    // m in addition to the margin: the contact with a wall has ended
+constexpr double kMostMargin = 0.10;    // m: with a larger pose uncertainty contacts are unknown
 constexpr double kRests = 0.01;         // m/s
-constexpr double kClosingSpeed = 0.02;  // m/s: slower, a robot stands beside a wall rather than hits it
+constexpr double kClosingSpeed = 0.02;  // m/s: a slower robot stands beside a wall
 
-/// Who a physics body is, for an event.
+/// The owner of a physics body, for events.
 struct Party {
   const std::string* name = nullptr;
   bool is_virtual = false;
-  bool is_robot = false;            ///< of the trainee, real or simulated
-  const RealRobot* real = nullptr;  ///< the real one
+  bool is_robot = false;            ///< the trainee's, real or simulated
+  const RealRobot* real = nullptr;  ///< if it is the real robot
   bool shown = true;
-  ArticulatedRobot* robot = nullptr;      ///< of an agent that is one
-  const std::string* relation = nullptr;  ///< of a part of the building
-  bool is_thing = false;                  ///< it does not move by itself
+  ArticulatedRobot* robot = nullptr;      ///< if it is an articulated robot
+  const std::string* relation = nullptr;  ///< if it is a part of the building
+  bool is_thing = false;                  ///< does not move by itself
 };
 
 Party party(PhysicsHandle handle, Agents& agents, const RealRobots& real_robots, const Building& building) {
@@ -66,7 +66,7 @@ void Contacts::collect_body_contacts(Agents& agents, const RealRobots& real_robo
     }
     const bool rests = a.is_thing && b.is_thing && physics.state(contact.a).velocity.norm() < kRests &&
                        physics.state(contact.b).velocity.norm() < kRests;
-    // The sensors of a simulated robot are never degraded.
+    // A simulated robot's sensors are never degraded.
     if (a.real != nullptr && !a.real->touchable) continue;
     touching_.push_back({*a.name, *b.name,
                          a.is_virtual == b.is_virtual
@@ -77,8 +77,8 @@ void Contacts::collect_body_contacts(Agents& agents, const RealRobots& real_robo
   }
 }
 
-/// Bullet makes no contact between a kinematic and a fixed body, so this is a distance with the pose's own
-/// uncertainty as margin; the impulse is what stops the robot's mass at its closing speed.
+/// Bullet creates no contacts between kinematic and fixed bodies, so contact is a distance below the pose's
+/// uncertainty; the impulse is the robot's mass times its closing speed.
 void Contacts::collect_building_contacts(const RealRobot& robot, const Building& building) {
   if (!robot.touchable) return;
   const double margin = contact_margin(robot);

@@ -1,4 +1,4 @@
-// What touches what in a step: bodies in the solver, and real robots beside the building.
+// Contacts in a step: between bodies in the solver, and of real robots with the building.
 #pragma once
 
 #include <string>
@@ -12,18 +12,18 @@
 
 namespace parhelion::simulation {
 
-/// m that a pose's uncertainty adds around a real robot where its distance to the building is measured.
+/// m added around a real robot for its pose uncertainty, in distances to the building.
 double contact_margin(const RealRobot& robot);
 
 class Contacts {
  public:
-  /// After a step: finds what touches and appends the events of ContactTracker. Tells articulated robots
-  /// which of their links touch something.
+  /// After a step: finds contacts and appends the events of ContactTracker. Marks the touching links of
+  /// articulated robots.
   void update(Agents& agents, const RealRobots& real_robots, const Building& building, const Physics& physics,
               SimulationTime now, std::vector<Event>& events);
   /// Of the newest step.
   const std::vector<TouchingPair>& touching() const { return touching_; }
-  /// Whether the contact is open.
+  /// Whether the contact is active.
   bool touched(const std::string& subject, const std::string& object) const {
     return tracker_.touched(subject, object);
   }
@@ -31,11 +31,11 @@ class Contacts {
   bool touch_each_other(const std::string& a, const std::string& b) const {
     return touched(a, b) || touched(b, a);
   }
-  /// Ends the contacts of an entity that goes away or is moved.
+  /// Ends the contacts of an entity that is removed or moved.
   void forget(const std::string& entity, SimulationTime now, std::vector<Event>& events) {
     tracker_.forget(entity, now, events);
   }
-  /// Memory for a building of so many obstacles, so that no step allocates any.
+  /// Reserves memory for a building of this many obstacles, so that no step allocates any.
   void reserve(std::size_t obstacles) { near_.reserve(4 * obstacles); }
 
  private:
@@ -45,8 +45,8 @@ class Contacts {
 
   ContactTracker tracker_;
   std::vector<TouchingPair> touching_;
-  std::vector<const FixedObstacle*> near_;  // memory that is used again
-  Footprint moved_;                         // the same
+  std::vector<const FixedObstacle*> near_;  // reused memory
+  Footprint moved_;                         // reused memory
 };
 
 }  // namespace parhelion::simulation

@@ -8,11 +8,11 @@
 namespace parhelion::simulation {
 namespace {
 
-// Between the two a door is as it was: one that swings about a limit is not reported again and again.
+// Hysteresis: between the two limits the state is kept, so that a swinging door is not reported repeatedly.
 constexpr double kOpened = kDoorOpened;
 constexpr double kClosed = 3 * std::numbers::pi / 180;  // rad
-constexpr double kLeaveGap = 0.05;  // m beside the free space: who stands on its edge is not reported again
-constexpr double kBlame = 1.0;      // s after a touch in which what a door does is the toucher's doing
+constexpr double kLeaveGap = 0.05;                      // m beside the free space: hysteresis at its edge
+constexpr double kBlame = 1.0;  // s after a touch in which events of the door are attributed to the toucher
 
 Event door_event(EventKind kind, const Door& door, SimulationTime now, double value) {
   const bool touched = !door.toucher.name.empty() && (now - door.toucher.at).seconds() <= kBlame;
@@ -29,7 +29,7 @@ Event door_event(EventKind kind, const Door& door, SimulationTime now, double va
   return event;
 }
 
-/// Somebody enters a door's opening or leaves it.
+/// Event of entering or leaving a door's opening.
 Event pass_space(Door& door, const std::string& who, bool enters, PairKind pair, bool unsensed,
                  const Eigen::Vector3d& position, SimulationTime now) {
   const auto at = std::lower_bound(door.inside.begin(), door.inside.end(), who);

@@ -1,4 +1,4 @@
-// What doors do, as events: opened and closed, broken off their hinges, who enters an opening and leaves it.
+// Events of doors: opened, closed, broken off their hinges, opening entered and left.
 #pragma once
 
 #include <vector>
@@ -10,8 +10,8 @@
 
 namespace parhelion::simulation {
 
-/// After a step. `doors`: those of around.environment; `touching`: all that touches in the step. A hinge that
-/// was torn at too strongly breaks.
+/// After a step. `doors`: those of around.environment; `touching`: all contacts of the step. Overloaded
+/// hinges break.
 void watch_doors(DoorSet& doors, const std::vector<TouchingPair>& touching, const Surroundings& around,
                  Physics& physics, std::vector<Event>& events);
 

@@ -11,11 +11,11 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kFollowSpeed = 3.0;  // rad/s: a real leaf follows its measured angle like a leaf that turns
+constexpr double kFollowSpeed = 3.0;  // rad/s, maximum speed of a real leaf towards its measured angle
 constexpr double kAngleSlack = 0.01;  // rad
-constexpr double kCloserSpeed = 0.8;  // rad/s that a closer's damper allows
+constexpr double kCloserSpeed = 0.8;  // rad/s, limit of a closer's damper
 constexpr double kShut = 0.002;       // rad
-constexpr double kPullWindow = 0.02;  // s in which an impulse breaks a hinge
+constexpr double kPullWindow = 0.02;  // s over which the impulse on a hinge is summed for breaking
 
 bool same_make(const Door& a, const Door& b) {
   return a.drawn.name == b.drawn.name && a.dynamic == b.dynamic &&
@@ -30,7 +30,7 @@ std::string degrees(double angle) {
   return text;
 }
 
-/// Puts a leaf there at once.
+/// Sets a leaf's angle immediately.
 void put_leaf(Door& door, double angle, Building& building, Agents& agents, Physics& physics) {
   constrain_all(agents, physics);
   door.angle = angle;
@@ -48,8 +48,8 @@ void put_leaf(Door& door, double angle, Building& building, Agents& agents, Phys
   building.move_leaf(door);
 }
 
-/// Friction of the hinge, and a closer that pulls with its torque as fast as its damper allows: less by the
-/// friction while the leaf closes, more while somebody opens it.
+/// Friction of the hinge, and a closer with its torque up to its damper's speed: reduced by the friction
+/// while closing, increased while being opened.
 void drive_hinge(const Door& door, Physics& physics, double dt) {
   const double left = door.hinge.closed - door.angle;
   const double closer = door.settings.closer, friction = door.settings.friction;
@@ -65,7 +65,7 @@ void drive_hinge(const Door& door, Physics& physics, double dt) {
   physics.drive_joint(door.joint, speed, opened ? closer + friction : closer - friction);
 }
 
-/// A real leaf turns towards `target` (rad of the hinge; none: it stops) as fast as leaves turn.
+/// Turns a real leaf towards `target` (rad of the hinge; none: it stops) at limited speed.
 void turn_leaf(Door& door, const std::optional<double>& target, Building& building, Physics& physics,
                double dt) {
   const double left = target ? *target - door.angle : 0;
@@ -95,7 +95,7 @@ void move_real_door(Door& door, Building& building, Agents& agents, Physics& phy
     door.known = true;
     const bool was_open = door.open, was_known = door.moved;
     put_leaf(door, *target, building, agents, physics);
-    // That it was turned while nobody saw it is reported now.
+    // Changes while the angle was unknown are reported now.
     if (was_known) door.open = was_open;
     return;
   }

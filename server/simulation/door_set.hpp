@@ -1,4 +1,4 @@
-// The doors of a building: where their leaves are, what moves them, and commands to them.
+// The doors of a building: the poses of their leaves, their motion, and commands.
 #pragma once
 
 #include <optional>
@@ -19,29 +19,29 @@ struct FixedObstacle;
 class DoorSet {
  public:
   DoorSet() = default;
-  /// Ascending id, as Building::enter() gives them.
+  /// Ascending id, from Building::enter().
   explicit DoorSet(std::vector<Door> doors) : doors_(std::move(doors)) {}
 
   const std::vector<Door>& all() const { return doors_; }
   std::vector<Door>& all() { return doors_; }
-  /// nullptr: there is no such door.
+  /// nullptr: no such door.
   Door* find(const std::string& name);
-  /// Whether somebody at p (map, m) who walks on against that leaf of the building pushes it open.
+  /// Whether somebody at p (map, m) pushes the leaf open by walking on.
   bool gives_way(const Building& building, const FixedObstacle& leaf, const Eigen::Vector2d& p) const;
 
-  /// An instructor's command of a door's angle. Error: an unknown door, or an angle that it cannot have.
+  /// An instructor's command of a door's angle. Error: an unknown door, or an angle outside its range.
   Status command(const DoorCommand& command, Building& building, Agents& agents, Physics& physics);
-  /// What sensors measure of a real door: rad from where it closes its opening, or nothing.
+  /// Measured opening of a real door, rad from its closed angle; none: not measured.
   void observe(const std::string& name, std::optional<double> opening);
-  /// The doors stand as those of an earlier model did that are of the same make.
+  /// Copies the angles of the same doors of an earlier model.
   void keep(const std::vector<Door>& old, Building& building, Agents& agents, Physics& physics);
 
-  /// Before the physics: real leaves that turn to where they are reported, friction and closers of the
+  /// Before the physics: turns real leaves to their reported angles, and applies friction and closers to the
   /// others.
   void move(Building& building, Agents& agents, Physics& physics, double dt);
-  /// After the physics: where the leaves are now, and what pulled at their hinges.
+  /// After the physics: reads the leaves' poses and the loads on their hinges.
   void read(Building& building, const Physics& physics, double dt);
-  /// Appends the state of each door that has moved.
+  /// Appends the states of doors that have moved.
   void append_states(std::vector<BodyState>& bodies) const;
 
  private:
@@ -49,7 +49,7 @@ class DoorSet {
   std::vector<Door> doors_;
 };
 
-/// Off its hinge: from now on it lies about.
+/// Takes it off its hinge: from now on a free body.
 void unhinge(Door& door, Physics& physics);
 
 }  // namespace parhelion::simulation

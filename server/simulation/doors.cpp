@@ -7,18 +7,17 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kSpaceDepth = 0.3;   // m, of an opening whose free space the model does not have
-constexpr double kLeafDensity = 250;  // kg/m^3: two boards and a honeycomb
-constexpr double kLeastMass = 5, kMostMass = 120;                               // kg
+constexpr double kSpaceDepth = 0.3;                // m, of an opening without free space in the model
+constexpr double kLeafDensity = 250;               // kg/m^3: two boards and a honeycomb
+constexpr double kLeastMass = 5, kMostMass = 120;  // kg
 constexpr double kHandleHeight = 1.05, kHandleInset = 0.06, kHandleGap = 0.04;  // m
-constexpr double kPassable = 0.9;  // rad: open so far, it lets one through
+constexpr double kPassable = 0.9;  // rad: from this angle a person can pass
 
 Eigen::Vector2d closed_center(const Door& door) {
   return leaf_at(door.drawn, door.hinge, door.hinge.closed).translation().head<2>();
 }
 
-/// The free space that bears the door's name, else the nearest that is about its closed leaf, else its
-/// opening.
+/// The free space with the door's name, else the nearest at its closed leaf, else its opening.
 ModelEntity free_space_of(const Door& door, const std::vector<ModelEntity>& spaces) {
   const Eigen::Vector2d center = closed_center(door);
   const ModelEntity* nearest = nullptr;
@@ -85,7 +84,7 @@ bool Door::gives_way_to(const Eigen::Vector2d& p) const {
   const Transform<Map, Body> T_map_closed = leaf_at(drawn, hinge, hinge.closed);
   const double z = T_map_closed.translation().z();
   const double side = (T_map_closed.inverse() * Eigen::Vector3d(p.x(), p.y(), z)).y();
-  // Pushed from its left, the leaf turns to the right of a hinge that is behind it.
+  // Pushed from its left, the leaf turns right if its hinge is behind.
   const bool turns_up = (side < 0) == (hinge.axis.x() < 0);
   return (turns_up ? hinge.upper - hinge.closed : hinge.closed - hinge.lower) > kPassable;
 }
@@ -94,7 +93,7 @@ std::vector<Shape> leaf_shapes(const Door& door) {
   const Eigen::Vector3d& size = door.drawn.size;
   std::vector<Shape> shapes{{ShapeKind::box, size, {}, door.drawn.material}};
   if (!door.dynamic || size.x() < 0.4 || size.z() < kHandleHeight + 0.1) return shapes;
-  // A lever on each side, beside the edge that is away from the hinge.
+  // A lever on each side, near the edge opposite the hinge.
   const Material metal{{0.55F, 0.56F, 0.58F}, 0.3F, 1, 0.6F};
   const Eigen::Vector3d lever(0.12, 0.02, 0.02);
   const double x = (door.hinge.axis.x() > 0 ? -1 : 1) * (size.x() / 2 - kHandleInset - lever.x() / 2);
@@ -119,7 +118,7 @@ void hang_door(Physics& physics, Door& door) {
   JointDefinition hinge;
   hinge.a = door.anchor;
   hinge.b = door.handle;
-  // A joint turns about its x axis: that is the leaf's z.
+  // A joint turns about its x axis, which is the leaf's z.
   hinge.T_a_joint.linear() << 0, 1, 0, 0, 0, 1, 1, 0, 0;
   hinge.T_a_joint.translation() = Eigen::Vector3d(door.hinge.axis.x(), door.hinge.axis.y(), 0);
   hinge.T_b_joint = hinge.T_a_joint;

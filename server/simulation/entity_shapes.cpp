@@ -12,7 +12,7 @@
 namespace parhelion::simulation {
 namespace {
 
-/// Commands that nobody answers are forgotten: an instructor asks for a few at a time.
+/// Limit of unanswered commands; instructors send few at a time.
 constexpr std::size_t most_asked = 1000;
 
 EntityShapes::Parts parts_of(const RobotModel& model) {

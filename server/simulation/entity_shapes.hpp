@@ -1,4 +1,4 @@
-// What the bodies that MR_WORLD names look like: for those who draw a session and do not simulate it.
+// Shapes of the bodies named by MR_WORLD: for drawing a session without simulating it.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@
 
 namespace parhelion::simulation {
 
-/// Begins with what the scenario puts there; a spawn counts from its agent_spawned on, since a command may be
+/// Starts with the scenario's agents; a spawn counts from its agent_spawned on, because a command may be
 /// refused.
 class EntityShapes {
  public:
@@ -30,14 +30,14 @@ class EntityShapes {
 
   void take(const AgentSpawn& command);
   void take(const Event& event);
-  /// A new version of the building: its doors.
+  /// A new version of the building, for its doors.
   void take(const SemanticModel& model);
 
-  /// In the frame of the body. Null: its shape is not known (its spawn was not recorded).
+  /// In the body's frame. Null: unknown shape (its spawn was not recorded).
   const std::vector<Shape>* find(std::string_view entity, std::string_view part) const;
-  /// Of an agent or the trainee's simulated robot, as it was defined. Null: not known.
+  /// Definition of an agent or of the trainee's simulated robot. Null: unknown.
   const AgentDefinition* definition(std::string_view entity) const;
-  /// Where an agent carries the laser of its MR_AGENT_<name>_SCAN; none: it carries none.
+  /// Mount of the agent's laser (MR_AGENT_<name>_SCAN); none: no laser.
   std::optional<Transform<Base, Laser>> laser_mount(std::string_view entity) const;
 
  private:
@@ -48,7 +48,7 @@ class EntityShapes {
   std::vector<std::shared_ptr<const RobotModel>> robot_models_;
   std::map<std::string, Parts, std::less<>> shapes_, doors_;
   std::map<std::string, AgentDefinition, std::less<>> definitions_;
-  std::map<std::uint64_t, AgentDefinition> asked_;  ///< spawns by request, not answered yet
+  std::map<std::uint64_t, AgentDefinition> asked_;  ///< requested spawns by request number, not confirmed yet
 };
 
 }  // namespace parhelion::simulation

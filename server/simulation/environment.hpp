@@ -1,5 +1,5 @@
-// What surrounds agents and robots at a step: the modelled building, its doors, and what is real but not
-// modelled.
+// Surroundings of agents and robots at a step: the modelled building, its doors, and unmodelled real
+// obstacles.
 #pragma once
 
 #include <memory>

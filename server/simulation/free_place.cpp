@@ -10,14 +10,13 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kGap = 0.02;         // m kept free between an agent that appears and what is there
+constexpr double kGap = 0.02;         // m of clearance for an agent that appears
 constexpr double kSearchRange = 6.0;  // m
-constexpr double kAround =
-    50;  // m around the modelled site that an agent may be in: yards, what is not modelled
+constexpr double kAround = 50;        // m around the modelled site where agents are allowed, such as yards
 
 }  // namespace
 
-/// What is wrong with a place that is too far from all that is modelled; empty where it is not.
+/// An error text if the position is too far from everything modelled; else empty.
 std::string off_site(const Building& building, const Eigen::Vector2d& p) {
   const Eigen::AlignedBox2d& site = building.site();
   if (site.isEmpty() || site.exteriorDistance(p) <= kAround) return {};
@@ -50,7 +49,7 @@ std::string PlaceSearch::obstruction(const Pose2& pose) {
   return {};
 }
 
-/// Rings around the place, the nearest first.
+/// Searches rings around the position, nearest first.
 std::optional<Pose2> PlaceSearch::nearest_free(const Pose2& pose) {
   constexpr double spacing = 0.1;  // m
   for (double radius = 0; radius <= kSearchRange; radius += spacing) {
@@ -78,7 +77,7 @@ Status check_place(const AgentDefinition& agent, const AgentForm& form, const Ag
   for (std::size_t i = 0; i < real_robots.size(); ++i) {
     const RealRobot& robot = real_robots[i];
     if (is_known(now[i])) append_stop_zone(robot, *now[i], zone);
-    // Where the robot is not known now, it is still somewhere near its last place.
+    // A robot with unknown pose is still near its last one.
     if (!now[i] && robot.ever_present) append_stop_zone(robot, robot.last, zone);
   }
   PlaceSearch search(form, except, std::move(zone), environment, agents);

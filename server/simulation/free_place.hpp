@@ -1,4 +1,4 @@
-// Where there is room for an agent.
+// Finds free poses for agents.
 #pragma once
 
 #include <optional>
@@ -15,13 +15,13 @@ namespace parhelion::simulation {
 
 constexpr double kMostPlace = 1e5;  // m from the map's origin
 
-/// What is wrong with a place that is too far from all that is modelled; empty: nothing.
+/// An error text if the position is too far from everything modelled; else empty.
 std::string off_site(const Building& building, const Eigen::Vector2d& p);
 
-/// Looks for room for one agent.
+/// Searches a free pose for one agent.
 class PlaceSearch {
  public:
-  /// `except`: this agent is in nobody's way; `zone`: where the agent must not be (append_stop_zone).
+  /// `except`: this agent is not an obstacle; `zone`: area that the agent must avoid (append_stop_zone).
   PlaceSearch(AgentForm form, const Agent* except, std::vector<Footprint> zone,
               const Environment& environment, const Agents& agents)
       : form_(std::move(form)),
@@ -30,7 +30,7 @@ class PlaceSearch {
         environment_(environment),
         agents_(agents) {}
 
-  /// What is in the way there; empty: the place is free.
+  /// Name of the obstacle at the pose; empty: the pose is free.
   std::string obstruction(const Pose2& pose);
   /// Within 6 m.
   std::optional<Pose2> nearest_free(const Pose2& pose);
@@ -44,8 +44,8 @@ class PlaceSearch {
   std::vector<const FixedObstacle*> near_;
 };
 
-/// Whether the agent may be at its T_map_base; an occupied place is answered with the nearest free one.
-/// `now`: where each of the real robots is, none where nobody knows.
+/// Checks the agent's T_map_base; the error for an occupied pose gives the nearest free one. `now`: the state
+/// of each real robot, none if unknown.
 Status check_place(const AgentDefinition& agent, const AgentForm& form, const Agent* except,
                    const Environment& environment, const Agents& agents, const RealRobots& real_robots,
                    std::span<const std::optional<RealRobotState>> now);

@@ -7,9 +7,9 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kLift = 0.09;       // m, ankle of the swinging foot above its place when it stands
+constexpr double kLift = 0.09;       // m, ankle of the swinging foot above its standing height
 constexpr double kArmSwing = 0.45;   // rad
-constexpr double kStandBend = 0.02;  // m, knees are never quite stretched
+constexpr double kStandBend = 0.02;  // m, knees are never completely straight
 
 Transform<Base, Body> pitched(double pitch, const Eigen::Vector3d& p_base) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY())), p_base};
@@ -20,8 +20,8 @@ struct AnklePlace {
   double z = 0;  // m, over the floor
 };
 
-/// Half of the phase the foot stands and so goes back under the body evenly, as far as the body goes forward;
-/// in the other half it swings to the front.
+/// For half of the phase the foot stands and so moves back relative to the body, at the body's speed; in the
+/// other half it swings forward.
 AnklePlace ankle(double phase, double amplitude, double stride) {
   const double turn = phase / (2 * std::numbers::pi);
   const double part = turn - std::floor(turn);
@@ -37,7 +37,7 @@ void leg_poses(double hip_z, double y, const AnklePlace& at, std::vector<Transfo
   const double dx = at.x, dz = hip_z - at.z;
   const double thigh = kPerson.thigh, shank = kPerson.shank;
   const double reach = std::min(std::hypot(dx, dz), thigh + shank);
-  const double along = std::atan2(dx, dz);  // of the line hip to ankle, forward of straight down
+  const double along = std::atan2(dx, dz);  // angle of the line from hip to ankle, forward from vertical
   const double at_hip =
       std::acos(std::clamp((thigh * thigh + reach * reach - shank * shank) / (2 * thigh * reach), -1.0, 1.0));
   const double thigh_angle = along + at_hip;
@@ -46,7 +46,7 @@ void leg_poses(double hip_z, double y, const AnklePlace& at, std::vector<Transfo
       hip + thigh * Eigen::Vector3d(std::sin(thigh_angle), 0, -std::cos(thigh_angle));
   const Eigen::Vector3d foot(at.x, y, at.z);
   const double shank_angle = std::atan2(foot.x() - knee.x(), knee.z() - foot.z());
-  // A limb hangs along -z of its frame: forward is a turn about -y.
+  // A limb hangs along -z of its frame: forward is a rotation about -y.
   poses.push_back(pitched(-thigh_angle, hip));
   poses.push_back(pitched(-shank_angle, knee));
   poses.push_back(pitched(0, foot));
@@ -57,7 +57,7 @@ void leg_poses(double hip_z, double y, const AnklePlace& at, std::vector<Transfo
 void gait_poses(double phase, double amplitude, double stride, std::vector<Transform<Base, Body>>& poses) {
   const AnklePlace left = ankle(phase, amplitude, stride);
   const AnklePlace right = ankle(phase + std::numbers::pi, amplitude, stride);
-  // The hip is as high as the leg that is stretched most allows: it sinks when the feet are apart.
+  // The more stretched leg limits the hip's height: it sinks when the feet are apart.
   const double leg = kPerson.thigh + kPerson.shank - kStandBend;
   const auto highest = [leg](const AnklePlace& at) { return at.z + std::sqrt(leg * leg - at.x * at.x); };
   const double hip_z = std::min(highest(left), highest(right));

@@ -1,5 +1,5 @@
-// A person's legs and arms as a function of the gait's phase: feet that stand do not slide, none goes through
-// the floor.
+// A person's legs and arms as a function of the gait phase: feet on the ground do not slide, and none
+// penetrates the floor.
 #pragma once
 
 #include <vector>

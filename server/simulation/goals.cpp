@@ -1,5 +1,4 @@
-// Behaviours that want to be somewhere (part of Behaviours): to go, to follow, to flee, to block, to step
-// aside.
+// Behaviours with a goal position (part of Behaviours): go, follow, flee, block, step aside.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,9 +9,10 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kExclusionTime = 1.5;  // s beyond its stopping distance that nobody steps in a robot's way
-constexpr double kThreat = 2.0;         // s ahead that whoever yields looks
-constexpr double kAside = 0.15;         // m more than touching that whoever yields keeps
+constexpr double kExclusionTime = 1.5;  // s of distance added to a robot's stopping distance, where nobody
+                                        // blocks its path
+constexpr double kThreat = 2.0;         // s, look-ahead of a yielding agent
+constexpr double kAside = 0.15;         // m of clearance that a yielding agent keeps
 
 Twist2 face(const Agent& agent, const Eigen::Vector2d& p) {
   const Eigen::Vector2d to = p - agent.pose.position();
@@ -69,7 +69,7 @@ Twist2 Behaviours::follow(Agent& agent, const Surroundings& around) {
   update_exclusion_zone(*target);
   const double gap = signed_distance(agent.placed, *target->placed);
   const double distance = agent.definition.behaviour.distance;
-  // It sets out again when it has fallen behind by a step, not by a millimetre.
+  // Hysteresis: it starts again only after falling behind by a step.
   agent.arrived = gap < distance + (agent.arrived ? 0.4 : 0.05);
   if (agent.arrived) return {};
   Twist2 twist = navigation_.approach(agent, target->pose.position(), around);
@@ -78,7 +78,7 @@ Twist2 Behaviours::follow(Agent& agent, const Surroundings& around) {
   return twist;
 }
 
-/// Of 16 straight ways the one that leads farthest from the target; none: it cannot get away.
+/// Of 16 straight lines the one that leads farthest from the target; none: there is no escape.
 std::optional<double> Behaviours::heading_away(const Agent& agent, const Target& target,
                                                const Surroundings& around) {
   constexpr int directions = 16;
@@ -93,7 +93,7 @@ std::optional<double> Behaviours::heading_away(const Agent& agent, const Target&
     const double way = grid.free_way(p, direction, look, room_of(agent));
     const Eigen::Vector2d end = p + way * direction;
     const double along = std::cos(wrap_angle(angle - agent.steering.heading));
-    // On the way it must not come past whom it flees.
+    // The path must not come close to the target.
     const Footprint path = make_segment(p, end, 0);
     const double passes = (nearest_point(*target.placed, path) - target.pose.position()).norm();
     const double score = (end - target.pose.position()).norm() + 0.3 * along +
@@ -120,11 +120,11 @@ Twist2 Behaviours::flee(Agent& agent, const Surroundings& around) {
   return steer(agent.pose, limits_of(agent), steering, agent.steering);
 }
 
-/// A place on the way that the target is expected to take, so far ahead that it can stop; sets agent.arrived
-/// where the agent stands on that way already.
+/// A position on the target's predicted path, far enough ahead for the target to stop; sets agent.arrived
+/// where the agent is on that path already.
 std::optional<Eigen::Vector2d> Behaviours::blocking_place(Agent& agent, const Target& target,
                                                           const Surroundings& around) {
-  constexpr double bend = 1.2;                // rad of its turn that are believed
+  constexpr double bend = 1.2;                // rad, limit of the target's extrapolated turn
   constexpr double spacing = 0.1, look = 20;  // m
   const double speed = std::hypot(target.twist.vx, target.twist.vy);
   const bool stands = speed < 0.05;
@@ -135,12 +135,12 @@ std::optional<Eigen::Vector2d> Behaviours::blocking_place(Agent& agent, const Ta
   const double reach = target.placed->bound + agent.form.footprint.bound + kStopMargin;
   const double stopping = stopping_distance(target.brakes->limits, speed, kExclusionTime);
   const double farthest = std::min(look, std::abs(kappa) > 0 ? bend / std::abs(kappa) : look);
-  // Where it stands already is good enough while the target must pass there.
+  // The current position suffices if the target must pass there.
   double off_way = look;
   for (double s = reach; s < farthest; s += spacing) off_way = std::min(off_way, (on_way(s) - p).norm());
   agent.arrived = off_way < (agent.arrived ? 0.25 : 0.1);
   if (agent.arrived) return std::nullopt;
-  // The first place where it is before the target would have to brake for it.
+  // The first position that it reaches before the target would have to brake for it.
   RouteGrid& grid = navigation_.grid_of(agent, around.environment);
   const double pace = std::max(0.1, agent.definition.behaviour.speed);
   std::optional<Eigen::Vector2d> place;
@@ -163,13 +163,13 @@ Twist2 Behaviours::block(Agent& agent, const Surroundings& around) {
   return place ? navigation_.approach(agent, *place, around) : Twist2{};
 }
 
-/// Somebody who drives comes at it: the direction that leads out of the way soonest.
+/// The direction that leads out of an approaching vehicle's path soonest.
 std::optional<Twist2> Behaviours::step_aside(Agent& agent, const Surroundings& around) {
   const auto threatened = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& velocity, double radius) {
     const Footprint way = make_segment(from, from + kThreat * velocity, radius);
     return velocity.norm() > 0.05 && signed_distance(way, agent.placed) < kAside;
   };
-  std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> from;  // place, velocity
+  std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> from;  // position, velocity
   const Eigen::Vector2d p = agent.pose.position();
   const auto consider = [&](const Footprint& other, const Eigen::Vector2d& velocity) {
     if (!from && threatened(other.center, velocity, other.bound)) from.emplace(other.center, velocity);
@@ -192,7 +192,7 @@ std::optional<Twist2> Behaviours::step_aside(Agent& agent, const Surroundings& a
   RouteGrid& grid = navigation_.grid_of(agent, around.environment);
   const bool room = grid.free_way(p, side * left, 0.6, room_of(agent)) > 0.3;
   const Eigen::Vector2d aside = (room ? side : -side) * left;
-  // A step to the side, not a turn first: people do.
+  // People sidestep without turning first.
   const Twist2 away{std::cos(agent.pose.yaw) * aside.x() + std::sin(agent.pose.yaw) * aside.y(),
                     -std::sin(agent.pose.yaw) * aside.x() + std::cos(agent.pose.yaw) * aside.y(), 0};
   const double pace = std::max(0.4, agent.definition.behaviour.speed);

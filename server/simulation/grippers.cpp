@@ -8,8 +8,8 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kOver = 1.5;     // m over its bottom: what falls from there falls in
-constexpr double kUpright = 0.9;  // cosine of how a container may lean
+constexpr double kOver = 1.5;     // m over its bottom: objects dropped from this range fall into it
+constexpr double kUpright = 0.9;  // cosine of a container's maximum tilt
 
 /// z of the lowest corner of its box.
 double lowest_of(const Agent& agent) {
@@ -27,7 +27,7 @@ double lowest_of(const Agent& agent) {
   return lowest;
 }
 
-/// None: there is no such agent.
+/// None: no such agent.
 std::optional<HandledBody> handled(const std::string& name, const Agents& agents) {
   const Agent* load = agents.find(name);
   if (load == nullptr) return std::nullopt;

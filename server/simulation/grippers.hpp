@@ -1,4 +1,4 @@
-// The grippers of all articulated robots: what their links press on in a step.
+// The grippers of all articulated robots: the forces of their links in a step.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ class Grippers {
 
  private:
   void collect_forces(const ArticulatedRobot& robot, const Agents& agents, const Physics& physics, double dt);
-  std::vector<FingerForce> forces_;  // memory that is used again
+  std::vector<FingerForce> forces_;  // reused memory
 };
 
 }  // namespace parhelion::simulation

@@ -1,4 +1,4 @@
-// What a gripper does with things, by contact alone: gripped, lifted, dropped, placed.
+// Gripper events, detected from contacts only: gripped, lifted, dropped, placed.
 #pragma once
 
 #include <functional>
@@ -12,46 +12,47 @@
 
 namespace parhelion::simulation {
 
-/// How a thing that was gripped stands at the newest step.
+/// State of a gripped object at the newest step.
 struct HandledBody {
-  std::uint32_t epoch = 0;  ///< another one: it was put elsewhere
-  bool rigid = true;        ///< false: a cable; that it slips is not seen
+  std::uint32_t epoch = 0;  ///< changes when it was moved elsewhere
+  bool rigid = true;        ///< false: a cable, for which slip is not detected
   Transform<Map, Body> T_map_body;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();    ///< m, map
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, map; of one in a container: against that
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, map; relative to its container, if any
   double lowest = 0;                                   ///< m, z of its lowest point
   std::string over;                                    ///< container whose opening it is in or over
-  std::string in;                                      ///< container that it is in: its centre, below the rim
+  std::string in;  ///< container that holds it: its centre is below the rim
 };
 
-/// A link of the gripper presses on a thing.
+/// Force of a gripper link on an object.
 struct FingerForce {
   const std::string* load = nullptr;
   std::size_t finger = 0;
   double force = 0;  ///< N, normal
 };
 
-/// Of one gripper. Each event is reported in the step in which its condition holds first:
-/// gripped: two of its links press on the thing with kPinch each. It holds the thing until they have not
-///   for kLetGo.
-/// lifted: held, its lowest point is kLift over where that was when it was gripped; again only after it
-///   was down to half of that.
-/// dropped: lifted, and either it has slipped kSlip in the gripper, or it is not pressed and sinks with
-///   kSink where no container is below. Reported once until it is released.
+/// Of one gripper. Each event is reported at the first step in which its condition holds:
+/// gripped: two of its links press on the object with kPinch each. It ends kLetGo after they stopped.
+/// lifted: gripped, and its lowest point is kLift above that when gripped; repeated only after it was below
+/// half
+///   of that height.
+/// dropped: lifted, and it has either slipped kSlip in the gripper, or is not pressed and sinks with kSink
+/// with no
+///   container below. Reported once until it is released.
 /// placed: it was lifted, was released, and has rested in a container (slower than kStill) for kRest.
 class GripperWatch {
  public:
   static constexpr double kPinch = 1.0;   // N
   static constexpr double kLetGo = 0.1;   // s
   static constexpr double kLift = 0.02;   // m
-  static constexpr double kSlip = 0.04;   // m, of the thing at the middle between the links
+  static constexpr double kSlip = 0.04;   // m, relative to the centre between the links
   static constexpr double kSink = 0.5;    // m/s: 1.3 cm of free fall
   static constexpr double kStill = 0.02;  // m/s
   static constexpr double kRest = 0.3;    // s
-  static constexpr double kForget = 10;   // s: what rolls about for so long is no longer looked after
+  static constexpr double kForget = 10;   // s: an object moving this long is no longer tracked
 
   using Look = std::function<std::optional<HandledBody>(const std::string& load)>;
-  /// `pads`: m, map, the middle between the gripper's links. `look`: none, where there is no such thing now.
+  /// `pads`: m, map, the centre between the gripper's links. `look`: none if the object no longer exists.
   void update(const std::string& robot, PairKind pair, const Eigen::Vector3d& pads,
               const std::vector<FingerForce>& forces, const Look& look, SimulationTime now,
               std::vector<Event>& events);
@@ -74,7 +75,7 @@ class GripperWatch {
   static void say(const Saying& saying, EventKind kind, const std::string& object, const HandledBody& body,
                   double value);
   void press(const std::vector<FingerForce>& forces, const Look& look, const Saying& saying);
-  /// False: it is to be forgotten.
+  /// False: no longer tracked.
   static bool follow(const std::string& load, Held& held, const HandledBody& body,
                      const Eigen::Vector3d& pads, const Saying& saying);
   static bool settle(const std::string& load, Held& held, const HandledBody& body, const Saying& saying);

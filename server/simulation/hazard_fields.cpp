@@ -14,13 +14,13 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNearest = 0.1;      // m: a source is no point when one is as near as that
-constexpr double kLeastWall = 0.005;  // m of a line within a box that count
+constexpr double kNearest = 0.1;      // m: lower limit of the inverse-square law
+constexpr double kLeastWall = 0.005;  // m, minimum length of a line within a box
 constexpr double kCell = 0.25;        // m
-constexpr int kMostCells = 250;       // along a side; with the longest reach a cell still fits through a door
-constexpr double kBreath = 0.02;      // m: a gap narrower than twice this lets no gas through
+constexpr int kMostCells = 250;  // along a side; with the longest reach, cells are still narrower than a door
+constexpr double kBreath = 0.02;  // m: a gap narrower than twice this is closed to gas
 
-/// What gas does not pass: not the leaf of a door, nor what is over a head.
+/// Obstacles that block gas: not door leaves, nor anything overhead.
 bool holds_gas(const FixedObstacle& obstacle) { return obstacle.label != EntityLabel::door; }
 
 }  // namespace
@@ -78,7 +78,7 @@ void GasField::place(const Building& building, const Eigen::Vector3d& leak, doub
     for (int row = first_row; row <= last_row; ++row) {
       for (int column = first_column; column <= last_column; ++column) {
         const Eigen::Vector2d center(leak.x() + corner + column * cell_, leak.y() + corner + row * cell_);
-        // A wall thinner than a cell still parts its two sides.
+        // A wall thinner than a cell must still separate its two sides.
         if (signed_distance(make_disc(center, cell_ / 2), wall->footprint) <= 0)
           solid_[static_cast<std::size_t>(row * side_ + column)] = 1;
       }
@@ -87,10 +87,10 @@ void GasField::place(const Building& building, const Eigen::Vector3d& leak, doub
   spread();
 }
 
-/// Dijkstra's shortest ways from the middle.
+/// Dijkstra's shortest paths from the middle.
 void GasField::spread() {
   way_.assign(solid_.size(), kInfinity);
-  using Entry = std::pair<double, int>;  // way, cell: equal ways in the order of cells
+  using Entry = std::pair<double, int>;  // distance, cell: ties ordered by cell
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   const int start = (side_ / 2) * side_ + side_ / 2;
   way_[static_cast<std::size_t>(start)] = 0;
@@ -105,7 +105,7 @@ void GasField::spread() {
         const int y = row + dy, x = column + dx;
         if (y < 0 || x < 0 || y >= side_ || x >= side_) continue;
         const auto next = static_cast<std::size_t>(y * side_ + x);
-        // Between two corners there may be a thin wall askew.
+        // A thin diagonal wall may pass between two corners.
         const bool cuts_corner = solid_[static_cast<std::size_t>(row * side_ + x)] != 0 ||
                                  solid_[static_cast<std::size_t>(y * side_ + column)] != 0;
         const double longer = way + cell_ * (dx != 0 && dy != 0 ? std::numbers::sqrt2 : 1);
@@ -125,7 +125,7 @@ bool GasField::blocked(const Building& building, const Footprint& line) const {
   });
 }
 
-/// To the cells around a place that air comes from: its own may be solid beside a wall.
+/// Through the neighbour cells with an air connection to p: its own cell may be solid beside a wall.
 double GasField::way_over_grid(const Building& building, const Eigen::Vector2d& p) const {
   const Eigen::Vector2d offset = p - leak_.head<2>();
   const Eigen::Vector2i cell = (offset / cell_).array().round().cast<int>() + side_ / 2;

@@ -1,4 +1,4 @@
-// How far the fields of radiation sources and gas leaks reach through a building.
+// Fields of radiation sources and gas leaks in a building.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,10 +12,10 @@ namespace parhelion::simulation {
 class Building;
 struct Door;
 
-/// What the boxes of the building, doors as they stand now, put between two points (m, map). Meshes are not
-/// counted: furniture weakens neither much.
+/// Boxes of the building, doors at their current angles, between two points (m, map). Meshes are not counted:
+/// furniture attenuates neither much.
 struct Crossing {
-  int walls = 0;         ///< boxes of any label that the line passes through
+  int walls = 0;         ///< boxes of any label on the line
   double thickness = 0;  ///< m of the line within them
 };
 Crossing crossing(const Building& building, const std::vector<Door>& doors, const Eigen::Vector3d& a,
@@ -26,16 +26,16 @@ Crossing crossing(const Building& building, const std::vector<Door>& doors, cons
 /// 0.1 m as at 0.1 m.
 double dose_rate(const Hazard& source, double distance, double thickness);
 
-/// How far it is through the air from a leak, in the plane and round walls: where nothing is between the
-/// straight line, else over a grid of 8 neighbours (at most 8 % too long). Modelled doors stand open to gas.
-/// Concentration falls to 1/e in each `reach` of way: a steady leak into a draught, not a solution of flow.
+/// Distance through the air from a leak, in the plane and round walls: the straight line where it is free,
+/// else over a grid of 8 neighbours (at most 8 % too long). Modelled doors do not block gas. The
+/// concentration falls to 1/e in each `reach` of distance: a steady leak in a draught, not a flow simulation.
 class GasField {
  public:
-  static constexpr double kReaches = 5;  ///< beyond so many (0.7 %) nothing is read
+  static constexpr double kReaches = 5;  ///< beyond this many (0.7 %) the reading is 0
 
-  /// Makes the field of a leak there, or keeps it where the leak moved less than a cell.
+  /// Computes the field of a leak, or keeps it if the leak moved less than a cell.
   void place(const Building& building, const Eigen::Vector3d& leak, double reach);
-  /// ppm at `p`, for `strength` ppm at the leak; 0 where no way leads.
+  /// ppm at `p`, for `strength` ppm at the leak; 0 without a path.
   double concentration(const Building& building, double strength, const Eigen::Vector3d& p) const;
 
  private:
@@ -47,7 +47,7 @@ class GasField {
   double reach_ = 1, cell_ = 0.25;
   int side_ = 0;             ///< cells along each side, the leak in the middle
   std::vector<char> solid_;  ///< by cell, row by row
-  std::vector<double> way_;  ///< m, by cell; infinity: no way
+  std::vector<double> way_;  ///< m, by cell; infinity: no path
 };
 
 }  // namespace parhelion::simulation

@@ -7,9 +7,10 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kSameStorey = 1.5;  // m between a device and the floor of who comes near
+constexpr double kSameStorey =
+    1.5;  // m, height difference between a device and the floor of an approaching body
 
-/// Of a hazard whose agent, if it is one, exists.
+/// Position of a hazard, whose agent, if any, exists.
 Eigen::Vector3d place_of(const Hazard& hazard, const Agents& agents) {
   if (hazard.agent.empty()) return hazard.position;
   const Agent* agent = agents.find(hazard.agent);
@@ -30,12 +31,12 @@ void Hazards::forget_fields() {
   for (Entry& entry : entries_) entry.gas = GasField();
 }
 
-/// By the agent that a device is: a blow changes its momentum, a tilt its attitude.
+/// Triggers that a device feels as an agent: a blow changes its momentum, a tilt its attitude.
 Hazards::Trigger Hazards::felt(Entry& entry, const Agent& agent) {
   const Hazard& hazard = entry.hazard;
   const Eigen::Vector3d& v = agent.rigid.velocity;
   if (entry.epoch != agent.epoch) entry.velocity = {v, v};
-  // The physics spreads a blow over two steps: in the first one the gap closes.
+  // The physics spreads a blow over two steps: the first one closes the gap.
   const double blow = agent.form.mass * (v - entry.velocity[0]).norm();
   entry.epoch = agent.epoch;
   entry.velocity = {entry.velocity[1], v};
@@ -46,7 +47,7 @@ Hazards::Trigger Hazards::felt(Entry& entry, const Agent& agent) {
   return {};
 }
 
-/// By the nearest robot or person within the device's reach.
+/// Triggered by the nearest robot or person within the device's reach.
 Hazards::Trigger Hazards::approached(const Entry& entry, const Agent* own, const Eigen::Vector3d& place,
                                      const Surroundings& around) {
   if (!entry.hazard.nearness) return {};
@@ -109,7 +110,7 @@ bool Hazards::has(HazardKind kind) const {
                      [&](const Entry& entry) { return entry.hazard.kind == kind; });
 }
 
-/// The sum of the sources of a kind at p.
+/// The sum of the sources of one kind at p.
 double Hazards::read_sources(HazardKind kind, const Eigen::Vector3d& p, const Surroundings& around) {
   const Building& building = around.building();
   double sum = 0;

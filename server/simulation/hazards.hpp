@@ -1,4 +1,4 @@
-// Hazards of the scenario: devices that are set off at a step, and what a sensor reads of sources.
+// Hazards of the scenario: devices triggered at a step, and readings of sources.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,29 +16,29 @@ namespace parhelion::simulation {
 
 class Hazards {
  public:
-  /// The fields of gas that stand still are made now: a wide one takes milliseconds.
+  /// Computes the fields of stationary gas leaks now: a wide one takes milliseconds.
   Hazards(const std::vector<Hazard>& hazards, const Building& building);
 
-  /// After a step: appends an event for each device that is set off by it.
+  /// After a step: appends an event for each triggered device.
   void update(const Surroundings& around, std::vector<Event>& events);
-  /// As Simulation::hazard_reading().
+  /// See Simulation::hazard_reading().
   bool read(const Surroundings& around, HazardReading& reading);
-  /// There is another building: fields of gas are made anew when they are read.
+  /// After a change of the building: gas fields are recomputed when read.
   void forget_fields();
 
  private:
-  /// A hazard and what is kept of it between steps.
+  /// A hazard and its state between steps.
   struct Entry {
     Hazard hazard;
     bool set_off = false;
-    std::optional<std::uint32_t> epoch = {};  ///< of its agent at the step before
+    std::optional<std::uint32_t> epoch = {};  ///< of its agent at the previous step
     /// m/s, of its agent at the two steps before, the older one first.
     std::array<Eigen::Vector3d, 2> velocity = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     GasField gas = {};
   };
-  /// What set a device off.
+  /// The trigger of a device.
   struct Trigger {
-    const char* by = nullptr;  ///< nullptr: nothing did
+    const char* by = nullptr;  ///< cause; nullptr: not triggered
     double value = 0;
     std::string who = {};
     PairKind pair = PairKind::none;

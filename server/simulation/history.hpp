@@ -1,4 +1,4 @@
-// The last states of all bodies that can move: a ring of records, and the world between two of them.
+// The last states of all movable bodies: a ring of records, and interpolation between two of them.
 #pragma once
 
 #include <memory>
@@ -12,23 +12,23 @@ namespace parhelion::simulation {
 
 class Building;
 
-/// All that a step made.
+/// The results of a step.
 struct HistoryRecord {
   SimulationTime stamp;
   std::uint64_t step = 0;
   bool attitude_known = false;  ///< of the real robot
   std::shared_ptr<const Scene> scene;
-  std::shared_ptr<const Building> building;  ///< what stood then
+  std::shared_ptr<const Building> building;  ///< the building at that step
   std::vector<BodyState> bodies;  ///< those that can move and exist at the stamp, and doors that have moved;
                                   ///< ascending id
 };
 
 class History {
  public:
-  /// Keeps `records` of them.
+  /// Keeps `records` records.
   explicit History(std::size_t records) : ring_(records) {}
 
-  /// The oldest record's memory, to be filled with the coming step; it then is the newest.
+  /// Returns the oldest record for reuse, to be filled with the coming step; it becomes the newest.
   HistoryRecord& push();
   std::size_t size() const { return size_; }
   const HistoryRecord& newest() const { return from_newest(0); }
@@ -37,10 +37,10 @@ class History {
     return ring_[(next_ + ring_.size() - 1 - back) % ring_.size()];
   }
 
-  /// Poses at t, appended to `bodies` with the record that they start from: between two records of one epoch
-  /// positions go linearly and rotations along the shortest arc; a body that was spawned, moved or removed by
-  /// the later record stays as the earlier one has it. After the newest, up to `ahead`, each body goes on
-  /// with its velocities. nullptr: outside.
+  /// Poses at t, appended to `bodies`; returns the record that they start from. Between two records of one
+  /// epoch positions are interpolated linearly and rotations along the shortest arc; a body that was spawned,
+  /// moved or removed by the later record keeps its pose of the earlier one. After the newest, up to `ahead`,
+  /// each body is extrapolated with its velocities. nullptr: outside the history.
   const HistoryRecord* find(SimulationTime t, Duration ahead, std::vector<BodyState>& bodies) const;
   /// The record at or before t, without poses.
   const HistoryRecord* record_at(SimulationTime t, Duration ahead) const;

@@ -10,7 +10,7 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr int kMostChanges = 6;   // of treads in one solution
-constexpr double kSlack = 1e-12;  // N s and m/s within which a tread's bound is kept
+constexpr double kSlack = 1e-12;  // N s and m/s, tolerance of a tread's bound
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::Vector3d vector(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -21,7 +21,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// About a point from which `arm` leads to the centre of mass.
+/// About a point at -arm from the centre of mass.
 Eigen::Matrix<double, 6, 6> inertia_about(const btRigidBody& body, const btVector3& arm) {
   Eigen::Matrix3d R;
   const btMatrix3x3& basis = body.getWorldTransform().getBasis();
@@ -37,12 +37,12 @@ Eigen::Matrix<double, 6, 6> inertia_about(const btRigidBody& body, const btVecto
   return inertia;
 }
 
-/// The motor drives beyond the limit.
+/// The motor pushes into the limit.
 bool against_limit(const JointAim& aim) {
   return aim.limited && (aim.is_lower ? aim.speed < aim.limit_speed : aim.speed > aim.limit_speed);
 }
 
-/// Of what acts along a joint's axis: a motor that drives against its limit pushes with all it has.
+/// The motor's part of the impulse along a joint's axis: its maximum when it pushes into its limit.
 double motor_share(const JointAim& aim, double along) {
   if (against_limit(aim)) return aim.is_lower ? -aim.most : aim.most;
   return std::clamp(along, -aim.most, aim.most);
@@ -63,7 +63,7 @@ int JointTree::link(int body) const {
   return place < link_by_body_.size() ? link_by_body_[place] : -1;
 }
 
-/// Of a body that is new: a root, or below `parent`.
+/// Link of a body; adds a new one as a root, or below `parent`.
 int JointTree::link_of(int body, const btAlignedObjectArray<btSolverBody>& pool, int parent) {
   if (const int known = link(body); parent < 0 && known >= 0) return known;
   const btRigidBody& rigid = *pool[body].m_originalBody;
@@ -83,7 +83,7 @@ int JointTree::link_of(int body, const btAlignedObjectArray<btSolverBody>& pool,
   return number;
 }
 
-/// The impulses that a motor's joint, and its limit, may give, the largest first.
+/// The possible impulses of a joint's motor and limit, largest first.
 void JointTree::lay_treads(Joint& joint) {
   const JointAim& aim = joint.aim;
   const auto lay = [&joint](bool holds, double speed, double low, double high) {
@@ -139,7 +139,7 @@ JointTree::Vector6 JointTree::velocity(const Link& link,
   return v;
 }
 
-/// What each part weighs with all that hangs on it.
+/// Articulated inertia of each part with its subtree.
 void JointTree::articulate() {
   articulated_ = true;
   for (Link& link : links_) link.articulated = link.inertia;
@@ -161,7 +161,7 @@ void JointTree::articulate() {
   compose();
 }
 
-/// To the roots, which learn what acts on them, and back: impulses and changes of velocity.
+/// A pass to the roots, collecting forces, and back: impulses and changes of velocity.
 void JointTree::pass() {
   for (Link& link : links_) link.bias.setZero();
   for (std::size_t i = joints_.size(); i-- > 0;) {
@@ -193,7 +193,7 @@ void JointTree::pass() {
   }
 }
 
-/// Where an impulse, or a speed, is beyond its tread: to the next one.
+/// Moves to the next tread where an impulse or a speed is beyond its tread.
 bool JointTree::change_treads() {
   bool changed = false;
   for (Joint& joint : joints_) {

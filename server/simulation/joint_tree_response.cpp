@@ -1,9 +1,9 @@
-// How parts of a tree answer an impulse on one of them.
+// Responses of a tree's parts to an impulse on one of them.
 #include "server/simulation/joint_tree.hpp"
 
 namespace parhelion::simulation {
 
-/// Parts that joints hold to each other are one.
+/// Combines parts connected by holding joints.
 void JointTree::compose() {
   composites_.clear();
   const auto start = [this](Link& link, int parent, int joint) {

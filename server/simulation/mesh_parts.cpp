@@ -10,7 +10,7 @@ namespace parhelion::simulation {
 namespace {
 
 using Polygon = std::vector<Eigen::Vector3d>;
-using Cube = std::array<std::int64_t, 3>;  // z, y, x: so that a map is ordered by height first
+using Cube = std::array<std::int64_t, 3>;  // z, y, x: a map is then ordered by height first
 
 /// Sutherland-Hodgman: the part of `polygon` with low <= p[axis] <= high.
 void clip(const Polygon& polygon, int axis, double low, double high, Polygon& scratch, Polygon& out) {
@@ -88,7 +88,7 @@ std::vector<MeshPart> mesh_parts(const ModelMesh& mesh, std::size_t most_pieces)
     std::vector<Eigen::Vector2d> plan;
     part.bottom = part.top = polygon.front().z();
     for (const Eigen::Vector3d& p : polygon) {
-      // To a micrometre: the hull of corners that differ by rounding alone would lose others.
+      // Rounded to a micrometre: vertices that differ only by rounding would disturb the hull.
       plan.emplace_back(std::round(p.x() * 1e6) / 1e6, std::round(p.y() * 1e6) / 1e6);
       part.bottom = std::min(part.bottom, p.z());
       part.top = std::max(part.top, p.z());

@@ -27,7 +27,7 @@ const std::string& ModelNet::place(std::string_view entity) const {
   return entry == entries_.end() ? nowhere : entry->second.place;
 }
 
-/// A wall that doors cut is several pieces; what it is part of is the wall as people see it.
+/// A wall with doors consists of several pieces; the result names the wall that they are part of.
 std::string ModelNet::place_of(const std::string& name, const Entry& entry) const {
   const bool opening = entry.label == EntityLabel::door || entry.label == EntityLabel::window ||
                        entry.label == EntityLabel::free_space;

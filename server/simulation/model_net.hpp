@@ -1,4 +1,4 @@
-// The semantic net behind the bodies: from the name in an event to what the thing is and what it hangs on.
+// Access to the semantic net: from the name in an event to the entity and its relations.
 #pragma once
 
 #include <map>
@@ -16,10 +16,10 @@ class ModelNet {
   explicit ModelNet(const SemanticModel& model);
 
   bool has(std::string_view entity) const { return entries_.find(entity) != entries_.end(); }
-  /// Relations that name the entity, from or to, in the order of the model; none of an unknown one.
+  /// Relations from or to the entity, in the order of the model; none for an unknown one.
   const std::vector<Relation>& relations(std::string_view entity) const;
-  /// What an event adds to the name: "in wall 7" of a door or a window, "of stairs 1" of a step; empty where
-  /// the net has nothing about it.
+  /// Addition to the name in events: "in wall 7" for a door or a window, "of stairs 1" for a step; empty if
+  /// the net has no such relation.
   const std::string& place(std::string_view entity) const;
 
  private:

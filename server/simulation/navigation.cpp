@@ -10,10 +10,10 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kRouteRoom = 0.03;      // m that a route keeps beyond the agent's radius
+constexpr double kRouteRoom = 0.03;      // m of clearance of a route in addition to the agent's radius
 constexpr double kGoalMoved = 0.7;       // m that a goal moves before its route is searched again
-constexpr double kSwitchDistance = 2.0;  // m from a corner at which the next one is looked for
-constexpr double kRetry = 5.0;           // s until a search is repeated where no route led there
+constexpr double kSwitchDistance = 2.0;  // m from a corner at which the next one is tried
+constexpr double kRetry = 5.0;           // s until an unsuccessful search is repeated
 constexpr int kMostFailures = 3;         // then the goal is reported unreachable
 
 }  // namespace
@@ -29,7 +29,7 @@ RouteGrid& Navigation::grid_of(const Agent& agent, const Environment& environmen
   return router_.grid(environment.building, agent.floor, agent.form.size.z());
 }
 
-/// What a way goes round: closed doors and, where the last way was blocked, whoever stands there.
+/// Areas to avoid: closed doors and, if the last route was blocked, standing agents.
 RouteQuery Navigation::query_to(const Agent& agent, const Eigen::Vector2d& goal, bool round_agents,
                                 const Surroundings& around) {
   const Environment& environment = around.environment;
@@ -118,7 +118,7 @@ void Navigation::search_routes(Agents& agents, const Surroundings& around, std::
     route.points.clear();
     route.retry_after = around.clock.step + around.clock.steps_in(kRetry);
     route.failures = answer.round_agents ? route.failures + 1 : kMostFailures;
-    // Whoever follows waits for better times without an event.
+    // A following agent waits without an event.
     const bool goes = agent.definition.behaviour.kind == BehaviourKind::go;
     if (!goes || route.failures < kMostFailures || route.reported) continue;
     route.reported = true;
@@ -128,7 +128,7 @@ void Navigation::search_routes(Agents& agents, const Surroundings& around, std::
   }
 }
 
-/// The point of the way to `goal` that it can go to straight; nothing while there is none.
+/// The farthest point of the route to `goal` that is reachable in a straight line; none without a route.
 std::optional<Eigen::Vector2d> Navigation::lookahead_point(Agent& agent, const Eigen::Vector2d& goal,
                                                            const Surroundings& around) {
   const Environment& environment = around.environment;
@@ -155,8 +155,8 @@ std::optional<Eigen::Vector2d> Navigation::lookahead_point(Agent& agent, const E
   return route.points[route.next];
 }
 
-/// Straight at a point, where nothing is in the way: a turn on the spot first, where it is not ahead.
-/// Steering looks for room and would rather go round a narrow gap.
+/// Drives straight to a point if the line is free, after a turn on the spot if it is not ahead. Steering
+/// prefers open space and would avoid a narrow gap.
 std::optional<Twist2> Navigation::straight_to(const Agent& agent, const Eigen::Vector2d& point) {
   constexpr double margin = 0.02, enough = 1.0, aligned = 0.5;  // m, m, rad
   const Eigen::Vector2d to = point - agent.pose.position();
@@ -173,7 +173,7 @@ std::optional<Twist2> Navigation::straight_to(const Agent& agent, const Eigen::V
   return Twist2{speed * (1 - 0.8 * std::abs(turn) / aligned), 0, wz};
 }
 
-/// Drives to a point that it sees, and looks for another way when it comes no further.
+/// Drives to a visible point, and searches a new route when it makes no progress.
 Twist2 Navigation::drive_to(Agent& agent, const Eigen::Vector2d& point, const Eigen::Vector2d& goal,
                             const Surroundings& around) {
   const StepClock& clock = around.clock;

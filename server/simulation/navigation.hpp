@@ -1,5 +1,5 @@
-// How agents get to a goal: by routes through the building, along them straight or by steering, and another
-// way where they make no progress.
+// Leads agents to a goal: by routes through the building, followed straight or by steering, with a new route
+// where they make no progress.
 #pragma once
 
 #include <optional>
@@ -12,29 +12,29 @@
 
 namespace parhelion::simulation {
 
-/// m that its route keeps clear: its radius and a little more.
+/// m of clearance for its route: its radius plus a margin.
 double room_of(const Agent& agent);
-/// Whether the agent opens that leaf by walking on.
+/// Whether the agent opens the leaf by walking on.
 bool walks_through(const Agent& agent, const FixedObstacle& leaf, const Environment& environment);
 
 class Navigation {
  public:
-  /// Towards the goal; nothing while no route is known. `agent`: one of around.agents.
+  /// Motion towards the goal; zero while no route is known. `agent`: one of around.agents.
   Twist2 approach(Agent& agent, const Eigen::Vector2d& goal, const Surroundings& around);
-  /// Searches go on; routes that were found go to their agents, `agents` of `around`. Appends events of goals
-  /// that are unreachable.
+  /// Continues searches and assigns finished routes to `agents`, those of `around`. Appends events of
+  /// unreachable goals.
   void search_routes(Agents& agents, const Surroundings& around, std::vector<Event>& events);
   void forget_route(Agent& agent);
-  /// Of the floor that the agent is on.
+  /// The grid of the agent's floor.
   RouteGrid& grid_of(const Agent& agent, const Environment& environment);
 
-  SteeringScratch steering;               ///< with the obstacles around the agent that decides
-  std::vector<Footprint> exclusion_zone;  ///< where that agent must not go
+  SteeringScratch steering;               ///< with the obstacles around the deciding agent
+  std::vector<Footprint> exclusion_zone;  ///< area that this agent must avoid
 
  private:
   RouteQuery query_to(const Agent& agent, const Eigen::Vector2d& goal, bool round_agents,
                       const Surroundings& around);
-  /// Whether it can go there straight, past building and closed doors.
+  /// Whether the straight line is free of the building and closed doors.
   bool is_straight_free(const Agent& agent, const Eigen::Vector2d& p, const Environment& environment);
   void request_route(Agent& agent, const Eigen::Vector2d& goal, bool round_agents,
                      const Surroundings& around);
@@ -46,7 +46,7 @@ class Navigation {
   std::string why_unreachable(const Router::Answer& answer, const Environment& environment);
 
   Router router_;
-  std::vector<Router::Answer> answers_;  // memory that is used again
+  std::vector<Router::Answer> answers_;  // reused memory
 };
 
 }  // namespace parhelion::simulation

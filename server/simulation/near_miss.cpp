@@ -5,7 +5,7 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kVerge = 0.05;  // m and s from away: what may be gone within some steps
+constexpr double kVerge = 0.05;  // m and s from the limits of kAway: may be exceeded within some steps
 
 }  // namespace
 

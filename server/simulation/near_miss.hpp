@@ -1,4 +1,4 @@
-// Near misses: what a robot passed too near, or would soon have hit, and did not touch.
+// Near misses: objects that a robot passed too closely or nearly hit, without contact.
 #pragma once
 
 #include <limits>
@@ -11,7 +11,7 @@
 
 namespace parhelion::simulation {
 
-/// Something that is near, or ahead.
+/// An object nearby or ahead.
 struct Neighbour {
   std::string_view name;
   PairKind pair = PairKind::none;
@@ -19,13 +19,13 @@ struct Neighbour {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map: its point nearest to the robot
 };
 
-/// near_miss, once an encounter is over that never became a contact: by distance (text "gap", value: m, the
-/// smallest gap, at most kGap), by time (text "time", value: s, the least time to a collision, at most
-/// kTime), or both. Only what is so while the robot itself moves faster than kCareful counts: who creeps past
-/// does so on purpose, and who stands is passed by others. Where it began an encounter within kGap, only the
-/// time counts. It is over when for kHold the robot stood, or the thing was farther than kAway and not ahead
-/// within kTimeAway. A second as the limit of serious conflicts: Hayward, Near-miss determination through use
-/// of a scale of danger, Highway Research Record 384, 1972.
+/// Reports near_miss at the end of an encounter without contact: by distance (text "gap", value: m, the
+/// smallest gap, at most kGap), by time (text "time", value: s, the shortest time to collision, at most
+/// kTime), or both. Only instants when the robot itself moves faster than kCareful count: passing at a crawl
+/// is deliberate, and a standing robot is passed by others. Where the encounter began within kGap, only the
+/// time counts. It ends when for kHold the robot stood, or the object was farther than kAway and not ahead
+/// within kTimeAway. One second as the limit of serious conflicts: Hayward, Near-miss determination through
+/// use of a scale of danger, Highway Research Record 384, 1972.
 class NearMissWatch {
  public:
   static constexpr double kGap = 0.20, kAway = 0.30;     // m
@@ -33,24 +33,25 @@ class NearMissWatch {
   static constexpr double kCareful = 0.10;               // m/s, of its fastest point
   static constexpr double kHold = 0.5;                   // s
 
-  /// Something was near, or is: to be updated at each step.
+  /// An encounter is active: update at each step.
   bool open() const { return !open_.empty(); }
-  /// Something may be away at the next step: to be looked at then.
+  /// An encounter may end at the next step: check it then.
   bool leaving() const;
-  /// A check begins.
+  /// Starts a check.
   void begin_check(SimulationTime now) { looked_ = now; }
-  /// At each check, of what is no farther than kAway: the gap to it (m).
+  /// At each check, for objects within kAway: the gap (m).
   void near(const Neighbour& thing, double gap, bool moves, SimulationTime now);
-  /// Of what would be hit first: s until then.
+  /// The first object on the path: s until contact.
   void ahead(const Neighbour& thing, double time, bool moves, SimulationTime now);
-  /// Of what it touches.
+  /// An object in contact.
   void touch(std::string_view name, SimulationTime now);
-  /// The same of all that was near or ahead, also of what a robot that stands does not check any more.
+  /// Marks all tracked objects for which touched(name) is true as in contact, also for a standing robot that
+  /// is no longer checked.
   template <class Touched>
   void touch_if(Touched touched) {
     for (auto& each : open_) each.second.touched = each.second.touched || touched(each.first);
   }
-  /// At each step, after the check: reports the encounters that are over.
+  /// At each step, after the check: reports the encounters that have ended.
   void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
 
  private:
@@ -62,7 +63,7 @@ class NearMissWatch {
     PairKind pair = PairKind::none;
     bool unsensed = false, touched = false;
     bool came = false;   ///< it was farther than kGap before
-    bool stays = false;  ///< at the newest check that saw it: not away before the next one
+    bool stays = false;  ///< near at its newest check: not away before the next one
     Closest gap, time;
     SimulationTime seen;
   };

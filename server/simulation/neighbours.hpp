@@ -1,4 +1,4 @@
-// Who of many is near a place: a grid of the plane, hashed, made anew for each step.
+// Finds discs near a position: a hashed planar grid, rebuilt at each step.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@ namespace parhelion::simulation {
 
 class Neighbours {
  public:
-  /// `count` discs; `disc(i)` gives a pair of centre and radius (m).
+  /// `count` discs; `disc(i)` returns a pair of centre and radius (m).
   template <class Disc>
   void place(std::size_t count, Disc disc) {
     start(count);
@@ -20,12 +20,12 @@ class Neighbours {
     finish();
   }
 
-  /// Sets `found` to the indices, ascending, of all discs that reach within `range` of p, and of some more.
+  /// Sets `found` to the ascending indices of a superset of the discs within `range` of p.
   void near(const Eigen::Vector2d& p, double range, std::vector<std::uint32_t>& found) const;
 
  private:
   static constexpr double kCell = 2.0;    // m
-  static constexpr double kLarge = 1.0;   // m: what has a larger radius is always found
+  static constexpr double kLarge = 1.0;   // m: discs with a larger radius are always found
   static constexpr int kMostCells = 400;  // of a query; a larger one finds all
 
   void start(std::size_t count);
@@ -34,7 +34,7 @@ class Neighbours {
   std::uint32_t bucket(std::int64_t column, std::int64_t row) const;
 
   std::vector<std::uint32_t> bucket_of_;  // by index; kNowhere: large
-  std::vector<std::uint32_t> first_;      // of each bucket, and the end of the last
+  std::vector<std::uint32_t> first_;      // start of each bucket, and the end of the last
   std::vector<std::uint32_t> members_;
   std::vector<std::uint32_t> large_;
   std::uint32_t mask_ = 0;

@@ -1,5 +1,5 @@
-// What a Simulation is made of. Each part has its data and its functions; what several of them do together is
-// in step.cpp and commands.cpp.
+// The parts of a Simulation. Each part has its data and its functions; operations on several parts are in
+// step.cpp and commands.cpp.
 #pragma once
 
 #include <optional>
@@ -20,8 +20,8 @@
 
 namespace parhelion::simulation {
 
-/// Numbers of the bodies of buildings. They are the lowest ones, so that bodies stay in ascending order when
-/// another building is put in.
+/// Ids of the buildings' bodies. They are the lowest ones, so that bodies stay in ascending order when
+/// another building is inserted.
 struct BuildingNumbers {
   BodyId next = 1, end = 1;
 };
@@ -42,17 +42,17 @@ struct Simulation::Parts {
   Contacts contacts;
   Grippers grippers;
   Predictor predictor;
-  std::optional<Hazards> hazards;  ///< there is a building from create() on
+  std::optional<Hazards> hazards;  ///< set by create(), as it needs the building
   Recorder recorder;
-  std::vector<Event> events;  ///< since they were taken last
-  Footprint swept;            ///< memory of clearance() that is used again
+  std::vector<Event> events;  ///< since the last take_events()
+  Footprint swept;            ///< reused memory of clearance()
 
-  /// One of these for each real robot.
+  /// One entry for each real robot.
   using RealRobotStates = std::span<const std::optional<RealRobotState>>;
 
   Surroundings surroundings() const { return {options, clock, environment, real_robots, agents, neighbours}; }
   void publish(Event event) { events.push_back(std::move(event)); }
-  /// After bodies have come or gone.
+  /// Call after bodies were added or removed.
   void rebuild_scene();
 
   // step.cpp
@@ -60,15 +60,15 @@ struct Simulation::Parts {
   void step(RealRobotStates states, std::vector<LaserRequest>& requests);
   void move_real_robots(RealRobotStates states);
   void move_real_robot(RealRobot& robot, const std::optional<RealRobotState>& state);
-  /// Agents that appear to the robot's sensors (`all`, or those that return) where it could not stop are put
-  /// to the nearest free place.
+  /// Moves agents that appear to the robot's sensors (`all`, or only returning ones) within its stopping
+  /// distance to the nearest free place.
   void clear_stop_zone(const RealRobot& robot, const RealRobotState& state, bool all);
 
   // commands.cpp
   Status spawn(const AgentDefinition& definition, RealRobotStates states, std::uint64_t request,
                bool trainee = false);
   void enter_physics(Agent& agent);
-  /// Puts the agent there: a new epoch, nothing in between.
+  /// Moves the agent there: a new epoch, without interpolation.
   void put(Agent& agent, const Pose2& pose);
   Status apply(const AgentSpawn& command, RealRobotStates states);
   Status apply(const AgentMove& command, RealRobotStates states);

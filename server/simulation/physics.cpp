@@ -12,13 +12,13 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kGravity = 9.81;  // m/s^2
-constexpr double kSettled = 1e-5;  // m/s and rad/s that a sweep changes no more
-constexpr double kLean = 2e-4;     // rad: less than any friction cares about
-constexpr double kPress = 1e-4;    // m: what stands on a thing is pressed on it to find where
-constexpr double kStanding = 0.5;  // of a normal's z: a wheel stands on it rather than runs against it
+constexpr double kSettled = 1e-5;  // m/s and rad/s: a smaller change ends the iterations
+constexpr double kLean = 2e-4;     // rad: small compared with friction
+constexpr double kPress = 1e-4;    // m: penetration forced to find the contact points
+constexpr double kStanding =
+    0.5;  // of a normal's z: from this on a wheel stands on a body instead of hitting it
 
-/// A plane is everywhere: what is above it by more than contacts reach is spared a look at each of its
-/// shapes.
+/// A plane is infinite: bodies farther above it than the contact range are skipped.
 void look_at_pair(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
   const auto is_above = [](const btBroadphaseProxy& plane, const btBroadphaseProxy& other) {
     const btCollisionShape& shape =
@@ -45,12 +45,12 @@ Physics::World::World(double step_s, int joint_sweeps)
   world.getPairCache()->setOverlapFilterCallback(&filter);
   world.setGravity({0, 0, -kGravity});
   world.setForceUpdateAllAabbs(false);
-  world.getDispatchInfo().m_useContinuous = false;  // there are no guesses to look at
+  world.getDispatchInfo().m_useContinuous = false;  // there are no predicted poses
   btContactSolverInfo& settings = world.getSolverInfo();
   settings.m_numIterations = 10;
-  settings.m_minimumSolverBatchSize = 1;  // each island by itself: cables and doors take more iterations
-  settings.m_solverMode = SOLVER_USE_WARMSTARTING;  // no random order, no dispatch on the CPU's extensions
-  settings.m_splitImpulse = 1;                      // penetration is undone without adding speed
+  settings.m_minimumSolverBatchSize = 1;  // each island separately: cables and doors take more iterations
+  settings.m_solverMode = SOLVER_USE_WARMSTARTING;  // no random order, no CPU-dependent code paths
+  settings.m_splitImpulse = 1;                      // corrects penetration without adding speed
   settings.m_splitImpulsePenetrationThreshold = 0;
   settings.m_erp2 = 0.2;
   settings.m_restitution = 0;
@@ -74,7 +74,7 @@ void Physics::World::wake_neighbours(const btRigidBody& body) {
     const btCollisionObject* other = manifold.getBody0() == &body ? manifold.getBody1() : manifold.getBody0();
     at(other->getUserIndex()).body->activate();
   }
-  // What has slept on a fixed body since it was put there has no contact with it: their boxes overlap.
+  // A body sleeping on a fixed body since its placement has no contact with it, only overlapping boxes.
   const btBroadphasePairArray& pairs = world.getPairCache()->getOverlappingPairArray();
   const auto object = [](const btBroadphaseProxy* proxy) {
     return static_cast<btCollisionObject*>(proxy->m_clientObject);
@@ -108,7 +108,7 @@ void Physics::World::meet_neighbours(btRigidBody& body) {
   const btTransform rest = body.getWorldTransform();
   btBroadphasePairArray& pairs = world.getPairCache()->getOverlappingPairArray();
   body.forceActivationState(ACTIVE_TAG);
-  // Leaning towards each corner in turn, a little lower: one look finds the deepest corner only.
+  // Tilted towards each corner in turn, and slightly lower: one test finds only the deepest corner.
   for (const double about_x : {-kLean, kLean}) {
     for (const double about_y : {-kLean, kLean}) {
       const btMatrix3x3 lean(btQuaternion(about_y, about_x, 0));
@@ -141,7 +141,7 @@ void Physics::World::collect_contacts() {
     bool touching = false, rolling = true, standing = true;
     for (int p = 0; p < manifold.getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold.getContactPoint(p);
-      if (!(point.getAppliedImpulse() > 0)) continue;  // it is near, and does not press
+      if (!(point.getAppliedImpulse() > 0)) continue;  // close, without force
       contact.impulse += point.getAppliedImpulse();
       if (!touching || point.getDistance() < deepest) {
         deepest = point.getDistance();
@@ -156,7 +156,7 @@ void Physics::World::collect_contacts() {
     }
     if (!touching) continue;
     contact.rolling = rolling;
-    // Wheels stand on what does not move: that is no collision.
+    // Wheels on fixed ground: not a collision.
     if (standing && (at(contact.a).group == kFixed || at(contact.b).group == kFixed)) continue;
     if (contact.a > contact.b) {
       std::swap(contact.a, contact.b);
@@ -182,7 +182,7 @@ void Physics::teleport(PhysicsHandle handle, const Transform<Map, Body>& T_map_b
   world_->forget_joint_positions();
   if (rigid.suspended) return;
   world_->wake_neighbours(body);
-  // Contacts remembered from the old place must not act at the new one.
+  // Cached contacts of the old pose must not act at the new one.
   world_->broadphase.getOverlappingPairCache()->cleanProxyFromPairs(body.getBroadphaseHandle(),
                                                                     &world_->dispatcher);
   world_->world.updateSingleAabb(&body);
@@ -207,7 +207,7 @@ void Physics::move_kinematic(PhysicsHandle handle, const Transform<Map, Body>& T
                              const Eigen::Vector3d& velocity, const Eigen::Vector3d& rotation_rate) {
   btRigidBody& body = *world_->at(handle).body;
   const btTransform pose = to_bullet(T_map_body.isometry());
-  // Bullet takes a kinematic body's velocity from the step between these two poses.
+  // Bullet computes a kinematic body's velocity from the step between these two poses.
   btTransform before;
   btTransformUtil::integrateTransform(pose, -to_bullet(velocity), -to_bullet(rotation_rate), world_->step,
                                       before);
@@ -220,7 +220,7 @@ void Physics::move_fixed(PhysicsHandle handle, const Transform<Map, Body>& T_map
   RigidBody& rigid = world_->at(handle);
   btRigidBody& body = *rigid.body;
   if (!body.isKinematicObject()) {
-    // Added again: the world keeps kinematic bodies in another list than static ones.
+    // Re-added, because the world keeps kinematic and static bodies in separate lists.
     world_->world.removeRigidBody(&body);
     body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
                            btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -253,12 +253,12 @@ void Physics::drive(PhysicsHandle handle, const Twist2& twist, double friction) 
 void Physics::drive(RigidState& rigid, const Twist2& twist, double friction, double step) {
   const Eigen::Isometry3d& T = rigid.T_map_body.isometry();
   Eigen::Vector2d change = (T.linear() * Eigen::Vector3d(twist.vx, twist.vy, 0) - rigid.velocity).head<2>();
-  // Coulomb: the floor gives at most mu * m * g in the plane, in any direction.
+  // Coulomb: floor friction is at most mu * m * g in the plane, in any direction.
   const double most = friction * kGravity * step;
   const double length = change.norm();
   if (length > most) change *= most / length;
   rigid.velocity.head<2>() += change;
-  // The same force at a lever of 0.2 m turns a body whose radius of gyration is about 0.2 m.
+  // The same force at a lever of 0.2 m on a body with a radius of gyration of about 0.2 m.
   const double turn = std::clamp(twist.wz - rigid.rotation_rate.z(), -most / 0.2, most / 0.2);
   rigid.rotation_rate = {0, 0, rigid.rotation_rate.z() + turn};
 }

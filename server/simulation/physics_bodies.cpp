@@ -1,4 +1,4 @@
-// Bodies into the world and out of it: what each kind is to Bullet, and what it touches.
+// Adds and removes bodies: Bullet's parameters and collision groups of each kind.
 #include <memory>
 #include <utility>
 
@@ -8,7 +8,7 @@ namespace parhelion::simulation {
 
 struct FixedMesh {
   std::unique_ptr<btTriangleMesh> triangles = std::make_unique<btTriangleMesh>();
-  std::unique_ptr<btBvhTriangleMeshShape> shape;  // refers to the triangles
+  std::unique_ptr<btBvhTriangleMeshShape> shape;  // references the triangles
 };
 
 std::shared_ptr<FixedMesh> make_fixed_mesh(const ModelMesh& mesh) {
@@ -41,7 +41,8 @@ PhysicsHandle Physics::World::add(std::unique_ptr<btCollisionShape> shape, doubl
   construction.m_startWorldTransform = to_bullet(pose * Eigen::Translation3d(center));
   construction.m_friction = 0.6;
   construction.m_restitution = 0;
-  construction.m_linearSleepingThreshold = 0.03;  // m/s; Bullet's own 0.8 stops what still slides
+  construction.m_linearSleepingThreshold =
+      0.03;  // m/s; Bullet's default of 0.8 stops bodies that still slide
   construction.m_angularSleepingThreshold = 0.05;
   RigidBody rigid;
   rigid.body = std::make_unique<btRigidBody>(construction);
@@ -83,7 +84,7 @@ PhysicsHandle Physics::World::add_free(std::unique_ptr<btCollisionShape> shape, 
                                    kFixed | kFloor | kFree | kUpright | kKinematic | kRobot | kLeaf);
   btRigidBody& body = *at(handle).body;
   body.setDamping(0.02, 0.1);
-  // It was put down at rest: it sleeps where it stands, exactly, until something touches it.
+  // Placed at rest: it sleeps exactly there until touched.
   body.forceActivationState(ISLAND_SLEEPING);
   put_down.push_back(handle);
   return handle;
@@ -143,7 +144,7 @@ PhysicsHandle Physics::add_kinematic(const std::vector<Eigen::Vector2d>& footpri
   body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
                          btCollisionObject::CF_KINEMATIC_OBJECT);
   body.setActivationState(DISABLE_DEACTIVATION);
-  // Added again: the world keeps kinematic bodies in another list than static ones.
+  // Re-added, because the world keeps kinematic and static bodies in separate lists.
   world_->world.removeRigidBody(&body);
   world_->world.addRigidBody(&body, kKinematic, kFree | kUpright | kRobot | kLeaf);
   suspend(handle, true);

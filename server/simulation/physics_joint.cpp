@@ -6,10 +6,11 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr int kIterations = 30;   // of the solver, for a cable: a long chain settles in these
-constexpr double kRepair = 0.25;  // of Bullet's rate, at which gaps close: at the full rate long arms sway
-constexpr double kLimitReach = 0.05;  // rad or m from a limit within which it is looked after
-constexpr double kLimitRepair = 0.2;  // fraction of a limit's overshoot that is undone in a step
+constexpr int kIterations = 30;   // of the solver, for a cable: enough for a long chain to converge
+constexpr double kRepair = 0.25;  // fraction of Bullet's rate of position correction: at the full rate long
+                                  // arms oscillate
+constexpr double kLimitReach = 0.05;  // rad or m from a limit within which it is active
+constexpr double kLimitRepair = 0.2;  // fraction of a limit's overshoot corrected per step
 
 }  // namespace
 
@@ -74,7 +75,7 @@ bool PartJoint::near_limit() const {
   return limited_ && !ball_ && (position_ < lower_ + kLimitReach || position_ > upper_ - kLimitReach);
 }
 
-/// A limit is met within the step, not after it; beyond it, the overshoot is undone softly.
+/// A limit is reached within the step, not after it; an overshoot is corrected softly.
 double PartJoint::limit_speed(bool& is_lower) const {
   is_lower = position_ - lower_ < upper_ - position_;
   const double way = is_lower ? lower_ - position_ : upper_ - position_;
@@ -136,7 +137,7 @@ void PartJoint::getInfo1(btConstraintInfo1* info) {
 
 namespace {
 
-/// Fills rows of a constraint's Jacobian; a row is how fast b moves against a.
+/// Fills rows of a constraint's Jacobian; a row is the velocity of b relative to a.
 class RowWriter {
  public:
   explicit RowWriter(btTypedConstraint::btConstraintInfo2& info) : info_(info) {}

@@ -29,7 +29,7 @@ std::unique_ptr<btCollisionShape> make_part_shape(const PartShape& part) {
   return std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(size / 2)));
 }
 
-/// Bullet wants a body's frame in its centre of mass, along its principal axes.
+/// Bullet requires a body's frame at its centre of mass, along its principal axes.
 Eigen::Isometry3d inertial_frame(const PartDefinition& part, Eigen::Vector3d& moments) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(part.inertia);
   moments = solver.eigenvalues();

@@ -7,18 +7,18 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kSide = 0.3;  // sine of the angle to its axle below which a contact is on a wheel's side
-constexpr double kWarmStart = 0.9;  // fraction of the last step's impulses that a joint starts with
-constexpr double kCreep = 0.01;     // m/s of slip below which a surface sticks rather than slides
+constexpr double kWarmStart = 0.9;  // fraction of the last step's impulses used as a joint's start value
+constexpr double kCreep = 0.01;     // m/s of slip below which static friction applies
 constexpr int kTwoDirections = SOLVER_USE_2_FRICTION_DIRECTIONS | SOLVER_ENABLE_FRICTION_DIRECTION_CACHING;
 
 struct Side {
   PartSurfaces* part = nullptr;
   PartSurfaces::Surface surface;
   Runner* runner = nullptr;
-  btVector3 rolling{0, 0, 0};  // unit: where the surface's point moves to when it rolls forward
+  btVector3 rolling{0, 0, 0};  // unit: direction of the surface point's motion when rolling forward
 };
 
-/// `outward`: the contact's normal, out of this side's body.
+/// `outward`: the contact's normal, out of this body.
 Side side_of(const btCollisionObject* object, int index, const btVector3& outward) {
   Side side;
   side.part = part_of(object);
@@ -27,7 +27,7 @@ Side side_of(const btCollisionObject* object, int index, const btVector3& outwar
   side.surface = side.part->shapes[static_cast<std::size_t>(std::clamp(index, 0, last))];
   if (side.surface.runner < 0) return side;
   Runner& runner = side.part->runners[static_cast<std::size_t>(side.surface.runner)];
-  // What rolls about `axis` moves at a point of its surface along axis x normal.
+  // A point of a surface rolling about `axis` moves along axis x normal.
   const btVector3 axis = object->getWorldTransform().getBasis() * runner.axis;
   const btVector3 along = axis.cross(outward);
   const double length = along.length();
@@ -37,7 +37,7 @@ Side side_of(const btCollisionObject* object, int index, const btVector3& outwar
   return side;
 }
 
-/// Friction of a point, and the motion that it goes for where a runner is in it.
+/// Sets a contact point's friction, and its target motion if a runner is involved.
 void prepare(btManifoldPoint& point, const btCollisionObject* a, const btCollisionObject* b) {
   const Side first = side_of(a, point.m_index0, -point.m_normalWorldOnB);
   const Side second = side_of(b, point.m_index1, point.m_normalWorldOnB);
@@ -50,7 +50,7 @@ void prepare(btManifoldPoint& point, const btCollisionObject* a, const btCollisi
   point.m_contactPointFlags &= ~(kRollingPoint | BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED);
   if (!first.runner && !second.runner) {
     if (a->isStaticOrKinematicObject() || b->isStaticOrKinematicObject()) return;
-    // Directions that do not turn with what little slips: what a gripper holds does not creep.
+    // Directions independent of small slip: a gripped object does not creep.
     btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
     point.m_contactMotion1 = point.m_contactMotion2 = 0;
     point.m_contactPointFlags |= BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
@@ -59,7 +59,7 @@ void prepare(btManifoldPoint& point, const btCollisionObject* a, const btCollisi
   point.m_contactPointFlags |= kRollingPoint | BT_CONTACT_FLAG_LATERAL_FRICTION_INITIALIZED;
   point.m_lateralFrictionDir1 = first.runner ? first.rolling : second.rolling;
   point.m_lateralFrictionDir2 = point.m_lateralFrictionDir1.cross(point.m_normalWorldOnB);
-  // No slip: v_a + s_a t_a = v_b + s_b t_b; the solver asks for (v_a - v_b) along each direction.
+  // No slip: v_a + s_a t_a = v_b + s_b t_b; the solver uses the target of (v_a - v_b) along each direction.
   btVector3 motion(0, 0, 0);
   if (first.runner) motion -= first.runner->speed * first.rolling;
   if (second.runner) motion += second.runner->speed * second.rolling;
@@ -77,7 +77,7 @@ btScalar relative_velocity(const btSolverConstraint& row, const btSolverBody& a,
          along(b, row.m_contactNormal2, row.m_relpos2CrossNormal);
 }
 
-/// m/s along a row, before the solver did anything.
+/// m/s along a row, before solving.
 btScalar velocity_before(const btSolverConstraint& row, const btSolverBody& a, const btSolverBody& b) {
   btScalar velocity = 0;
   if (a.m_originalBody)
@@ -95,7 +95,7 @@ PartJoint* joint_of(const btSolverConstraint& row) {
                                                                      : nullptr;
 }
 
-/// Of a contact row: its two sides' runners (where the point is on a rolling surface).
+/// Runners of a contact row's two sides (if the point is on a rolling surface).
 struct RowRunners {
   Runner* a = nullptr;
   Runner* b = nullptr;
@@ -118,7 +118,7 @@ RowRunners runners_of(const btSolverConstraint& row, const btSolverBody& a, cons
 
 void PartSolver::convertContacts(btPersistentManifold** manifolds, int count,
                                  const btContactSolverInfo& info) {
-  // Robots' contacts have friction along and across the way that a surface rolls; what no robot touches is
+  // Robots' contacts have friction along and across the rolling direction; contacts without a robot are
   // solved as in a world without robots.
   btContactSolverInfo plain = info;
   plain.m_solverMode &= ~kTwoDirections;
@@ -134,12 +134,12 @@ void PartSolver::convertContacts(btPersistentManifold** manifolds, int count,
     convertContact(&manifold, info);
     limit_motors(first, m_tmpSolverContactConstraintPool.size());
   }
-  // Bullet reads a second direction's impulse of each contact, even of those that have one direction.
+  // Bullet reads a second direction's impulse of each contact, even if it has only one direction.
   m_tmpSolverContactFrictionConstraintPool.reserve(m_tmpSolverContactFrictionConstraintPool.size() + 1);
 }
 
-/// A motor gives its surface no more force than it has: friction along the way it rolls is bounded by that
-/// over the load that it stood on in the step before.
+/// Limits friction along the rolling direction by the motor's force, divided by the load of the previous
+/// step.
 void PartSolver::limit_motors(int first_contact, int last_contact) {
   for (int i = first_contact; i < last_contact; ++i) {
     const btSolverConstraint& row = m_tmpSolverContactConstraintPool[i];
@@ -147,8 +147,8 @@ void PartSolver::limit_motors(int first_contact, int last_contact) {
     const btSolverBody& b = m_tmpSolverBodyPool[row.m_solverBodyIdB];
     const RowRunners runners = runners_of(row, a, b);
     if (!runners.a && !runners.b) continue;
-    // Coulomb's friction is against the slip: what slides one way has little left to hold it the other way,
-    // which is how skidding robots turn.
+    // Coulomb friction opposes the slip: a surface sliding in one direction has little friction left in the
+    // other, which is how skid-steered robots turn.
     const auto& point = *static_cast<const btManifoldPoint*>(row.m_originalContactPoint);
     btSolverConstraint& friction = m_tmpSolverContactFrictionConstraintPool[row.m_frictionIndex];
     btSolverConstraint& across = m_tmpSolverContactFrictionConstraintPool[row.m_frictionIndex + 1];

@@ -1,7 +1,7 @@
-// Bullet's solver with two things more: surfaces that roll (wheels, tracks) and joints whose impulses are
-// kept from one step to the next. Included by physics*.cpp only. The parts of PartSolver are
-// physics_solver.cpp (setting up rows) and physics_sweeps.cpp (solving them); PartJoint is in
-// physics_joint.cpp, Runner in physics_parts.cpp.
+// Bullet's solver with two extensions: rolling surfaces (wheels, tracks), and joints whose impulses are kept
+// from one step to the next. Included by physics*.cpp only. PartSolver is implemented in physics_solver.cpp
+// (row setup) and physics_sweeps.cpp (iterations); PartJoint in physics_joint.cpp, Runner in
+// physics_parts.cpp.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -16,39 +16,38 @@
 
 namespace parhelion::simulation {
 
-/// Of a contact point's flags, beside Bullet's own: a runner's surface is in it.
+/// Flag of a contact point, beside Bullet's own: it involves a runner's surface.
 constexpr int kRollingPoint = 1 << 20;
 
-/// A wheel or track while the solver works with it.
+/// State of a wheel or track in the solver.
 struct Runner {
-  btVector3 axis{0, 1, 0};  ///< it rolls about, to the left, in the inertial frame of its body
+  btVector3 axis{0, 1, 0};  ///< axis of rotation, to the left, in the inertial frame of its body
   double friction = 0.8;
-  double speed = 0;            ///< m/s that the surface is asked to roll with; forward is positive
-  double yield = 0;            ///< m/s that a weak motor's surface is slowed down by in a step
-  double most_force = 0;       ///< N of its motor
+  double speed = 0;            ///< m/s, commanded speed of the surface; forward is positive
+  double yield = 0;            ///< m/s, maximum slowdown of the surface in a step with a weak motor
+  double most_force = 0;       ///< N, maximum of its motor
   double normal_force = 0;     ///< N, summed over its contacts, of the newest step
-  bool held_by_motor = false;  ///< the motor gives less than friction would (of its newest contact)
+  bool held_by_motor = false;  ///< limited by the motor, not by friction (at its newest contact)
 
-  // Summed up while the solver finishes a step: N s, N s, N m.
+  // Sums at the end of a step: N s, N s, N m.
   double normal_impulse = 0;
   double forward_impulse = 0;
-  double most_impulse = 0;  ///< of the motor
-  double ground_moved = 0;  ///< normal impulse times m/s of the ground that goes by below
+  double most_impulse = 0;  ///< maximum of the motor
+  double ground_moved = 0;  ///< sum of normal impulse times speed (m/s) of the ground below
   RunnerMotion motion;
 
-  /// One of its contacts: impulses, how fast the ground goes by, what the motor gives as a fraction of the
-  /// load.
+  /// Adds one of its contacts: impulses, ground speed, and the motor's fraction of the load.
   void meet(double normal, double forward, double ground_speed, double motor_share) {
     normal_impulse += normal;
     forward_impulse += forward;
     most_impulse += motor_share * normal;
     ground_moved += normal * ground_speed;
   }
-  /// Ends the step.
+  /// Completes the step.
   void sum_up(double step);
 };
 
-/// What touches of a body can meet: by the index of the compound's child.
+/// Surface properties of a body: by the index of the compound's child.
 struct PartSurfaces {
   struct Surface {
     double friction = 0.6;
@@ -56,12 +55,12 @@ struct PartSurfaces {
   };
   std::vector<Surface> shapes;
   std::vector<Runner> runners;
-  PhysicsHandle robot = 0;  ///< its first part
+  PhysicsHandle robot = 0;  ///< the robot's first part
 };
 
-/// A joint between two parts. Those of robots are solved in a JointTree; doors and cables have rows in
-/// Bullet's solver: for what they forbid, for a motor or friction, for a limit. Rows are kept from step to
-/// step (warm starting), so that a chain of links stays still with few iterations.
+/// A joint between two parts. Robots' joints are solved in a JointTree; doors and cables have rows in
+/// Bullet's solver: for the constraint, for a motor or friction, and for a limit. Impulses are kept from step
+/// to step (warm starting), so that a chain of links stays at rest with few iterations.
 class PartJoint : public btTypedConstraint {
  public:
   static constexpr int kRows = 7;
@@ -76,27 +75,27 @@ class PartJoint : public btTypedConstraint {
   btScalar getParam(int, int) const override { return 0; }
 
   bool in_tree() const { return in_tree_; }
-  /// Of a joint in a tree, for this step; gaps are undone at the rate `repair`, 1/s.
+  /// Target of a joint in a tree, for this step; position errors are corrected at the rate `repair`, 1/s.
   JointAim aim(double repair);
-  /// What it bore in the step.
+  /// Stores the joint load of the step.
   void bore(const JointImpulse& impulse);
-  /// Motor of 0: of a ball joint, what its friction can be asked for about each axis.
+  /// Motor of speed 0: for a ball joint, its maximum friction about each axis.
   void set_motor(double velocity, double effort) {
     motor_velocity_ = velocity;
     motor_effort_ = effort;
   }
-  /// Its bodies are, or may be, elsewhere than when it was measured last.
+  /// Its bodies may have moved since the last measurement.
   void moved() { measured_ = false; }
-  /// Position, velocity as the bodies are now; turns of a revolute joint are counted.
+  /// Updates position and velocity from the bodies; turns of a revolute joint are counted.
   void measure();
-  /// Forgets the impulses and the turns counted.
+  /// Resets the impulses and the turn count.
   void restart(double position);
   double position() const { return position_; }
   double velocity() const { return velocity_; }
-  /// N m or N of the motor, and of what tears at the joint, in the newest step.
+  /// N m or N of the motor, and of the load on the joint, in the newest step.
   double effort() const;
   double load() const;
-  /// N that holds the parts together at the joint, in the newest step; 0 of one that slides.
+  /// N, constraint force at the joint in the newest step; 0 for a sliding joint.
   double pull() const;
 
   std::array<btScalar, kRows> impulses{};  ///< N s or N m s of the newest step, by row
@@ -104,7 +103,7 @@ class PartJoint : public btTypedConstraint {
   double step;                             ///< s
 
  private:
-  /// Near a limit it is looked after: which one, and the speed that it asks for.
+  /// Whether a limit is active: which one, and the speed bound there.
   bool near_limit() const;
   double limit_speed(bool& is_lower) const;
 
@@ -113,7 +112,7 @@ class PartJoint : public btTypedConstraint {
   bool ball_;
   bool limited_;
   double lower_, upper_;
-  btTransform T_a_, T_b_;  ///< the joint in the inertial frames; x is its axis
+  btTransform T_a_, T_b_;  ///< the joint frame in the inertial frames; x is its axis
   double motor_velocity_ = 0, motor_effort_ = 0;
   double position_ = 0, velocity_ = 0;
   bool measured_ = false;
@@ -144,16 +143,16 @@ class PartSolver : public btSequentialImpulseConstraintSolver {
   void plant(btTypedConstraint** constraints, int count, const btContactSolverInfo& info);
   bool settle_trees();
   double sweep();
-  double solve_normal(int contact);     // m/s that it changed
-  double solve_friction(int friction);  // the same
+  double solve_normal(int contact);     // change, m/s
+  double solve_friction(int friction);  // change, m/s
 
   JointTree tree_;
   std::vector<PartJoint*> tree_joints_;
   TreeContacts tree_contacts_;
-  std::vector<int> tree_rows_, tree_frictions_;  // by contact and by friction; -1: of no tree
+  std::vector<int> tree_rows_, tree_frictions_;  // by contact and by friction; -1: not in a tree
 };
 
-/// The part that a collision object is, or nullptr.
+/// The robot part of a collision object, or nullptr.
 inline PartSurfaces* part_of(const btCollisionObject* object) {
   return static_cast<PartSurfaces*>(object->getUserPointer());
 }

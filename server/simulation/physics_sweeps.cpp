@@ -1,5 +1,4 @@
-// What the solver does between the setting up of rows and the end of a step: joints of robots as trees,
-// sweeps over all rows.
+// The solver's iterations: joints of robots as trees, and sweeps over all rows.
 #include <algorithm>
 #include <bit>
 
@@ -8,16 +7,16 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr int kTreeSweeps = 30;  // at most, where parts that joints hold touch something
+constexpr int kTreeSweeps = 30;  // maximum, where jointed parts have contacts
 
 }  // namespace
 
-/// The joints of robots, which have no rows.
+/// Adds the joints of robots, which have no rows.
 void PartSolver::plant(btTypedConstraint** constraints, int count, const btContactSolverInfo& info) {
   tree_.clear();
   tree_joints_.clear();
   for (int i = 0; i < count; ++i) {
-    auto* joint = static_cast<PartJoint*>(constraints[i]);  // there are no others
+    auto* joint = static_cast<PartJoint*>(constraints[i]);  // the only kind of constraint here
     if (joint->in_tree() && joint->isEnabled()) tree_joints_.push_back(joint);
   }
   // Parts are numbered parents first.
@@ -32,7 +31,7 @@ void PartSolver::plant(btTypedConstraint** constraints, int count, const btConta
   }
 }
 
-/// Which contacts are of trees: Bullet's rows stay where they are from here on.
+/// Finds the contacts of trees: Bullet's rows do not move in memory from here on.
 btScalar PartSolver::solveGroupCacheFriendlySetup(btCollisionObject** bodies, int count,
                                                   btPersistentManifold** manifolds, int manifold_count,
                                                   btTypedConstraint** constraints, int constraint_count,
@@ -78,8 +77,8 @@ void PartSolver::solveGroupCacheFriendlySplitImpulseIterations(
   tree_contacts_.hand_over_pushes(tree_, m_tmpSolverBodyPool, info.m_splitImpulseTurnErp);
 }
 
-/// What acts on the trees' parts goes to them, and their joints choose anew whether they hold it. Whether one
-/// chose otherwise than before.
+/// Applies contact impulses to the trees' parts, and updates which joints hold. Returns whether a joint
+/// changed.
 bool PartSolver::settle_trees() {
   tree_contacts_.hand_over(m_tmpSolverBodyPool);
   if (!tree_.solve(m_tmpSolverBodyPool)) return false;
@@ -95,15 +94,15 @@ btScalar PartSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodie
   solveGroupCacheFriendlySplitImpulseIterations(bodies, count, manifolds, manifold_count, constraints,
                                                 constraint_count, info, drawer);
   const bool trees = !tree_.empty();
-  // A cable is as long as sweeps are many: it shows where they end, and has them all.
+  // A cable needs many sweeps: they depend on its length, and none is skipped.
   const bool chains = m_maxOverrideNumSolverIterations > info.m_numIterations;
   const int most =
       std::max({info.m_numIterations, m_maxOverrideNumSolverIterations, trees ? kTreeSweeps : 0});
   bool chose = false;
-  // Where they chose otherwise after the last sweep contacts have to follow.
+  // If joints changed after the last sweep, contacts are solved again.
   for (int done = 1; done <= most || (chose && !chains && done <= 2 * most); ++done) {
     const bool calm = sweep() <= info.m_leastSquaresResidualThreshold;
-    // Motors and limits choose soon what to hold, and then less and less often.
+    // Motors and limits choose early, and then less and less often.
     const bool choose = trees && (calm || done >= most || std::has_single_bit(static_cast<unsigned>(done)));
     chose = choose && settle_trees();
     if (calm && !chose && !chains) break;
@@ -111,7 +110,7 @@ btScalar PartSolver::solveGroupCacheFriendlyIterations(btCollisionObject** bodie
   return 0;
 }
 
-/// Joints, then all normals, then all frictions. The square of the most that a speed changed.
+/// Joints, then all normals, then all frictions. Returns the square of the largest change of a speed.
 double PartSolver::sweep() {
   double changed = 0;
   const auto count = [&changed](double change) { changed = std::max(changed, change * change); };

@@ -1,4 +1,4 @@
-// What Physics is made of, with Bullet's types: included by physics*.cpp only.
+// Implementation of Physics with Bullet's types: included by physics*.cpp only.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -42,19 +42,19 @@ inline Eigen::Isometry3d from_bullet(const btTransform& transform) {
 }
 
 struct RigidBody {
-  std::unique_ptr<btTriangleMesh> triangles;  // of a mesh shape, which only refers to them
+  std::unique_ptr<btTriangleMesh> triangles;  // of a mesh shape, which references them
   std::unique_ptr<btCollisionShape> shape;
-  std::vector<std::unique_ptr<btCollisionShape>> children;  // of a compound, which only refers to them
+  std::vector<std::unique_ptr<btCollisionShape>> children;  // of a compound, which references them
   std::unique_ptr<btRigidBody> body;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  // of mass, in the body's frame
   PhysicsGroup group = kFixed;
   int mask = 0;
   bool suspended = false;
-  std::unique_ptr<PartSurfaces> part;  // of a robot's part: what its shapes are like to touch...
+  std::unique_ptr<PartSurfaces> part;  // of a robot's part: surface properties of its shapes...
   Eigen::Isometry3d T_body_inertial = Eigen::Isometry3d::Identity();  // ...and its principal axes
 };
 
-/// What of the broadphase's pairs is looked at further: parts of one robot do not touch each other.
+/// Filters the broadphase's pairs: parts of one robot do not collide with each other.
 struct PairFilter : btOverlapFilterCallback {
   bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
     if (!(a->m_collisionFilterGroup & b->m_collisionFilterMask) ||
@@ -66,8 +66,8 @@ struct PairFilter : btOverlapFilterCallback {
   }
 };
 
-/// Bullet's world without its guesses where a body will be: nothing here is so fast that it would pass
-/// through another within a step, and guessing takes as long as moving.
+/// Bullet's world without prediction of poses: no body is fast enough to tunnel through another within a
+/// step, and the prediction is as expensive as the motion.
 struct StepWorld : btDiscreteDynamicsWorld {
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
@@ -90,7 +90,7 @@ struct Physics::World {
                     std::unique_ptr<PartSurfaces> part = {});
   PhysicsHandle add_free(std::unique_ptr<btCollisionShape> shape, double mass, const Eigen::Vector3d& center,
                          const Transform<Map, Body>& T_map_body);
-  /// What leans on a body that goes away must not stay asleep in the air.
+  /// Wakes neighbours of a removed body, which might otherwise sleep in the air.
   void wake_neighbours(const btRigidBody& body);
   RigidBody& at(PhysicsHandle handle) {
     assert(handle >= 0 && handle < static_cast<int>(bodies.size()) &&
@@ -102,18 +102,18 @@ struct Physics::World {
            joints[static_cast<std::size_t>(handle)]);
     return *joints[static_cast<std::size_t>(handle)];
   }
-  /// What was put down since the last step gets its contacts before it sleeps on: Bullet wakes by nearness,
-  /// after it has looked for contacts, and what has none would fall for a step.
+  /// Finds contacts of bodies placed since the last step before they sleep on: Bullet wakes bodies by
+  /// proximity after its contact search, and a body without contacts would fall for a step.
   void settle();
   void meet_neighbours(btRigidBody& body);
   void collect_contacts();
-  /// Joints are measured anew where their state is asked for next.
+  /// Invalidates joint positions, to be measured at the next query.
   void forget_joint_positions();
-  /// What the rolling surfaces met in the newest step.
+  /// Collects the contacts of rolling surfaces in the newest step.
   void collect_runners();
 
   double step;
-  int sweeps;  // over joints of robots; 0: they are solved exactly
+  int sweeps;  // over joints of robots; 0: exact solution
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher;
   PairFilter filter;
@@ -123,7 +123,7 @@ struct Physics::World {
   std::vector<RigidBody> bodies;                   // by handle
   std::vector<std::unique_ptr<PartJoint>> joints;  // by handle
   std::vector<PhysicsContact> contacts;
-  std::vector<PhysicsHandle> put_down;  // since the last step, at rest
+  std::vector<PhysicsHandle> put_down;  // placed since the last step, at rest
 };
 
 }  // namespace parhelion::simulation

@@ -15,7 +15,7 @@ Eigen::Vector2d nearest_on_segment(const Eigen::Vector2d& p, const Eigen::Vector
   return a + s * ab;
 }
 
-/// Number of sides: a point has one that goes nowhere.
+/// Number of sides; a point has one of zero length.
 std::size_t sides(const Footprint& footprint) {
   return footprint.vertices.size() <= 2 ? 1 : footprint.vertices.size();
 }
@@ -61,7 +61,7 @@ double separation_along_normals(const Footprint& a, const Footprint& b) {
 
 Pose2 advance(const Pose2& pose, const Twist2& twist, double t) {
   const double angle = twist.wz * t;
-  // sin(a)/a and (1 - cos(a))/a, by their series where the quotient loses digits.
+  // sin(a)/a and (1 - cos(a))/a, as series where the quotient loses digits.
   const bool small = std::abs(angle) < 1e-6;
   const double s = small ? 1 - angle * angle / 6 : std::sin(angle) / angle;
   const double c = small ? angle / 2 : (1 - std::cos(angle)) / angle;
@@ -120,7 +120,7 @@ void place(const Footprint& local, const Pose2& pose, Footprint& placed) {
 double signed_distance(const Footprint& a, const Footprint& b) {
   const double separation = std::max(separation_along_normals(a, b), separation_along_normals(b, a));
   const double radii = a.radius + b.radius;
-  // Two points have no normals at all: their separation is minus infinity and only the distance counts.
+  // Two points have no normals: their separation is minus infinity and only the distance counts.
   if (std::isfinite(separation) && separation <= 0) return separation - radii;
   const double squared = std::min(squared_vertex_distance(a, b), squared_vertex_distance(b, a));
   return std::sqrt(squared) - radii;

@@ -1,5 +1,4 @@
-// Convex shapes in the floor plane and their motion along arcs: placement, clearance and steering are
-// computed with these.
+// Convex shapes in the floor plane and their motion along arcs: used for placement, clearance and steering.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +10,7 @@
 
 namespace parhelion::simulation {
 
-/// Of a robot, or of a body.
+/// Pose of a robot, or of a body.
 template <class Frame>
 Pose2 planar_pose(const Transform<Map, Frame>& T_map_frame) {
   return planar(T_map_frame);
@@ -25,10 +24,10 @@ Pose2 advance(const Pose2& pose, const Twist2& twist, double t);
 struct Footprint {
   std::vector<Eigen::Vector2d> vertices;
   double radius = 0;
-  Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< of a circle that holds the whole footprint...
+  Eigen::Vector2d center = Eigen::Vector2d::Zero();  ///< of a circle that contains the whole footprint...
   double bound = 0;                                  ///< ...and that circle's radius
 
-  /// Sets center and bound from the rest.
+  /// Computes center and bound.
   void update_bound();
 };
 
@@ -38,18 +37,17 @@ Footprint make_segment(const Eigen::Vector2d& a, const Eigen::Vector2d& b, doubl
 Footprint make_rectangle(double length, double width);
 Footprint make_polygon(std::vector<Eigen::Vector2d> vertices);
 
-/// `local` moved to `pose`; `placed` keeps its memory.
+/// `local` moved to `pose`; `placed` keeps its capacity.
 void place(const Footprint& local, const Pose2& pose, Footprint& placed);
 
-/// Distance between two footprints, m; where they overlap, minus the smallest translation that parts them
+/// Distance between two footprints, m; if they overlap, minus the smallest translation that separates them
 /// (separating axes).
 double signed_distance(const Footprint& a, const Footprint& b);
-/// A lower bound of signed_distance() that is as small only where that is, within a factor of sqrt(2), and
-/// takes half the time.
+/// A lower bound of signed_distance(), within a factor of sqrt(2) of it, in half the time.
 double separation(const Footprint& a, const Footprint& b);
 /// The point of b's outline (without its radius) that is nearest to a.
 Eigen::Vector2d nearest_point(const Footprint& a, const Footprint& b);
-/// A lower bound of signed_distance(), at the price of one square root.
+/// A cheap lower bound of signed_distance(): one square root.
 inline double distance_bound(const Footprint& a, const Footprint& b) {
   return (a.center - b.center).norm() - a.bound - b.bound;
 }

@@ -11,8 +11,8 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kFar = 0.2;         // m between two discs around them: nearer, the outlines are looked at
-constexpr double kSameTwist = 0.02;  // m/s and rad/s: less is the same motion
+constexpr double kFar = 0.2;         // m between bounding circles: below this, the outlines are compared
+constexpr double kSameTwist = 0.02;  // m/s and rad/s: smaller differences count as the same motion
 
 bool still(const Twist2& twist) { return twist.vx == 0 && twist.vy == 0 && twist.wz == 0; }
 
@@ -36,7 +36,7 @@ std::vector<Eigen::Isometry3d> link_poses(const RobotModel& model, const Joints&
   return poses;
 }
 
-/// Points of a shape that may be its lowest, whichever way it stands.
+/// Points of a shape that may be its lowest, in any orientation.
 void append_low_points(const Shape& shape, const Eigen::Isometry3d& T, std::vector<Eigen::Vector3d>& points) {
   if (shape.kind == ShapeKind::box) {
     for (int corner = 0; corner < 8; ++corner) {
@@ -50,7 +50,7 @@ void append_low_points(const Shape& shape, const Eigen::Isometry3d& T, std::vect
     points.emplace_back(T.translation() - radius * Eigen::Vector3d::UnitZ());
     return;
   }
-  // Down the rim of each end of a cylinder; straight down from the ends of a capsule.
+  // Down to the rim of each end of a cylinder; straight down from the ends of a capsule.
   Eigen::Vector3d down = -Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d axis = T.linear().col(2);
   if (shape.kind == ShapeKind::cylinder) down -= down.dot(axis) * axis;
@@ -63,7 +63,7 @@ void append_low_points(const Shape& shape, const Eigen::Isometry3d& T, std::vect
 
 double time_to_contact(const MovingFootprint& a, const MovingFootprint& b, double touch, double horizon) {
   const double closing = fastest_point_speed(*a.local, a.twist) + fastest_point_speed(*b.local, b.twist);
-  thread_local Footprint placed_a, placed_b;  // memory that is used again
+  thread_local Footprint placed_a, placed_b;  // reused memory
   place(*a.local, a.pose, placed_a);
   place(*b.local, b.pose, placed_b);
   if (!(closing > 0) || distance_bound(placed_a, placed_b) - touch > closing * horizon) return kInfinity;
@@ -166,7 +166,7 @@ Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen:
     const Eigen::Vector3d arm = stance.center_of_mass - Eigen::Vector3d(from.x(), from.y(), 0);
     const auto angle_inside = [&](const Eigen::Vector3d& upwards) {
       const Eigen::Vector3d across = upwards - upwards.dot(edge) * edge;
-      // Where the edge itself stands upright nothing turns about it by its weight.
+      // Gravity gives no moment about a vertical edge.
       if (across.norm() < 0.1) return kInfinity;
       return std::atan2(arm.dot(across.normalized().cross(edge)), arm.dot(across.normalized()));
     };
@@ -175,7 +175,7 @@ Tipping tipping_of(const Stance& stance, const Eigen::Vector3d& up, const Eigen:
     const double rate = rotation_rate.dot(edge);
     nearest.share = std::min(nearest.share, left / level);
     if (left <= 0) nearest.time = 0;
-    // An edge of which much is left is not the one that it tips over.
+    // It does not tip over an edge with a large margin.
     if (rate > 0 && left / level < TippingPrediction::kCareful)
       nearest.time = std::min(nearest.time, std::max(0.0, left) / rate);
   }

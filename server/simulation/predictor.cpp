@@ -6,20 +6,20 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kTouch = 0.001;        // m: nearer is contact
-constexpr double kUnderfoot = 0.02;     // m over base_link: lower is driven over
-constexpr double kMostClimb = 0.30;     // m: over their own plane steps are climbed by tracks
+constexpr double kTouch = 0.001;        // m: a smaller distance is contact
+constexpr double kUnderfoot = 0.02;     // m over base_link: lower obstacles are driven over
+constexpr double kMostClimb = 0.30;     // m: tracks climb steps up to this height
 constexpr double kFlight = 0.8;         // slope of the steepest stairs
-constexpr double kClosingSpeed = 0.02;  // m/s: slower, it stands
-constexpr std::uint64_t kTurns = 4;     // in which robots predict
-constexpr double kSameJoints = 0.005;   // rad and m: less is the same stance
+constexpr double kClosingSpeed = 0.02;  // m/s: slower, it counts as standing
+constexpr std::uint64_t kTurns = 4;     // robots take turns over so many steps
+constexpr double kSameJoints = 0.005;   // rad and m: smaller changes keep the stance
 
 Twist2 twist_of(const RigidState& rigid) {
   const Eigen::Vector3d v = rigid.T_map_body.rotation().transpose() * rigid.velocity;
   return {v.x(), v.y(), rigid.rotation_rate.z()};
 }
 
-/// No point of it is faster, m/s.
+/// Upper bound of the speed of all its points, m/s.
 double most_speed(const MovingFootprint& it) {
   const double reach = it.local->center.norm() + it.local->bound;
   return std::sqrt(it.twist.vx * it.twist.vx + it.twist.vy * it.twist.vy) + std::abs(it.twist.wz) * reach;
@@ -30,7 +30,7 @@ PairKind pair_of(bool a_virtual, bool b_virtual) {
   return a_virtual ? PairKind::virtual_virtual : PairKind::real_real;
 }
 
-/// Of a simulated robot, from what it stands on with its joints as they are now.
+/// For a simulated robot, from its current stance.
 void predict_tipping(Agent& agent, const ObservedMotion& motion, const Eigen::Matrix3d& R_base_map,
                      const Eigen::Vector3d& w, std::vector<Event>& events) {
   RobotPrediction& prediction = agent.prediction;
@@ -48,7 +48,7 @@ void predict_tipping(Agent& agent, const ObservedMotion& motion, const Eigen::Ma
 
 }  // namespace
 
-/// What is so near that it may become a near miss.
+/// Objects close enough to become a near miss.
 void Predictor::check_passing_distance(const PredictionQuery& query, const Footprint& placed,
                                        const std::string& name, PairKind pair, bool unsensed) {
   if (distance_bound(query.placed, placed) > NearMissWatch::kAway) return;
@@ -68,7 +68,7 @@ void Predictor::predict_building_collision(const PredictionQuery& query, std::op
   query.around.building().near(query.center, range, query.bottom, query.top, near_);
   for (const FixedObstacle* obstacle : near_) {
     if (obstacle->label == EntityLabel::stairs && query.climb > 0) {
-      // The further ahead, the higher a flight may be that begins here.
+      // The farther ahead, the higher a flight of stairs that begins here may be.
       const double gap = std::max(0.0, signed_distance(query.placed, obstacle->footprint));
       if (obstacle->top < query.bottom + query.climb + kFlight * gap) continue;
     }
@@ -198,7 +198,7 @@ void Predictor::predict(Agent& agent, const ObservedMotion& motion, const Surrou
   const RobotModel& model = agent.robot->model();
   if (prediction.collision.due(motion.stamp, twist) || prediction.misses.leaving()) {
     const double z = motion.T_map_base.translation().z();
-    // On a flight of stairs the robot leans as the flight does.
+    // On a flight of stairs the robot is inclined like the flight.
     const double lean = std::hypot(R_base_map(0, 2), R_base_map(1, 2)) / std::max(0.1, R_base_map(2, 2));
     const bool climbs = model.drive.kind == DriveKind::tracked;
     const PredictionQuery query{.name = &agent.definition.name,

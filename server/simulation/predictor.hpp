@@ -1,4 +1,4 @@
-// Predicted collisions, near misses and tipping of the real robots and of simulated ones, after each step.
+// Predicts collisions, near misses and tipping of real and simulated robots, after each step.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,37 +14,37 @@ namespace parhelion::simulation {
 
 class Predictor {
  public:
-  /// `robot`: one of around.real_robots, present.
+  /// `robot`: one of around.real_robots that is present.
   void predict(RealRobot& robot, const ObservedMotion& motion, const Surroundings& around,
                const Contacts& contacts, std::vector<Event>& events);
   /// `agent`: one of around.agents, with a robot model.
   void predict(Agent& agent, const ObservedMotion& motion, const Surroundings& around,
                const Contacts& contacts, std::vector<Event>& events);
-  /// Memory for a building of so many obstacles, so that no step allocates any.
+  /// Reserves memory for a building of this many obstacles, so that no step allocates any.
   void reserve(std::size_t obstacles) { near_.reserve(4 * obstacles); }
 
  private:
-  /// Whose path is examined, and how.
+  /// The robot to check, and its parameters.
   struct PredictionQuery {
     const std::string* name;
     MovingFootprint own;
     const Footprint& placed;
     Eigen::Vector2d center;
-    double margin;       ///< m from the building that is a contact
-    double bottom, top;  ///< m, z of what it can hit
-    double climb;        ///< m over `bottom` up to which steps beside it are no obstacle
+    double margin;       ///< m from the building that counts as contact
+    double bottom, top;  ///< m, z range of possible obstacles
+    double climb;        ///< m over `bottom`, maximum height of steps that are not obstacles
     bool is_virtual, unsensed;
     double speed;           ///< m/s of its fastest point
-    const RealRobot* real;  ///< that it is; else nullptr...
-    const Agent* agent;     ///< ...and the agent that it is
+    const RealRobot* real;  ///< the robot, if it is real; else nullptr...
+    const Agent* agent;     ///< ...and the agent
     NearMissWatch& misses;
     const Surroundings& around;
     const Contacts& contacts;
     SimulationTime now() const { return around.clock.now(); }
-    /// So fast that a near miss is its own.
+    /// Fast enough for a near miss of its own.
     bool moves() const { return speed > NearMissWatch::kCareful; }
   };
-  /// Another body that it may hit.
+  /// Another body on the path.
   struct OtherBody {
     MovingFootprint moving;
     const Footprint& placed;
@@ -65,7 +65,7 @@ class Predictor {
   static void check_passing_distance(const PredictionQuery& query, const Footprint& placed,
                                      const std::string& name, PairKind pair, bool unsensed);
 
-  std::vector<const FixedObstacle*> near_;  // memory that is used again
+  std::vector<const FixedObstacle*> near_;  // reused memory
 };
 
 }  // namespace parhelion::simulation

@@ -10,7 +10,7 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kZoneSpacing = 0.10;  // m between two footprints of the zone
+constexpr double kZoneSpacing = 0.10;  // m between two footprints of the area
 
 }  // namespace
 

@@ -21,7 +21,7 @@ BodyState body_state(BodyId id, std::uint32_t epoch, const RigidState& rigid) {
   return {id, epoch, rigid.T_map_body, rigid.velocity, rigid.rotation_rate, true};
 }
 
-/// Doors have numbers of the building: they come before all else in a record, and among its bodies here.
+/// Doors have ids of the building: they come first in a record, and among its bodies here.
 void place_doors(const std::vector<BodyState>& fixed, std::vector<BodyState>& bodies) {
   const auto first = bodies.begin() + static_cast<std::ptrdiff_t>(fixed.size());
   auto door = first;
@@ -44,7 +44,7 @@ void Recorder::rebuild_scene(const Building& building, const RealRobots& real_ro
   scene_ = std::move(next);
 }
 
-/// A part's own velocity is the difference of its last two poses in the agent's frame, on top of the agent's
+/// A part's own velocity is the difference of its last two poses in the agent's frame, added to the agent's
 /// motion.
 void Recorder::append_states(Agent& agent, double dt, std::vector<BodyState>& bodies) {
   if (agent.robot) {
@@ -106,7 +106,7 @@ void Recorder::record(const StepClock& clock, const Environment& environment, co
 bool Recorder::at(SimulationTime t, Duration ahead, WorldSnapshot& snapshot) const {
   const HistoryRecord* record = history_.record_at(t, ahead);
   if (!record) return false;
-  // Of the building only doors move: what an earlier call wrote for this scene is still right.
+  // In the building only doors move: the other states of an earlier call for this scene are still valid.
   const std::vector<BodyState>& fixed = record->building->states();
   if (snapshot.scene != record->scene || snapshot.bodies.size() < fixed.size()) {
     snapshot.bodies.assign(fixed.begin(), fixed.end());

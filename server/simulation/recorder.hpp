@@ -1,5 +1,4 @@
-// What is kept of each step: where each body is and how it moves, from the physics into the history and out
-// of it.
+// Records the states and motions of all bodies at each step in the history, and reads them back.
 #pragma once
 
 #include <memory>
@@ -20,14 +19,14 @@ class Recorder {
   /// Keeps `records` steps.
   explicit Recorder(std::size_t records) : history_(records) {}
 
-  /// A new version of the scene; to be called when a body has come or gone.
+  /// Updates the scene's version; call after a body was added or removed.
   void rebuild_scene(const Building& building, const RealRobots& real_robots, const Agents& agents);
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
 
-  /// The newest step.
+  /// Records the newest step.
   void record(const StepClock& clock, const Environment& environment, const RealRobots& real_robots,
               Agents& agents);
-  /// As Simulation::at(); `ahead`: how far beyond the newest step is extrapolated.
+  /// See Simulation::at(); `ahead`: how far beyond the newest step is extrapolated.
   bool at(SimulationTime t, Duration ahead, WorldSnapshot& snapshot) const;
 
  private:
@@ -35,7 +34,7 @@ class Recorder {
 
   std::shared_ptr<const Scene> scene_;
   History history_;
-  std::vector<Transform<Base, Body>> poses_;  // memory that is used again
+  std::vector<Transform<Base, Body>> poses_;  // reused memory
 };
 
 }  // namespace parhelion::simulation

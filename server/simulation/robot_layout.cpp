@@ -40,10 +40,10 @@ class Builder {
       first = false;
     }
   }
-  /// Corners of a shape for a hull around it; false: of a shape that has none.
+  /// Vertices of a shape for a hull around it; false: the shape has none.
   static bool append_corners(const Shape& shape, const Eigen::Isometry3d& T_part_link,
                              std::vector<Eigen::Vector3d>& hull) {
-    constexpr int kSides = 24;  // of what stands for a circle: 0.9 % of its radius off at most
+    constexpr int kSides = 24;  // for a circle: an error of at most 0.9 % of its radius
     const Eigen::Isometry3d T = T_part_link * shape.T_body_shape.isometry();
     if (shape.kind == ShapeKind::box) {
       const Eigen::Vector3d half = shape.size / 2 - Eigen::Vector3d::Constant(kHullMargin);
@@ -89,7 +89,7 @@ class Builder {
     T_part_node_.push_back(T_part_node);
   }
 
-  /// The link's node and part.
+  /// Assigns the link's node and part.
   void place(std::size_t link) {
     RobotNode node;
     if (link == 0) {
@@ -146,8 +146,8 @@ class Builder {
     add_node(link, node, Eigen::Isometry3d::Identity());
   }
 
-  /// What collides of a link. A belt is tight: it goes round all that its link is made of, and no edge in it
-  /// catches on steps.
+  /// Collision shapes of a link. A track is a tight belt: one hull around all shapes of its link, so that no
+  /// edge inside catches on steps.
   void add_solids(std::size_t link, const Eigen::Isometry3d& T_part_link, int runner) {
     const RobotLink& its = model_.links[link];
     const std::size_t node = layout_.node_of_link[link], part = layout_.nodes[node].part;
@@ -170,7 +170,7 @@ class Builder {
     if (!belt.hull.empty()) add(belt, Eigen::Isometry3d::Identity());
   }
 
-  /// The link's shapes and mass into its node and part.
+  /// Adds the link's shapes and mass to its node and part.
   void fill(std::size_t link) {
     const RobotLink& its = model_.links[link];
     const std::size_t node = layout_.node_of_link[link];
@@ -188,7 +188,7 @@ class Builder {
       const bool wheel = model_.drive.runners[*runner].kind == RobotRunner::Kind::wheel;
       Eigen::Vector3d axis =
           wheel ? model_.joints[link - 1].axis : T_base_link_[link].linear().transpose().col(1);
-      // A wheel may be modelled with its axle to the right: it rolls forward the other way round then.
+      // A wheel may be modelled with its axle to the right: then its rotation is reversed.
       if ((T_base_link_[link].linear() * axis).y() < 0) axis = -axis;
       const Eigen::Vector3d in_node = layout_.T_node_link[link].linear() * axis;
       to.runners.push_back({T_part_node_[node].linear() * in_node, model_.drive.friction});
@@ -203,7 +203,7 @@ class Builder {
                          T_part_link.linear() * its.inertia * T_part_link.linear().transpose()});
   }
 
-  /// Mass, centre and inertia of the links together (parallel axes).
+  /// Combined mass, centre and inertia of the links (parallel axes).
   void finish(std::size_t part) {
     PartDefinition& to = layout_.parts[part];
     Eigen::Vector3d moment = Eigen::Vector3d::Zero();

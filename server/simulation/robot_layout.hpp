@@ -1,5 +1,5 @@
-// From a robot model to what the physics steps and what sensors see: links that do not move against each
-// other are one part; wheels and steering knuckles are shapes of their part that turn by themselves.
+// Converts a robot model to physics parts and visible nodes: links without relative motion form one part;
+// wheels and steering knuckles are shapes of their part that turn separately.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace parhelion::simulation {
 
-/// Links that are seen as one body: those that are fixed to each other.
+/// Links seen as one body, because they are fixed to each other.
 struct RobotNode {
-  std::size_t link = 0;  ///< that it is named after
+  std::size_t link = 0;  ///< source of its name
   std::size_t part = 0;
-  std::optional<std::size_t> parent;  ///< node that it turns on; none: it is the part's own
+  std::optional<std::size_t> parent;  ///< node it turns on; none: it is the part's own
   Eigen::Isometry3d T_parent_node = Eigen::Isometry3d::Identity();  ///< at position 0
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();                  ///< it turns about
-  std::optional<std::size_t> runner;                                ///< a wheel: turned by what it rolled
-  std::optional<std::size_t> steering;                              ///< a knuckle: joint that turns it
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitY();                  ///< axis of its rotation
+  std::optional<std::size_t> runner;                                ///< of a wheel, turned by its travel
+  std::optional<std::size_t> steering;                              ///< of a knuckle: the joint that turns it
   std::vector<Shape> visible;
 };
 
-/// Where a link's collision shape is.
+/// Source of a link's collision shape.
 struct RobotSolid {
   std::size_t link = 0;
   std::size_t node = 0;
@@ -42,24 +42,24 @@ struct RobotLayout {
     std::size_t a = 0, b = 0;
     JointDefinition definition;  ///< without handles
   };
-  std::vector<Joint> joints;          ///< that the physics holds, parents before children
-  std::vector<std::size_t> steering;  ///< joints of the model that turn wheels
+  std::vector<Joint> joints;          ///< joints in the physics, parents before children
+  std::vector<std::size_t> steering;  ///< joints of the model that steer wheels
 
   struct Runner {
     std::size_t part = 0, index = 0;  ///< runner of that part
-    std::size_t node = 0;             ///< whose frame its axis is in
+    std::size_t node = 0;             ///< frame of its axis
     Eigen::Vector3d axis;             ///< in the node's frame
     Eigen::Vector3d center;           ///< m, base_link, joints at 0
   };
-  std::vector<Runner> runners;  ///< as the model's
+  std::vector<Runner> runners;  ///< in the model's order
 
-  /// 1/m: the tightest turns that all steering joints reach (Ackermann), to the right and to the left.
+  /// 1/m: the tightest turns possible with all steering joints (Ackermann), to the right and to the left.
   double least_curvature = 0, most_curvature = 0;
 };
 
 RobotLayout make_layout(const RobotModel& model);
 
-/// The turn of a frame about an axis of its own.
+/// Rotation of a frame about one of its axes.
 inline Eigen::Isometry3d turn_about(const Eigen::Vector3d& axis, double angle) {
   return Eigen::Isometry3d(Eigen::AngleAxisd(angle, axis));
 }

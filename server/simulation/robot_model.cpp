@@ -17,7 +17,7 @@ namespace {
 
 using yaml::Node;
 
-constexpr double kOnFloor = 0.02;  // m that a runner may be above or below base_link's z = 0
+constexpr double kOnFloor = 0.02;  // m, maximum distance of a runner from base_link's z = 0
 constexpr std::array<const char*, 4> kDriveNames{"differential", "skid", "ackermann", "tracked"};
 
 class Reader {
@@ -189,7 +189,7 @@ class Reader {
       problems_.add(root.line, "joint '" + joint.name + "' would start at " +
                                    yaml::printable(text(joint.start)) + ", outside its limits " +
                                    text(joint.lower) + " to " + text(joint.upper) +
-                                   "; say where with 'posture' or 'extension'");
+                                   "; set it with 'posture' or 'extension'");
     }
   }
 
@@ -222,7 +222,7 @@ class Reader {
     yaml::read(node, "yaw_rate_limit", limits.yaw_rate_limit);
   }
 
-  /// base_link's frame of each link, joints at 0.
+  /// Each link's frame in base_link's, joints at 0.
   std::vector<Eigen::Isometry3d> link_poses() const {
     std::vector<Eigen::Isometry3d> poses{Eigen::Isometry3d::Identity()};
     for (const RobotJoint& joint : model_.joints)
@@ -307,7 +307,7 @@ Result<RobotModel> load_robot_model(const std::string& name_or_path) {
   }
   const auto text = yaml::read_text(path);
   if (!text) return text.error();
-  // The URDF's name is read first; the whole is checked after both are there.
+  // The URDF's name is read first; the whole is checked once both are loaded.
   const auto document = yaml::read_checked(*text, path, "robot_model");
   if (!document) return document.error();
   const auto urdf =

@@ -1,4 +1,4 @@
-// What the motors of an articulated robot do with its commands, and what they bear.
+// Motor control of an articulated robot, and the loads on its motors.
 #include <algorithm>
 #include <cmath>
 
@@ -8,16 +8,16 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kServo = 12;         // 1/s: how fast a position error is driven out
-constexpr double kCourse = 0.1;       // fraction of its speed with which a joint goes back to its course
+constexpr double kServo = 12;         // 1/s: gain of the position control
+constexpr double kCourse = 0.1;       // fraction of its speed with which a joint corrects its position
 constexpr double kSpeedUp = 0.2;      // s from rest to a joint's full speed
 constexpr double kStayAwake = 1.0;    // s after a command
-constexpr double kLoadTime = 0.02;    // s over which what tears at a joint is averaged
-constexpr double kStalled = 0.5;      // s at the limit without moving: an overload
-constexpr double kBacklash = 0.004;   // rad or m by which geared joints differ before one has no force
+constexpr double kLoadTime = 0.02;    // s over which a joint's load is averaged
+constexpr double kStalled = 0.5;      // s at the limit without motion: an overload
+constexpr double kBacklash = 0.004;   // rad or m of difference at which a geared joint has no force left
 constexpr double kAtLimit = 0.99;     // fraction of a motor's effort
-constexpr double kYield = 3;          // a load slows a weak motor down this much faster than it speeds up
-constexpr double kFreely = 1e3;       // m/s in a step: a wheel without motor goes as the ground does
+constexpr double kYield = 3;          // ratio of a weak motor's deceleration under load to its acceleration
+constexpr double kFreely = 1e3;       // m/s in a step: a wheel without motor moves with the ground
 constexpr double kStandstill = 0.02;  // m/s below which steering does not follow the curvature
 
 double towards(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
@@ -104,7 +104,7 @@ void ArticulatedRobot::drive_runners(Physics& physics, const Twist2& wanted, dou
     curvature = std::clamp(wanted.wz / std::copysign(speed, wanted.vx), layout_.least_curvature,
                            layout_.most_curvature);
     steer(physics, curvature, dt);
-    // Of the angle that the wheels have now, not of the one that they go for.
+    // From the current angle of the wheels, not the commanded one.
     double sum = 0;
     int count = 0;
     for (std::size_t i = 0; i < drive.runners.size(); ++i) {
@@ -130,14 +130,14 @@ void ArticulatedRobot::drive_runners(Physics& physics, const Twist2& wanted, dou
     const double speed =
         runner.driven ? towards(runner_speed_[i], target, drive.acceleration * dt) : runner_speed_[i];
     const Eigen::Isometry3d T = T_part_node(place.node);
-    // A wheel's own turn does not change where its axle points.
+    // A wheel's own rotation does not change the direction of its axle.
     const double yield = runner.driven ? kYield * drive.acceleration * dt : kFreely;
     physics.run(handles_[place.part], place.index,
                 {speed, runner.driven ? drive.force : 0, yield, T.linear() * place.axis});
   }
 }
 
-/// Wheels that steer follow circles about one centre, which lies on the line of the fixed axle.
+/// Steered wheels follow circles about one centre, on the line of the fixed axle.
 void ArticulatedRobot::steer(Physics& physics, double curvature, double dt) {
   for (const std::size_t joint : layout_.steering) {
     const RobotJoint& its = model_->joints[joint];
@@ -180,7 +180,7 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   if (servo.mode == Servo::Mode::effort) {
     const double effort = std::clamp(servo.target, -joint.effort, joint.effort);
     servo.asked = 0;
-    // What drives without end in the direction of its effort has that effort.
+    // An effort is commanded as an unreachable speed with this effort as limit.
     physics.drive_joint(joint_handles_[i], std::copysign(joint.velocity, effort),
                         std::abs(effort) * geared_share(physics, i, state, effort, dt));
     return;
@@ -197,7 +197,7 @@ void ArticulatedRobot::drive_joint(Physics& physics, std::size_t i, SimulationTi
   physics.drive_joint(joint_handles_[i], servo.asked, share * (joint.effort + joint.friction));
 }
 
-/// A motor under load gives way a little: without a course an arm that is commanded to stay would sink.
+/// Motors under load yield a little: without position correction an arm commanded to stay would sink.
 double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, double position, double dt) {
   const double most = kCourse * joint.velocity;
   if (!servo.course) {
@@ -205,7 +205,7 @@ double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, doub
     servo.speed = servo.asked - correction;
     servo.course = position + correction / kServo;
   }
-  // What stops the joint is not made up for afterwards.
+  // The position lost to an obstacle is not recovered afterwards.
   servo.course = position + std::clamp(*servo.course - position, -most / kServo, most / kServo);
   const double wanted = std::clamp(servo.target, -servo.most_speed, servo.most_speed);
   servo.speed = towards(servo.speed, wanted, joint.velocity / kSpeedUp * dt);
@@ -214,7 +214,7 @@ double ArticulatedRobot::keep_course(Servo& servo, const RobotJoint& joint, doub
   return std::clamp(asked, -joint.velocity, joint.velocity);
 }
 
-/// Of where both would be after the step: by where they are alone they would swing against each other.
+/// Uses the positions after the step: with current ones the joints would oscillate against each other.
 double ArticulatedRobot::geared_share(Physics& physics, std::size_t i, const JointState& state, double way,
                                       double dt) const {
   if (!gears_[i] || servos_[gears_[i]->other].broken) return 1;
@@ -239,7 +239,7 @@ void ArticulatedRobot::watch_joint(Physics& physics, std::size_t i, double dt,
   }
   const bool holds = std::find(model_->gripper.begin(), model_->gripper.end(),
                                model_->links[joint.child].name) != model_->gripper.end();
-  if (holds || !(joint.effort > 0)) return;  // fingers push with all they have: that is how they hold
+  if (holds || !(joint.effort > 0)) return;  // gripper links push with their full effort, by design
   const double share = std::abs(state.effort) / joint.effort;
   const bool still = std::abs(state.velocity) < 0.05 * joint.velocity;
   servo.stalled = share >= kAtLimit && still ? servo.stalled + dt : 0;

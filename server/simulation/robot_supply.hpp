@@ -1,4 +1,4 @@
-// What keeps a simulated robot going: its operator's radio link and its battery.
+// Models of a simulated robot's radio link to its operator and of its battery.
 #pragma once
 
 #include <optional>
@@ -7,12 +7,12 @@
 
 namespace parhelion::simulation {
 
-/// dBm at a receiver `distance` m away behind `walls` walls: free space up to 1 m (Friis 1946), from there
-/// the log-distance model with a loss for each wall (Motley and Keenan 1988).
+/// dBm at a receiver `distance` m away behind `walls` walls: free space up to 1 m (Friis 1946), beyond it the
+/// log-distance model with a loss for each wall (Motley and Keenan 1988).
 double received_power(const Radio& radio, double distance, int walls);
 
-/// W that a robot takes from its battery: `drive` W of its runners at their surface, `joints` W of its
-/// joints, and what rolling takes of `mass` kg at `speed` m/s. Nothing is fed back into it.
+/// W drawn from a robot's battery: `drive` W of its runners at their surface, `joints` W of its joints, and
+/// the rolling resistance of `mass` kg at `speed` m/s. No recuperation.
 double battery_power(const Battery& battery, double mass, double speed, double drive, double joints);
 
 struct RobotSupply {

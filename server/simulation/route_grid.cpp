@@ -72,7 +72,7 @@ double RouteGrid::clearance(const Eigen::Vector2d& p) {
   return to_nearest(p, near_, point);
 }
 
-/// Clearance changes by no more than the way that one goes: a step of what is left over is safe.
+/// The clearance changes by at most the distance moved: a step of the remaining clearance is safe.
 std::optional<double> RouteGrid::first_too_close(const Eigen::Vector2d& from,
                                                  const Eigen::Vector2d& direction, double limit,
                                                  double needed) {

@@ -1,5 +1,4 @@
-// Where there is room on a floor of the building: a grid of clearances, made tile by tile where a search
-// comes.
+// Free space on a floor of the building: a grid of clearances, computed tile by tile as a search needs them.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,26 +14,26 @@
 
 namespace parhelion::simulation {
 
-/// A square of the grid, counted from the map's origin.
+/// A cell, counted from the map's origin.
 struct RouteCell {
   std::int32_t x = 0, y = 0;
   bool operator==(const RouteCell&) const = default;
 };
 
-/// The building without its doors, which come and go: between `floor` + kOverFloor and `floor` + `height`.
+/// The building without its doors, between `floor` + kOverFloor and `floor` + `height`.
 class RouteGrid {
  public:
   static constexpr double kCell = 0.1;           ///< m
-  static constexpr double kMostClearance = 1.0;  ///< m: larger ones are all the same
-  static constexpr double kOverFloor = 0.05;     ///< m: what is lower is driven over
+  static constexpr double kMostClearance = 1.0;  ///< m: larger clearances are clamped
+  static constexpr double kOverFloor = 0.05;     ///< m: lower obstacles are driven over
   static constexpr std::int32_t kTile = 32;      ///< cells along the side of a tile
   static constexpr std::size_t kMostTiles = 4096;
 
-  /// What a search remembers of a cell. Valid where `search` is its number.
+  /// A search's state of a cell. Valid if `search` is its number.
   struct Node {
     std::uint32_t search = 0;
     std::uint32_t cost = 0;
-    std::uint8_t from = 0;  ///< direction that it was reached by
+    std::uint8_t from = 0;  ///< incoming direction
     bool closed = false;
   };
   struct Tile {
@@ -52,19 +51,19 @@ class RouteGrid {
   static RouteCell cell_of(const Eigen::Vector2d& p);
   static Eigen::Vector2d center(const RouteCell& cell);
 
-  /// Clearance of the cell's centre and the cell's node; nullptr for the node where that would be more than
-  /// kMostTiles. A tile that is new is counted in `made`.
+  /// Clearance of the cell's centre and the cell's node; nullptr for the node beyond kMostTiles. New tiles
+  /// are counted in `made`.
   Place at(const RouteCell& cell, std::size_t& made);
 
   /// m from p to the nearest obstacle, at most kMostClearance; negative inside one. Exact.
   double clearance(const Eigen::Vector2d& p);
-  /// How far one comes straight in the unit `direction` with so much clearance, at most `limit`, m.
+  /// Straight distance in the unit `direction` with this clearance, at most `limit`, m.
   double free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& direction, double limit,
                   double clearance);
   /// Whether each point of the segment has at least `clearance` (m; up to 1 mm less), by advancement.
   bool free_segment(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double clearance);
 
-  /// How far the building reaches.
+  /// Extent of the building.
   const Eigen::AlignedBox2d& extent() const { return building_->extent(); }
   bool is_of(const std::shared_ptr<const Building>& building, double floor, double height) const {
     return building == building_ && floor + kOverFloor == bottom_ && floor + height == top_;
@@ -78,7 +77,7 @@ class RouteGrid {
 
   std::shared_ptr<const Building> building_;
   double bottom_, top_;
-  std::unordered_map<std::uint64_t, std::unique_ptr<Tile>> tiles_;  // looked up only, never gone through
+  std::unordered_map<std::uint64_t, std::unique_ptr<Tile>> tiles_;  // only for look-up, never iterated
   std::uint64_t newest_key_ = 0;
   Tile* newest_ = nullptr;
   std::vector<const FixedObstacle*> near_;

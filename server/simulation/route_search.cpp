@@ -7,14 +7,14 @@ namespace parhelion::simulation {
 namespace {
 
 constexpr std::uint8_t kStartedHere = 8;
-constexpr double kBeyond = 3.0;           // m around building, start and goal that a way may lead through
-constexpr double kShortcutMargin = 0.10;  // m more than needed that a shortcut keeps, where its ends have it
+constexpr double kBeyond = 3.0;           // m around building, start and goal that paths may use
+constexpr double kShortcutMargin = 0.10;  // m of additional clearance of a shortcut, if its ends have it
 
 bool touches(const Footprint& point, const Footprint& other, double distance) {
   return distance_bound(point, other) < distance && signed_distance(point, other) < distance;
 }
 
-/// The cheaper estimate first; of equal ones that which is farther on its way; then by place.
+/// The lower estimate first; on a tie the one nearer to its goal; then by position.
 bool later(const auto& a, const auto& b) {
   if (a.estimate != b.estimate) return a.estimate > b.estimate;
   if (a.cost != b.cost) return a.cost < b.cost;
@@ -40,7 +40,7 @@ RouteSearch::RouteSearch(RouteGrid& grid, RouteQuery query, std::uint32_t number
     reach(home, 0, kStartedHere);
     return;
   }
-  // Pressed against something: by the nearest cell with room.
+  // Too close to an obstacle: leave by the nearest free cell.
   const auto reach_cells = static_cast<std::int32_t>(kLeave / RouteGrid::kCell);
   double nearest = kLeave;
   RouteCell best = home;
@@ -102,7 +102,7 @@ void RouteSearch::expand(const Open& at) {
   std::array<std::uint32_t, 8> factors{};
   for (std::size_t i = 0; i < kRouteSteps.size(); ++i) {
     const RouteStep& step = kRouteSteps[i];
-    // A diagonal step needs room on both sides: no corner is cut.
+    // A diagonal step needs both neighbours free: no cut corners.
     if (i >= 4 && (factors[i - 4] == 0 || factors[(i - 3) % 4] == 0)) continue;
     const RouteCell next{at.cell.x + step.x, at.cell.y + step.y};
     if (!bounds_.contains(RouteGrid::center(next))) continue;
@@ -148,13 +148,13 @@ std::vector<Eigen::Vector2d> RouteSearch::cells() {
 }
 
 bool RouteSearch::free_way(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  constexpr double most = 12.0;  // m: longer shortcuts take long to check and gain nothing
+  constexpr double most = 12.0;  // m: longer shortcuts take long to check without benefit
   if ((to - from).norm() > most) return false;
   const double ends = std::min(grid_.clearance(from), grid_.clearance(to));
   const double needed = std::clamp(ends, query_.clearance, query_.clearance + kShortcutMargin);
   const Footprint way = make_segment(from, to, 0);
   const auto meets = [&](const Footprint& other) { return touches(way, other, query_.clearance); };
-  // Closed doors are met at their middle: the way through one keeps its cells.
+  // Closed doors are crossed at their middle: the path through one keeps its cells.
   if (std::any_of(query_.blocked.begin(), query_.blocked.end(), meets)) return false;
   if (std::any_of(query_.doors.begin(), query_.doors.end(), meets)) return false;
   return grid_.free_segment(from, to, needed);
@@ -165,7 +165,7 @@ std::vector<Eigen::Vector2d> RouteSearch::smooth() {
   std::vector<Eigen::Vector2d> points{way.front()};
   std::size_t at = 0;
   while (at + 1 < way.size()) {
-    // The farthest that is seen, by doubling and halving: sight is not quite monotone, and need not be.
+    // The farthest visible point, by doubling and bisection: visibility is almost monotone, which suffices.
     std::size_t seen = at + 1, reach = 2;
     while (at + reach < way.size() && free_way(way[at], way[at + reach])) {
       seen = at + reach;

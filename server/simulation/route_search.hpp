@@ -1,4 +1,4 @@
-// The cheapest way over a RouteGrid, found a little in each step, so that none takes long.
+// The cheapest path over a RouteGrid, searched in small increments per step.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,25 +14,25 @@ namespace parhelion::simulation {
 
 struct RouteQuery {
   Eigen::Vector2d start, goal;     ///< m, map
-  double clearance = 0.4;          ///< m that the way needs: the agent's radius and a little
-  std::vector<Footprint> blocked;  ///< that the way goes round, as the agent's disc
-  std::vector<Footprint> doors;    ///< closed, can be pushed open: they cost, and stop nobody
+  double clearance = 0.4;          ///< m required: the agent's radius plus a margin
+  std::vector<Footprint> blocked;  ///< areas to avoid, grown by the agent's disc
+  std::vector<Footprint> doors;    ///< closed, can be pushed open: at extra cost
 };
 
-/// What a step between two cells costs: ten for each cm of the way, up to twice that near an obstacle (so
-/// that ways keep away from walls where there is room), and kDoorCost more in each cell of a closed door.
-/// Integers: two searches agree exactly.
+/// Cost of a step between two cells: ten for each cm, up to twice that near an obstacle (so that paths
+/// keep away from walls where possible), and kDoorCost in addition for each cell of a closed door. Integers,
+/// so that two searches agree exactly.
 struct RouteCost {
-  static constexpr double kComfort = 0.35;        ///< m beyond what is needed that counts as near
+  static constexpr double kComfort = 0.35;        ///< m beyond the required clearance that counts as near
   static constexpr std::uint32_t kStraight = 10;  ///< 0.1 m
   static constexpr std::uint32_t kDiagonal = 14;
-  static constexpr std::uint32_t kDoorCost = 1200;  ///< two or three cells: as long as some 3 m
-  static constexpr std::uint32_t kLeast = 10;       ///< factor where nothing is near
-  /// Factor of the steps into a cell, 0: cannot be entered.
+  static constexpr std::uint32_t kDoorCost = 1200;  ///< two or three cells: equivalent to about 3 m
+  static constexpr std::uint32_t kLeast = 10;       ///< factor without obstacles nearby
+  /// Factor for steps into a cell; 0: blocked.
   static std::uint32_t factor(double clearance, double needed);
 };
 
-/// The eight steps, straight ones first.
+/// The eight directions, straight ones first.
 struct RouteStep {
   std::int32_t x, y;
   std::uint32_t length;
@@ -46,33 +46,33 @@ inline constexpr std::array<RouteStep, 8> kRouteSteps{{{1, 0, RouteCost::kStraig
                                                        {-1, -1, RouteCost::kDiagonal},
                                                        {1, -1, RouteCost::kDiagonal}}};
 
-/// A* (Hart, Nilsson, Raphael 1968) with the octile distance. One at a time on a grid.
+/// A* (Hart, Nilsson, Raphael 1968) with the octile distance. One at a time per grid.
 class RouteSearch {
  public:
   enum class Result : std::uint8_t {
     searching,
     found,
-    none,       ///< no way leads there
-    too_large,  ///< the search came farther than a grid holds
+    none,       ///< there is no path
+    too_large,  ///< the search exceeded the grid's limit
   };
-  static constexpr std::size_t kTileWork = 600;  ///< a new tile takes as long as so many cells
+  static constexpr std::size_t kTileWork = 600;  ///< cost of a new tile, in cells
 
-  /// `number`: another for each search on the grid, above 0. The start's own cell may be too close to an
-  /// obstacle: it leaves by the nearest one that is not, within kLeave.
+  /// `number`: unique for each search on the grid, above 0. The start's own cell may be too close to an
+  /// obstacle: the path then leaves by the nearest free cell within kLeave.
   RouteSearch(RouteGrid& grid, RouteQuery query, std::uint32_t number);
   static constexpr double kLeave = 0.5;  ///< m
 
-  /// Goes on by about `cells`, and takes what it used from it (it ends at 0 or a little above).
+  /// Continues for about `cells`, and subtracts the work done (down to 0; may exceed it slightly).
   Result work(std::size_t& cells);
-  /// Of the way found: RouteCost units.
+  /// Cost of the path found, in RouteCost units.
   std::uint32_t cost() const { return cost_; }
-  /// The way found, through the centres of cells, its ends included as they were requested.
+  /// The path found, through cell centres, with the requested end points.
   std::vector<Eigen::Vector2d> cells();
-  /// The same with as few corners as leave it free.
+  /// The same with as few corners as possible.
   std::vector<Eigen::Vector2d> smooth();
   const RouteQuery& query() const { return query_; }
 
-  /// Factor of the cell, with what is blocked; doors come on top. Shared with the reference implementation.
+  /// Factor of the cell, including blocked areas but not doors. Shared with the reference implementation.
   std::uint32_t factor(const RouteCell& cell);
   std::uint32_t door_cost(const RouteCell& cell) const;
 

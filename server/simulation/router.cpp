@@ -5,7 +5,7 @@
 
 namespace parhelion::simulation {
 
-/// Floors are never quite level, and robots of many heights use one grid.
+/// Rounded: floors are never exactly level, and robots of many heights share a grid.
 RouteGrid& Router::grid(const std::shared_ptr<const Building>& building, double exact_floor,
                         double exact_height) {
   const double floor = std::round(exact_floor / 0.05) * 0.05;
@@ -17,7 +17,7 @@ RouteGrid& Router::grid(const std::shared_ptr<const Building>& building, double 
     return *grids_.back();
   }
   if (grids_.size() == kMostGrids) {
-    search_.reset();  // it may be on the one that goes; it begins again
+    search_.reset();  // it may use the grid that is removed; it starts again
     grids_.erase(grids_.begin());
   }
   grids_.push_back(std::make_unique<RouteGrid>(building, floor, height));

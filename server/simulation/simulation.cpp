@@ -62,7 +62,7 @@ Simulation::Parts::Parts(const SimulationOptions& with, SimulationTime start)
 
 void Simulation::Parts::rebuild_scene() {
   recorder.rebuild_scene(*environment.building, real_robots, agents);
-  // Memory for the worst case, so that a crowd that gathers later allocates nothing.
+  // Memory for the worst case, so that a growing crowd allocates nothing.
   const std::size_t movers = agents.size() + 2;
   const std::size_t obstacles = environment.building->obstacles().size();
   behaviours.reserve(movers, obstacles);
@@ -107,7 +107,7 @@ std::shared_ptr<const Scene> Simulation::scene() const { return parts_->recorder
 std::uint64_t Simulation::steps_due(SimulationTime until) const {
   if (until < next_step()) return 0;
   auto steps = static_cast<std::uint64_t>((until - now()).seconds() * parts_->clock.rate);
-  // The product is rounded; the instants of the steps decide.
+  // The product is rounded; the exact instants of the steps decide.
   while (after(steps + 1) <= until) ++steps;
   while (after(steps) > until) --steps;
   return steps;
@@ -218,9 +218,8 @@ Status Simulation::set_building(const SemanticModel& model, std::shared_ptr<Buil
       return Error{"model entity '" + entity.name + "': an agent has this name"};
   }
   if (model.entities.size() > numbers.end - numbers.next) {
-    return Error{
-        "a model of " + std::to_string(model.entities.size()) +
-        " entities: the numbers that were kept for later buildings are used up; start a new session"};
+    return Error{"a model of " + std::to_string(model.entities.size()) +
+                 " entities: the ids reserved for later buildings are used up; start a new session"};
   }
   constrain_all(parts.agents, parts.physics);
   const DoorRules rules{parts.options.level, parts.options.doors};

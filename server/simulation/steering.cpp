@@ -9,12 +9,14 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kTouch = 0.002;        // m: as near as advancement goes to an obstacle's margin
-constexpr int kMostAdvances = 40;       // then the way so far is the answer: too short, never too long
-constexpr double kLookahead = 2.0;      // m
-constexpr double kLeastWay = 0.3;       // m: for less it does not set out
-constexpr double kLeaving = 0.25;       // m that an arc must gain per metre from what is too near
-constexpr double kCarefulSpeed = 0.25;  // m/s where only the narrow margin is free
+constexpr double kTouch = 0.002;  // m: tolerance of the advancement
+constexpr int kMostAdvances =
+    40;  // then the distance so far is the result: possibly too short, never too long
+constexpr double kLookahead = 2.0;  // m
+constexpr double kLeastWay = 0.3;   // m: shorter arcs are not started
+constexpr double kLeaving =
+    0.25;  // m of distance gained per metre of arc away from an obstacle that is too close
+constexpr double kCarefulSpeed = 0.25;  // m/s if only the narrow margin is free
 constexpr std::array<double, 9> kCurvatures{0, 0.4, -0.4, 1.0, -1.0, 2.0, -2.0, 4.0, -4.0};  // 1/m
 
 struct Arc {
@@ -22,14 +24,14 @@ struct Arc {
   double way = 0;    // m
 };
 
-/// The arc that leads best towards the heading; way 0 where none is free.
+/// The best free arc towards the heading; way 0 if none is free.
 Arc best_arc(const Pose2& pose, double radius, double margin, double to_heading, SteeringScratch& scratch) {
   Arc best;
   double best_score = 0;
   for (const double kappa : kCurvatures) {
     const double way = free_length(pose, radius, margin, kappa, kLookahead, scratch);
     if (way < kLeastWay) continue;
-    // Heading at the end of a metre of it; the nearer to the wanted one the better, and the freer.
+    // Heading after a metre of it; better if nearer to the desired one, and longer.
     const double miss = std::abs(wrap_angle(to_heading - std::clamp(kappa, -2.5, 2.5) * std::min(way, 1.0)));
     const double score = 1.0 - miss / 3.2 + 0.6 * way / kLookahead - 0.02 * std::abs(kappa);
     if (best.way > 0 && score <= best_score) continue;
@@ -39,7 +41,7 @@ Arc best_arc(const Pose2& pose, double radius, double margin, double to_heading,
   return best;
 }
 
-/// Something has come nearer than the narrow margin.
+/// An obstacle is closer than the narrow margin.
 bool crowded(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch) {
   Footprint& disc = scratch.disc;
   disc.vertices.resize(1);
@@ -69,7 +71,7 @@ double free_length(const Pose2& pose, double radius, double margin, double kappa
       const double keep = std::min(margin, at_start + kLeaving * s);
       if (s > 0) disc.center = disc.vertices[0] = advance(pose, arc, s).position();
       const double gap = (s > 0 ? signed_distance(disc, *obstacle) : at_start) - keep;
-      // At the start of a way out of what is too near the gap is nothing: the next centimetre shows.
+      // At the start of an escape from an obstacle the gap is zero: the next centimetre decides.
       if (s == 0 && at_start < margin + kTouch)
         s = 5 * kTouch;
       else if (gap < kTouch)
@@ -84,8 +86,8 @@ double free_length(const Pose2& pose, double radius, double margin, double kappa
 
 namespace {
 
-/// How near the nearest obstacle is after `way` m in the direction (cos, sin); nothing where that leads
-/// nearer to one that is too near.
+/// Distance of the nearest obstacle after `way` m in the direction (cos, sin); none if that leads closer to
+/// one that is too close.
 std::optional<double> room_after(const Pose2& pose, const SteeringLimits& limits,
                                  const Eigen::Vector2d& direction, double way, SteeringScratch& scratch) {
   Footprint& disc = scratch.disc;
@@ -102,8 +104,8 @@ std::optional<double> room_after(const Pose2& pose, const SteeringLimits& limits
   return room;
 }
 
-/// Out of where something presses and no arc is free: the direction with most room after a short way,
-/// forwards or backwards, whichever is nearer. Stands where there is none.
+/// Escapes when no arc is free: the direction with the largest distance after a short motion, forwards or
+/// backwards, whichever is nearer. Stops if there is none.
 Twist2 escape(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& scratch) {
   constexpr int directions = 24;
   constexpr double way = 0.15, aligned = 0.35;  // m, rad
@@ -140,7 +142,7 @@ Twist2 steer(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& s
     state.turn = 0;
     return escape(pose, limits, scratch);
   }
-  // Who is pressed leaves by the first way out; a heading behind can wait.
+  // A crowded agent leaves by the first free arc, before turning to its heading.
   const bool behind = std::abs(to_heading) > 1.9 && !pressed;
   if (arc.way <= 0 || (behind && state.turn != 0)) {
     if (state.turn == 0) state.turn = to_heading >= 0 ? 1 : -1;
@@ -150,7 +152,7 @@ Twist2 steer(const Pose2& pose, const SteeringLimits& limits, SteeringScratch& s
   double v = std::min(speed, std::sqrt(limits.acceleration * arc.way));
   if (arc.kappa != 0) v = std::min(v, limits.yaw_rate / std::abs(arc.kappa));
   double w = arc.kappa * v;
-  // On a free straight way the wanted heading is met exactly.
+  // On a free straight line the desired heading is reached exactly.
   if (arc.kappa == 0 && std::abs(to_heading) < 0.4 && arc.way >= kLookahead) {
     const double kappa = std::clamp(to_heading, -0.4, 0.4);
     if (free_length(pose, limits.radius, limits.margin, kappa, kLookahead, scratch) >= arc.way) w = kappa * v;

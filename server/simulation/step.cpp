@@ -1,5 +1,5 @@
-// What a step does (part of Simulation): the real robots go where they are known to be, agents act, the
-// physics moves all bodies, and what came of it becomes events and a record.
+// A step (part of Simulation): sets the real robots' states, drives the agents, runs the physics, and then
+// produces events and a record.
 #include <algorithm>
 #include <utility>
 
@@ -30,7 +30,7 @@ void Simulation::Parts::clear_stop_zone(const RealRobot& robot, const RealRobotS
     }
     put(agent, *free);
     publish(agent_event(EventKind::agent_moved, agent, clock.now(), 0,
-                        "out of the way: it would have reappeared where the robot could not stop"));
+                        "moved: it would have reappeared within the robot's stopping distance"));
   }
 }
 
@@ -48,7 +48,7 @@ void Simulation::Parts::move_real_robot(RealRobot& robot, const std::optional<Re
     ++robot.epoch;
     contacts.forget(robot.name, clock.now(), events);
   }
-  // Agents come back into its sensors' view: none so near that it could not stop.
+  // Agents that its sensors show again must not be within its stopping distance.
   clear_stop_zone(robot, *state, state->sensed && (jumped || !robot.sensed));
   place_real_robot(robot, *state, jumped);
   if (jumped) constrain_near(robot.placed, agents, physics);
@@ -65,20 +65,20 @@ void Simulation::Parts::step(RealRobotStates states, std::vector<LaserRequest>& 
   ++clock.step;
   move_real_robots(states);
 
-  // What agents do.
+  // Decisions of agents.
   behaviours.search_routes(agents, around, events);
   neighbours.place(agents.size(), [this](std::size_t i) {
     return std::pair(agents[i].placed.center, agents[i].placed.bound);
   });
   drive_agents(agents, around, behaviours, forecast, physics, events);
 
-  // How bodies move.
+  // Motion of bodies.
   environment.doors.move(building, agents, physics, clock.dt);
   physics.step();
   environment.doors.read(building, physics, clock.dt);
   observe_agents(agents, clock, physics, events);
 
-  // What came of it, as events.
+  // Events.
   contacts.update(agents, real_robots, building, physics, clock.now(), events);
   grippers.update(agents, physics, clock, events);
   watch_doors(environment.doors, contacts.touching(), around, physics, events);

@@ -1,5 +1,4 @@
-// Supervision (paper 4.1): after each step, what robots and agents do and what happens to them becomes
-// events.
+// Supervision (paper 4.1): after each step, detects events of robots and agents.
 #pragma once
 
 #include <vector>
@@ -10,8 +9,8 @@
 
 namespace parhelion::simulation {
 
-/// Of all of `around`, whose real_robots and agents are those given: their watches and predictions, radio and
-/// battery.
+/// For all robots and agents of `around`, which must be those given: updates watches and predictions, radio
+/// and battery.
 void supervise(RealRobots& real_robots, Agents& agents, const Surroundings& around, const Contacts& contacts,
                const Physics& physics, Predictor& predictor, std::vector<Event>& events);
 

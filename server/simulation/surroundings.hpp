@@ -1,4 +1,4 @@
-// What a step reads and does not change: what decisions, predictions and watches may use.
+// Read-only inputs of a step, for decisions, predictions and watches.
 #pragma once
 
 #include "server/simulation/agents.hpp"

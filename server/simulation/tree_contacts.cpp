@@ -21,7 +21,7 @@ const btVector3& turned(const btSolverConstraint& row, bool is_a) {
 }  // namespace
 
 TreeContacts::TreeContacts() {
-  // Of a dozen robots that touch each other, in steps that allocate nothing.
+  // Enough for a dozen robots in contact, so that steps do not allocate.
   rows_.reserve(1024);
   responses_.reserve(4096);
 }

@@ -6,18 +6,18 @@
 namespace parhelion::simulation {
 namespace {
 
-// What may happen before the next decision, of which there are twenty a second.
+// Bounds of motion until the next decision, of which there are twenty a second.
 constexpr double kLookahead = 0.06;  // s
 constexpr double kUnforeseen = 0.5;  // m and m/s: accelerations, corrections of the real robot's pose
-constexpr double kSettle = 0.2;      // m more for who is in the solver, so that nobody goes to and fro
+constexpr double kSettle = 0.2;      // m of hysteresis for agents in the solver
 constexpr double kArm = 2.0;         // m that a robot with joints may reach beyond its footprint
-constexpr double kDoor = 1.0;        // m: a leaf may swing
+constexpr double kDoor = 1.0;        // m: reach of a moving door leaf
 
 double speed_of(const Agent& agent) {
   return agent.rigid.velocity.norm() + agent.rigid.rotation_rate.norm() * agent.form.size.norm();
 }
 
-/// How near another may be that has this speed.
+/// Minimum distance from another body with this speed.
 double room_for(const Agent& agent, double speed) {
   return kUnforeseen + kLookahead * (agent.rigid.velocity.norm() + speed + kUnforeseen) +
          (agent.unconstrained ? 0 : kSettle);
@@ -26,7 +26,7 @@ double room_for(const Agent& agent, double speed) {
 }  // namespace
 
 bool ContactForecast::untouchable(const Agent& agent, const Surroundings& around) {
-  constexpr double range = 4.0;  // m, of obstacles and of agents that go at less than 40 m/s
+  constexpr double range = 4.0;  // m, search range for obstacles and agents slower than 40 m/s
   if (speed_of(agent) > 10) return false;
   around.neighbours.near(agent.placed.center, range + kArm, nearby_);
   for (const std::uint32_t i : nearby_) {

@@ -1,6 +1,6 @@
-// Upright agents that nothing can touch before they decide again are moved without the solver, by the same
-// laws: where they are, what sensors measure and the events are what they would be with it. An agent that may
-// be touched is back in the solver before that.
+// Upright agents that cannot have a contact before their next decision are moved without the solver, by the
+// same laws: their poses, measurements and events are those of the solver. An agent that may get a contact is
+// back in the solver before that.
 #pragma once
 
 #include <cstddef>
@@ -11,28 +11,28 @@
 
 namespace parhelion::simulation {
 
-/// Out of the solver, or into it with the motion that the agent has now.
+/// Takes the agent out of the solver, or puts it back with its current motion.
 void set_unconstrained(Agent& agent, bool unconstrained, Physics& physics);
-/// All agents back into the solver.
+/// Puts all agents back into the solver.
 void constrain_all(Agents& agents, Physics& physics);
-/// Those that may be touched by what appears there.
+/// Puts those back that may touch an object appearing there.
 void constrain_near(const Footprint& placed, Agents& agents, Physics& physics);
-/// One step of an unconstrained agent.
+/// One step of an agent outside the solver.
 void move_unconstrained(Agent& agent, double dt);
 
-/// Finds the agents that nothing can touch.
+/// Finds the agents without possible contacts.
 class ContactForecast {
  public:
-  /// Nothing can touch the agent before it decides again.
+  /// No contact is possible before the agent's next decision.
   bool untouchable(const Agent& agent, const Surroundings& around);
-  /// Memory for so many, so that no step allocates any.
+  /// Reserves memory, so that no step allocates any.
   void reserve(std::size_t movers, std::size_t obstacles) {
     nearby_.reserve(4 * movers + 64);
     near_.reserve(4 * obstacles);
   }
 
  private:
-  // Memory that is used again.
+  // Reused memory.
   std::vector<std::uint32_t> nearby_;
   std::vector<const FixedObstacle*> near_;
   Footprint disc_;

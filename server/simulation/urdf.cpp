@@ -16,8 +16,8 @@
 namespace parhelion::simulation {
 namespace {
 
-/// Links of liburdfdom hold each other by shared pointers: those of a joint loop, which it refuses, are never
-/// freed, and nobody outside can. Leak checkers ignore what is allocated while this lives.
+/// Links of liburdfdom reference each other by shared pointers: those of a joint loop, which it rejects, are
+/// never freed. Leak checkers ignore allocations during this object's lifetime.
 struct LeaksOfUrdfdom {
 #ifdef PARHELION_ADDRESS_SANITIZER
   LeaksOfUrdfdom() { __lsan_disable(); }
@@ -27,7 +27,7 @@ struct LeaksOfUrdfdom {
 #endif
 };
 
-/// What liburdfdom reports while it reads: it writes to a console, not to its caller.
+/// Captures liburdfdom's messages, which it writes to a console.
 class Listener : public console_bridge::OutputHandler {
  public:
   Listener() {
@@ -97,7 +97,7 @@ class Reader {
     return model;
   }
 
-  /// liburdfdom lets a link with two parents pass, and forgets one of them.
+  /// liburdfdom accepts a link with two parents, and drops one of them.
   Status check_tree(const urdf::ModelInterface& model) const {
     std::map<std::string, std::string> carrier;
     for (const auto& [name, joint] : model.joints_) {
@@ -119,7 +119,7 @@ class Reader {
     for (const auto& [name, link] : model.links_) {
       if (!reached.contains(name)) {
         return at("link", name,
-                  "hangs from nothing that leads to '" + model.getRoot()->name +
+                  "is not connected to '" + model.getRoot()->name +
                       "': its joints make a loop; a robot is a tree of links");
       }
     }
@@ -140,7 +140,7 @@ class Reader {
     const auto known = materials_.find(visual.material_name);
     if (known != materials_.end()) result = known->second;
     if (!visual.material) return result;
-    // URDF's colours are those of screens (sRGB).
+    // URDF colours are sRGB.
     const auto linear = [](float c) {
       return c <= 0.04045F ? c / 12.92F : std::pow((c + 0.055F) / 1.055F, 2.4F);
     };
@@ -175,7 +175,7 @@ class Reader {
       }
       default:
         return at("link", link.name,
-                  "a mesh: only box, cylinder and sphere are simulated; put such in its place");
+                  "a mesh: only box, cylinder and sphere are simulated; use these instead");
     }
     if (!shape.size.allFinite() || shape.size.minCoeff() <= 0 || !shape.T_body_shape.finite())
       return at("link", link.name, "a shape whose size is not positive, or whose origin is not finite");
@@ -199,7 +199,7 @@ class Reader {
       return at("link", link.name,
                 "a mass of " + std::to_string(inertial.mass) +
                     " kg; expected more than 0 (leave <inertial> "
-                    "out of a link that only marks a place and is fixed)");
+                    "out of a fixed link that is only a frame)");
     }
     const Eigen::Isometry3d frame = pose(inertial.origin);
     Eigen::Matrix3d I;
@@ -209,11 +209,11 @@ class Reader {
     out.center = frame.translation();
     out.inertia = frame.linear() * I * frame.linear().transpose();
     const Eigen::Vector3d moments = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I).eigenvalues();
-    // The largest moment of a body is at most the sum of the others.
+    // The largest moment of inertia is at most the sum of the others.
     if (!(moments.x() > 0) || moments.z() > 1.001 * (moments.x() + moments.y()))
       return at("link", link.name,
-                "an inertia that no body has: its principal moments are " + std::to_string(moments.x()) +
-                    ", " + std::to_string(moments.y()) + " and " + std::to_string(moments.z()) + " kg m^2");
+                "an impossible inertia: its principal moments are " + std::to_string(moments.x()) + ", " +
+                    std::to_string(moments.y()) + " and " + std::to_string(moments.z()) + " kg m^2");
     return {};
   }
 

@@ -1,4 +1,4 @@
-// Links and joints of a robot from URDF (liburdfdom reads it).
+// Links and joints of a robot from URDF (parsed by liburdfdom).
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace parhelion::simulation {
 
-/// What the YAML beside a URDF adds to the materials that it names.
+/// Additional properties of a URDF's materials, from the YAML beside it.
 using MaterialTable = std::map<std::string, Material>;
 
 struct UrdfRobot {
@@ -18,13 +18,13 @@ struct UrdfRobot {
   std::vector<RobotJoint> joints;  ///< joints[i].child == i + 1
 };
 
-/// `origin` names the file in errors. Of `materials` all but the albedo is taken, which is the URDF's colour.
-/// Errors, with line: not XML, what liburdfdom refuses, a mass that is not positive, an inertia that no body
-/// has, a link with two parents or with none, joints that turn in a ring, a joint of a kind that is not
-/// simulated, a shape without size.
+/// `origin` names the file in errors. From `materials` all but the albedo is used, which is the URDF's
+/// colour. Errors, with line: not XML, rejected by liburdfdom, a mass that is not positive, a physically
+/// impossible inertia, a link with two parents or with none, a kinematic loop, an unsupported kind of joint,
+/// a shape without size.
 Result<UrdfRobot> read_urdf(const std::string& urdf, const std::string& origin,
                             const MaterialTable& materials);
-/// Line of `<tag name="name"`, 0: there is none.
+/// Line of `<tag name="name"`; 0: not found.
 int urdf_line(const std::string& urdf, const std::string& tag, const std::string& name);
 
 }  // namespace parhelion::simulation

@@ -60,7 +60,7 @@ double footprint_speed(const RobotDescription& robot, const Twist2& twist) {
 double contact_lookahead(const ContactLimits& limits, const RobotDescription& robot, const Twist2& twist) {
   const double braking =
       limits.stop_distance + stopping_distance(robot.limits, footprint_speed(robot, twist));
-  // A little more than needed, so that rounding takes nothing from a free command.
+  // With a margin, so that rounding does not reduce a free command.
   return 1.001 * std::max(limits.slow_distance, braking) + 1e-6;
 }
 
@@ -70,7 +70,7 @@ double contact_scale(const ContactLimits& limits, const RobotLimits& robot, doub
   const double ramp = limits.slow_distance - limits.stop_distance;
   const double slowed = ramp > 0 ? std::min(1.0, room / ramp) : 1.0;
   if (!(speed > 0)) return slowed;
-  // The largest v with v r + v^2 / (2 a) = room, in the form that does not cancel.
+  // The largest v with v r + v^2 / (2 a) = room, in a form without cancellation.
   const double a = robot.deceleration, r = robot.reaction_time;
   const double brakeable = 2 * room / (r + std::sqrt(r * r + 2 * room / a));
   return std::clamp(std::min(slowed, brakeable / speed), 0.0, 1.0);

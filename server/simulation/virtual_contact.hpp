@@ -1,5 +1,5 @@
-// From TELEOP to MR_CMD: a virtual body holds the real robot back as a real one would, and a command is only
-// ever reduced.
+// From TELEOP to MR_CMD: virtual bodies limit the real robot's motion as real ones would, and a command is
+// only ever reduced.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@
 
 namespace parhelion::simulation {
 
-/// Why MR_CMD is not TELEOP.
+/// Why MR_CMD differs from TELEOP.
 enum class HoldReason : std::uint8_t {
   none,
-  contact,         ///< a virtual body is near on the way
+  contact,         ///< a virtual body is close on the path
   pose_lost,       ///< stop until the dead-man is released
   crawl,           ///< pose lost, dead-man released and pressed again: slow, without virtual contact
   silence,         ///< no TELEOP, or none for ContactLimits::silence
   invalid,         ///< TELEOP is not finite
-  emergency_stop,  ///< until it is taken back and the dead-man released
+  emergency_stop,  ///< until it is released and the dead-man was released
 };
 
 const char* to_string(HoldReason reason);
@@ -28,16 +28,16 @@ struct VirtualContactInput {
   std::optional<TwistCommand> teleop;  ///< the newest; absent: none yet
   Duration teleop_age;                 ///< since its arrival
   bool pose_known = false;             ///< the real robot's pose is good enough for injection
-  bool emergency_stop = false;         ///< somebody has stopped the robot
+  bool emergency_stop = false;         ///< the emergency stop is active
   Simulation::Clearance
-      clearance;  ///< for teleop's twist, with limit contact_lookahead(); not read without a pose
+      clearance;  ///< for teleop's twist, with limit contact_lookahead(); unused without a pose
 };
 
-/// What is remembered from one command to the next.
+/// State from one command to the next.
 struct VirtualContactState {
   bool released_since_loss =
       false;             ///< the dead-man was released (TELEOP zero or silent) while the pose was lost
-  bool stopped = false;  ///< and not released since the emergency stop was taken back
+  bool stopped = false;  ///< the dead-man was not released yet since the end of the emergency stop
 };
 
 struct VirtualContactResult {
@@ -46,11 +46,11 @@ struct VirtualContactResult {
   HoldReason reason = HoldReason::none;
 };
 
-/// m/s of the fastest point of the footprint: what clearances and braking are computed with, so that a turn
-/// on the spot counts as well.
+/// m/s of the footprint's fastest point: used for clearances and braking, so that a turn on the spot counts
+/// too.
 double footprint_speed(const RobotDescription& robot, const Twist2& twist);
 
-/// How far a clearance must look for `twist`, m: where nothing is nearer, limit() changes nothing.
+/// Required range of the clearance for `twist`, m: farther obstacles do not affect limit().
 double contact_lookahead(const ContactLimits& limits, const RobotDescription& robot, const Twist2& twist);
 
 /// The scale that virtual contact allows at clearance `distance` (m) for a motion of `speed` (m/s, of the

@@ -9,7 +9,7 @@
 namespace parhelion::simulation {
 namespace {
 
-/// A function of (stream, step, draw): no state that a skipped decision could shift.
+/// A function of (stream, step, draw), so that a skipped decision does not shift later draws.
 double random_unit(std::uint64_t stream, std::uint64_t step, std::uint64_t draw) {
   return unit_interval(splitmix64(stream + step * 0xD1B54A32D192ED03ULL + draw * 0x8CB92BA72F3D8DD7ULL));
 }
@@ -40,14 +40,14 @@ Twist2 patrol(Agent& agent, const StepClock& clock, SteeringScratch& steering) {
     steer_state.waypoint = (steer_state.waypoint + 1) % waypoints.size();
     steer_state.waited = 0;
     to = waypoints[steer_state.waypoint] - agent.pose.position();
-    if (to.norm() < kReached) return {};  // a single waypoint: it has arrived
+    if (to.norm() < kReached) return {};  // a single waypoint was reached
   }
   if (clock.step < steer_state.detour_until) return wander(agent, clock, steering);
   steer_state.heading = std::atan2(to.y(), to.x());
   Twist2 twist = steer(agent.pose, limits_of(agent), steering, steer_state);
   const double distance = to.norm();
   const Eigen::Vector2d ahead(std::cos(agent.pose.yaw), std::sin(agent.pose.yaw));
-  // Near a waypoint it goes slower, or it would circle it.
+  // Slower near a waypoint, to avoid circling it.
   twist.vx = std::min(twist.vx, std::max(0.1, distance));
   const bool progress = twist.vx > 0.05 && ahead.dot(to) > 0;
   steer_state.waited = progress ? std::max(0.0, steer_state.waited - 2 * kDecisionPeriod)

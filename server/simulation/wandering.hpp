@@ -1,4 +1,4 @@
-// Agents without a goal of their own: to wander about, and to patrol between waypoints.
+// Agents without a goal position: wandering, and patrolling between waypoints.
 #pragma once
 
 #include "server/simulation/agent.hpp"
@@ -7,12 +7,12 @@
 
 namespace parhelion::simulation {
 
-/// The key of an agent's random numbers: its own in each session of this seed.
+/// The key of an agent's random numbers, unique in each session with this seed.
 std::uint64_t random_stream(std::uint64_t seed, std::uint64_t name_hash);
 
-/// Straight on with a new heading every few seconds. `steering`: with the obstacles around the agent.
+/// Moves straight on, with a new heading every few seconds. `steering`: with the obstacles around the agent.
 Twist2 wander(Agent& agent, const StepClock& clock, SteeringScratch& steering);
-/// From waypoint to waypoint; wanders for a while where something blocks it.
+/// Moves from waypoint to waypoint; wanders for a while if it is blocked.
 Twist2 patrol(Agent& agent, const StepClock& clock, SteeringScratch& steering);
 
 }  // namespace parhelion::simulation

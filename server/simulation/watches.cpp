@@ -8,11 +8,11 @@
 namespace parhelion::simulation {
 namespace {
 
-constexpr double kLevelStep = 0.02;   // m: less is the same level
+constexpr double kLevelStep = 0.02;   // m: a smaller difference is the same level
 constexpr double kLeastFall = 0.05;   // m
-constexpr double kFloorReach = 0.30;  // m: a floor farther under or over base_link is not what it stands on
+constexpr double kFloorReach = 0.30;  // m: a floor farther below or above base_link does not support it
 
-/// z of the lowest point of the box that holds the body, map frame.
+/// z of the lowest point of the body's bounding box, map frame.
 double lowest_point(const Supervised& body, const ObservedMotion& motion) {
   const Eigen::Vector3d up = motion.T_map_base.rotation().row(2);
   double z = motion.T_map_base.translation().z();
@@ -127,7 +127,7 @@ void FallWatch::update(const Supervised& body, const ObservedMotion& motion, dou
   top_ = lowest;
 }
 
-/// The highest step under base_link, of those that it does not stand far below.
+/// The highest step under base_link with its top at most kReach above it.
 const FixedObstacle* StepWatch::step_under(const Building& building, const Eigen::Vector3d& p) {
   near_.clear();
   building.near(p.head<2>(), kEdge, p.z() - 1, p.z() + 1, near_);
@@ -162,7 +162,7 @@ void StepWatch::update(const Supervised& body, const ObservedMotion& motion, con
     event.text = step->relation;
     events.push_back(std::move(event));
   } else if (fresh || step == nullptr || level < level_ - kLevelStep) {
-    began_ = level;  // on a floor, or going down: whatever climb there is begins here
+    began_ = level;  // on a floor, or going down: a later climb starts here
   }
   level_ = level;
   current_ = step != nullptr ? step->name : std::string();

@@ -1,7 +1,6 @@
-// Watches: each observes one thing that a supervised body does and reports its events, with hysteresis, so
-// that an event is reported again only after its condition has ended. Supervision of the paper (section 4:
-// "yaw pitch supervision", falls, climbing of stairs). All are deterministic functions of the motions they
-// are given.
+// Watches: each observes one aspect of a supervised body and reports its events, with hysteresis, so that an
+// event is repeated only after its condition has ended. Supervision of the paper (section 4: "yaw pitch
+// supervision", falls, climbing of stairs). All are deterministic functions of the observed motions.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,39 +20,39 @@ namespace parhelion::simulation {
 class Building;
 struct FixedObstacle;
 
-/// What stays the same of a supervised body.
+/// Constant properties of a supervised body.
 struct Supervised {
   std::string name;
-  Eigen::Vector3d low = Eigen::Vector3d::Zero();   ///< m, base frame, corners of the box that holds it
+  Eigen::Vector3d low = Eigen::Vector3d::Zero();   ///< m, base frame, corners of its bounding box
   Eigen::Vector3d high = Eigen::Vector3d::Zero();  ///< m
-  std::optional<AttitudeLimits> limits;            ///< none: nobody is warned of its attitude
-  bool tilts = false;                              ///< it may tip over: its attitude is watched
-  bool falls = false;   ///< its height is its own, not a pose's correction: falls are watched
-  bool climbs = false;  ///< a robot: the steps that it climbs are reported
+  std::optional<AttitudeLimits> limits;            ///< none: no warnings
+  bool tilts = false;                              ///< can tip over: its attitude is watched
+  bool falls = false;   ///< its height is measured, not a pose correction: falls are watched
+  bool climbs = false;  ///< a robot: climbed steps are reported
 };
 
-/// What it does at a step.
+/// Motion of a body at a step.
 struct ObservedMotion {
   SimulationTime stamp;
   Transform<Map, Base> T_map_base;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of base_link
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
   bool attitude_known = true;  ///< false: pitch, roll and tipping are not reported
-  std::uint32_t epoch = 0;     ///< another one than before: it was put there
+  std::uint32_t epoch = 0;     ///< changes when it was moved elsewhere
 };
 
-/// Event about a supervised body, at its place.
+/// Event about a supervised body, at its position.
 Event event_of(EventKind kind, const Supervised& body, const ObservedMotion& motion, double value = 0);
 
-/// movement_started (value: m/s) when it is faster than kStartSpeed or turns faster than kStartRate;
-/// movement_stopped when it has been slower than kStopSpeed and kStopRate for kPause.
+/// Reports movement_started (value: m/s) above kStartSpeed or kStartRate, and movement_stopped after kPause
+/// below kStopSpeed and kStopRate.
 class MovementWatch {
  public:
   static constexpr double kStartSpeed = 0.05, kStopSpeed = 0.02;  // m/s
   static constexpr double kStartRate = 0.10, kStopRate = 0.04;    // rad/s
   static constexpr double kPause = 0.25;                          // s
   void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
-  /// It goes away: a movement that was started is stopped.
+  /// The body is removed: ends a started movement.
   void close(const Supervised& body, const ObservedMotion& last, std::vector<Event>& events);
 
  private:
@@ -67,12 +66,12 @@ class MovementWatch {
 class AttitudeWatch {
  public:
   static constexpr double kRearm = 0.8;
-  static constexpr double kTipped = 1.0471975511965976;   // rad, 60 degrees: no robot comes back from there
+  static constexpr double kTipped = 1.0471975511965976;   // rad, 60 degrees: no robot recovers from there
   static constexpr double kUpright = 0.5235987755982988;  // rad, 30 degrees
   void update(const Supervised& body, const ObservedMotion& motion, std::vector<Event>& events);
 
  private:
-  /// A threshold that was passed and not left again.
+  /// A threshold that was exceeded, until it is left.
   struct Latch {
     bool passed = false;
     bool update(double size, double threshold);
@@ -83,10 +82,9 @@ class AttitudeWatch {
   bool tipped_ = false;
 };
 
-/// fell: both its lowest point and its middle sank faster than kFall, and now they do not: reported where it
-/// landed, value: m that its lowest point is under where it began to sink faster than kSink. A robot that
-/// drives down a slope or nods over an edge does not fall. Of a fall deeper than kAbyss this is reported at
-/// once.
+/// fell: both its lowest point and its middle sank faster than kFall, and no longer do: reported at its
+/// landing place; value: m that its lowest point is below where it began to sink faster than kSink. Driving
+/// down a slope or pitching over an edge is not a fall. A fall deeper than kAbyss is reported immediately.
 class FallWatch {
  public:
   static constexpr double kFall = 1.2;    // m/s: 7 cm of free fall
@@ -97,13 +95,13 @@ class FallWatch {
  private:
   bool known_ = false, falling_ = false, said_ = false;
   std::uint32_t epoch_ = 0;
-  double lowest_ = 0, middle_ = 0;  ///< m, at the step before
+  double lowest_ = 0, middle_ = 0;  ///< m, at the previous step
   double top_ = 0;                  ///< m, its lowest point when it last sank slowly
 };
 
-/// step_climbed: base_link has come over a step of the model (label stairs) that is higher than what was
-/// under it, and stands on it (within kReach of its top). Value: m from where the climb began to the step's
-/// top. A step counts as left only kEdge beyond its outline: no events from swaying on an edge.
+/// step_climbed: base_link is over a step of the model (label stairs) higher than what was under it before,
+/// and is supported by it (within kReach of its top). Value: m from the start of the climb to the step's top.
+/// A step is left only kEdge beyond its outline: no events from swaying on an edge.
 class StepWatch {
  public:
   static constexpr double kReach = 0.15;  // m: tracks bridge the treads
@@ -114,10 +112,10 @@ class StepWatch {
  private:
   bool known_ = false;
   std::uint32_t epoch_ = 0;
-  double level_ = 0;     ///< m, top of what is under it
-  double began_ = 0;     ///< m, level where the climb began
+  double level_ = 0;     ///< m, top of the surface under it
+  double began_ = 0;     ///< m, level at the start of the climb
   std::string current_;  ///< step under it; empty: a floor
-  Footprint point_;      ///< base_link; memory that is used again
+  Footprint point_;      ///< base_link; reused memory
   std::vector<const FixedObstacle*> near_;
   const FixedObstacle* step_under(const Building& building, const Eigen::Vector3d& p);
 };

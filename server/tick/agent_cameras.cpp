@@ -8,10 +8,10 @@
 namespace parhelion::tick {
 namespace {
 
-/// The numbers of these pictures, apart from those of the robot's camera: a LOOP record names either kind,
+/// Frame numbers of agents' cameras are separate from the robot camera's: a LOOP record names either kind,
 /// and the noise depends on them.
 constexpr std::uint64_t first_sequence = std::uint64_t{1} << 32;
-constexpr double usual_rate = 15;  // Hz, of a camera whose description says none
+constexpr double usual_rate = 15;  // Hz, if the description gives none
 
 std::string hertz(double rate) { return yaml::format_quantity(rate, yaml::Quantity::rate); }
 
@@ -21,7 +21,7 @@ Result<const CameraDescription*> camera_of(const Configuration& configuration, c
       std::find_if(models.begin(), models.end(), [&](const auto& each) { return each->name == agent.model; });
   if (model == models.end())
     return Error{"the camera of '" + agent.name +
-                 "' would be its robot model's, and it has none; give it a "
+                 "' would be that of its robot model, which is missing; give it a "
                  "'model', such as 'rover'"};
   const auto& camera = (*model)->description.camera;
   if (!camera)
@@ -41,7 +41,7 @@ Status check_agent_camera(const Configuration& configuration, const AgentDefinit
   if (agent.camera_rate == 0) return {};
   if (!(agent.camera_rate > 0))
     return Error{"the camera of '" + agent.name + "' cannot take " + hertz(agent.camera_rate) +
-                 "; expected pictures a second, or 0 for none"};
+                 "; expected images a second, or 0 for none"};
   if (const auto camera = camera_of(configuration, agent); !camera) return camera.error();
   double others = 0;
   for (const AgentCamera& each : cameras.cameras) others += each.agent == agent.name ? 0 : each.rate;
@@ -74,7 +74,7 @@ void capture_agent_images(const TickContext& context, const simulation::Simulati
   const auto due = std::find_if(cameras.begin(), cameras.end(),
                                 [now](AgentCamera& each) { return each.clock.due(now - each.start); });
   if (due == cameras.end()) return;
-  std::rotate(due, due + 1, cameras.end());  // the others are asked before it the next time
+  std::rotate(due, due + 1, cameras.end());  // the other cameras come first next time
   const AgentCamera& camera = cameras.back();
   const simulation::RobotMotion* motion = simulation.robot_motion(camera.agent);
   if (motion == nullptr) return;

@@ -1,5 +1,5 @@
-// The cameras of agents: which of them send pictures, how often, and when the next is due. It is decided by
-// the scenario and by commands alone, so that replay makes the same ones.
+// Cameras of agents: which of them publish images, at what rate, and when the next image is due. This depends
+// only on the scenario and on commands, so replay produces the same images.
 #pragma once
 
 #include <string>
@@ -16,30 +16,29 @@ namespace parhelion::tick {
 
 struct AgentCamera {
   std::string agent;
-  CameraDescription camera;  ///< of its robot model
+  CameraDescription camera;  ///< of the agent's robot model
   double rate = 0;           ///< Hz
   SimulationTime start;
   Cadence clock{1};
 };
 
 struct AgentCameras {
-  std::vector<AgentCamera> cameras;  ///< who took a picture last is last
+  std::vector<AgentCamera> cameras;  ///< least recently used first
   std::uint64_t taken = 0;
 };
 
-/// Whether such an agent's camera can take its pictures beside those that there are. Error: its robot model
-/// is not known, has no camera or a slower one; or the cameras of all would take more than the scenario's
-/// most_agent_pictures.
+/// Checks that an agent's camera can run beside the existing ones. Error: the agent's robot model is unknown,
+/// has no camera or a slower one, or all cameras together would exceed the scenario's most_agent_pictures.
 Status check_agent_camera(const Configuration& configuration, const AgentDefinition& agent,
                           const AgentCameras& cameras);
-/// From now on an agent that exists sends agent.camera_rate pictures a second; 0: none any more. Error: as
-/// check_agent_camera().
+/// Sets the rate of an existing agent's camera to agent.camera_rate images a second; 0 switches it off.
+/// Error: as check_agent_camera().
 Status set_agent_camera(const Configuration& configuration, const AgentDefinition& agent, SimulationTime now,
                         AgentCameras& cameras);
-/// Of agents that are not there any more.
+/// Removes the cameras of agents that no longer exist.
 void forget_agent_cameras(const simulation::Simulation& simulation, AgentCameras& cameras);
-/// At the newest step: a job for the render thread, if a picture is due. One at a step, so that cameras of
-/// one rate do not hold up a step together.
+/// Adds a job for the render thread if an image is due at the newest step. At most one per step, so that
+/// cameras with the same rate do not delay a step together.
 void capture_agent_images(const TickContext& context, const simulation::Simulation& simulation,
                           const SiteState& site, AgentCameras& cameras);
 

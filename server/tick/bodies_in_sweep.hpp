@@ -1,4 +1,4 @@
-// The bodies that exist over a whole sweep, with their poses at its two ends.
+// The bodies that exist during a whole sweep, with their poses at its start and end.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,7 +11,7 @@
 
 namespace parhelion::tick {
 
-/// Radius about the body's origin that holds all its shapes, m.
+/// Radius of a sphere around the body's origin that contains all its shapes, m.
 inline double bounding_radius(const BodyDefinition& body) {
   double radius = 0;
   for (const Shape& shape : body.shapes)
@@ -19,15 +19,15 @@ inline double bounding_radius(const BodyDefinition& body) {
   return radius;
 }
 
-/// What rays meet as a body: all that is not in the building's tree.
+/// Whether rays are cast against it as a body: true for everything outside the building's tree.
 inline bool is_cast_as_body(const BodyDefinition& body) {
   return body.owner != BodyOwner::building || body.injectable || body.moves;
 }
-/// A door that is really there: never injected, it counts as the building where it stands now.
+/// A real door: never injected, and part of the building at its current angle.
 inline bool is_real_door(const BodyDefinition& body) { return body.moves && !body.injectable; }
 
-/// Fills `motions` with every body that `wanted(definition, state at the end)` accepts and that is the same,
-/// neither spawned nor teleported, at both ends: such jumps are never interpolated.
+/// Fills `motions` with every body that `wanted(definition, state at the end)` accepts and that was neither
+/// spawned nor teleported during the sweep: such jumps are never interpolated.
 template <class Wanted>
 void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end,
                      std::vector<scan::BodyMotion>& motions, Wanted wanted) {
@@ -40,7 +40,8 @@ void bodies_in_sweep(const WorldSnapshot& start, const WorldSnapshot& end,
   });
 }
 
-/// The bodies of an agent stand together in `motions`; each such row, and where it is over the sweep.
+/// Groups the bodies of each agent, which are contiguous in `motions`, with the volume that they cover during
+/// the sweep.
 inline void group_bodies(std::span<const scan::BodyMotion> motions, std::vector<scan::BodyGroup>& groups) {
   groups.clear();
   for (std::size_t first = 0, last = 0; first < motions.size(); first = last) {

@@ -7,8 +7,8 @@
 
 namespace parhelion::tick {
 
-/// Which of its messages is due at a step: the first that lies at or after each multiple of its period. A
-/// loop that skipped steps sends it once.
+/// Due times of messages at a fixed rate: a message is due at the first step at or after each multiple of the
+/// period. A loop that skipped steps sends it once.
 class Cadence {
  public:
   explicit Cadence(double rate) : rate_(rate) {}

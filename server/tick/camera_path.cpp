@@ -8,11 +8,12 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration depth_partner = milliseconds(50);  // further off in time it shows another moment
-constexpr Duration same_moment = milliseconds(5);     // nearer than any two exposures of one camera
+constexpr Duration depth_partner = milliseconds(50);  // a depth image further off in time is not used
+constexpr Duration same_moment = milliseconds(5);     // shorter than the interval of any camera
 constexpr Duration longest_wait = milliseconds(50);   // for the depth image of the same moment
 
-/// Through the render thread like all others, so that no original overtakes an image that is still drawn.
+/// Passed through the render thread like all images, so that no original overtakes an earlier image in
+/// rendering.
 Outputs::Frame original(Image image, std::uint64_t sequence, const std::string& reason) {
   Outputs::Frame frame;
   frame.job.image = std::move(image);
@@ -21,7 +22,7 @@ Outputs::Frame original(Image image, std::uint64_t sequence, const std::string& 
   return frame;
 }
 
-/// The occluders: depth image and current scan, each where it was measured from.
+/// Adds the occluders: depth image and current scan, each at its own sensor pose.
 void add_occluders(const RobotDescription& robot, const CameraPath& path, render::RenderJob& job) {
   const std::optional<Image>& depth = path.camera.depth;
   if (depth && robot.depth) {
@@ -42,8 +43,7 @@ void add_occluders(const RobotDescription& robot, const CameraPath& path, render
   job.T_map_laser = pose->T_map_base * robot.laser->T_base_laser;
 }
 
-/// Agents whose place in the picture is not known well enough are not drawn, nor those that the scan leaves
-/// out.
+/// Leaves out agents whose position in the image is too uncertain, and those withheld from the scan.
 void leave_out_uncertain(const InjectionLimits& limits, const pose::PoseAtInstant& pose,
                          const CameraPath& path, WorldSnapshot& world) {
   std::vector<BodyState>& bodies = world.bodies;
@@ -72,8 +72,8 @@ std::optional<Transform<Map, CameraOptical>> camera_at(const CameraDescription& 
   return at_t->T_map_base * *turn * camera.T_base_optical;
 }
 
-/// Instant of the row in which a point is seen, from the stamp of the middle row; none behind the camera. The
-/// lens' distortion is left out: it moves a point by few rows.
+/// Exposure time of the row that shows a point, relative to the stamp of the middle row; none behind the
+/// camera. Lens distortion is neglected: it moves a point by few rows.
 std::optional<Duration> row_instant(const CameraDescription& camera, const Eigen::Vector3d& p_optical) {
   constexpr double nearest = 0.05;  // m
   if (p_optical.z() < nearest) return std::nullopt;
@@ -82,8 +82,9 @@ std::optional<Duration> row_instant(const CameraDescription& camera, const Eigen
   return seconds((place - 0.5) * camera.readout);
 }
 
-/// A rolling shutter shows each body as it stood to the camera when its row was read. The picture is drawn
-/// from where the camera was at the middle row, so the body is put where it looks the same from there.
+/// A rolling shutter shows each body at its pose relative to the camera when its row was read. The image is
+/// rendered from the camera's pose at the middle row, so the body is moved to where it looks the same from
+/// there.
 void show_at_their_rows(const CameraDescription& camera, const CameraPath& path, render::RenderJob& job) {
   if (!(camera.readout > 0)) return;
   WorldSnapshot then;
@@ -104,7 +105,7 @@ void show_at_their_rows(const CameraDescription& camera, const CameraPath& path,
   });
 }
 
-/// What the render thread is to draw into the image.
+/// Creates the render job for the image.
 Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiting, const CameraPath& path) {
   render::RenderJob job;
   job.image = std::move(waiting.image);
@@ -127,7 +128,7 @@ Outputs::Frame make_frame(const Configuration& configuration, WaitingImage waiti
   return {std::move(job), waiting.sequence, path.site.model, "", {}, {}};
 }
 
-/// The depth image of the image's own moment, or a later one, is there.
+/// The depth image of the image's own instant, or a later one, has arrived.
 bool depth_is_there(const CameraState& camera) {
   return camera.depth && camera.depth->stamp - camera.waiting->image.stamp >= -same_moment;
 }

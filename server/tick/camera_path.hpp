@@ -1,6 +1,6 @@
-// CAMERA to MR_CAMERA: a job for the render thread with the world at the image's instant, or the original
-// with the reason. What the render thread finishes goes on in frame_path.hpp. At levels 1 and 2 there is no
-// CAMERA but the one in simulated_camera.hpp.
+// CAMERA to MR_CAMERA: a job for the render thread with the world at the image's stamp, or the original image
+// with the reason. frame_path.hpp publishes the rendered images. At levels 1 and 2 the only CAMERA is that of
+// simulated_camera.hpp.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace parhelion::tick {
 
-/// A camera image that waits for the depth image of its moment.
+/// A camera image that waits for the depth image of the same instant.
 struct WaitingImage {
   Image image;
   std::uint64_t sequence = 0;
@@ -29,7 +29,7 @@ struct CameraState {
   std::optional<Image> depth;  ///< the newest
 };
 
-/// What the camera path works on.
+/// Dependencies of the camera path.
 struct CameraPath {
   PoseState& pose;
   const ScanState& scan;  ///< its returns are occluders
@@ -39,13 +39,13 @@ struct CameraPath {
   simulation::Simulation& simulation;
 };
 
-/// An image waits for the depth image of its moment, where the robot has a depth camera: drivers send colour
-/// first. It is answered when that comes, when a newer image comes, or after 50 ms.
+/// If the robot has a depth camera, an image waits for the depth image of the same instant, because drivers
+/// send colour first. It is processed when that depth image or a newer image arrives, or after 50 ms.
 void handle_image(const TickContext& context, const Message& input, const CameraPath& path);
 void handle_depth(const TickContext& context, const Message& input, const CameraPath& path);
-/// At each step: an image that has waited for 50 ms is answered.
+/// At each step: processes an image that has waited for 50 ms.
 void answer_overdue_image(const TickContext& context, const CameraPath& path);
-/// At the end of a session: an image that still waits is answered.
+/// At the end of a session: processes an image that still waits.
 void answer_waiting_image(const TickContext& context, const CameraPath& path);
 
 }  // namespace parhelion::tick

@@ -12,18 +12,18 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double kHeight = 0.5;                // m over the floor: what is in the way of any robot
+constexpr double kHeight = 0.5;                // m over the floor: range of obstacles for any robot
 constexpr double kSameFloor = 0.3;             // m
-constexpr double kBeyond = 2.0;                // m round the building that ways may lead through
-constexpr double kMostSide = 60.0;             // m of a zone: no more of it is looked at
-constexpr std::size_t kMostCells = 2'000'000;  // 2 hectares: who has come so far is not refused
+constexpr double kBeyond = 2.0;                // m around the building that routes may use
+constexpr double kMostSide = 60.0;             // m of a zone: only this much is searched
+constexpr std::size_t kMostCells = 2'000'000;  // 2 hectares: a search that gets this far counts as success
 
 void collect(const Condition& condition, std::set<std::string>& zones) {
   if (condition.kind == Condition::Kind::reach) zones.insert(condition.target);
   for (const Condition& part : condition.parts) collect(part, zones);
 }
 
-/// m of the largest disc round base_link inside the footprint: wherever the robot stands, that much is free.
+/// m, radius of the largest disc around base_link inside the footprint: free at any heading.
 double inner_radius(const RobotDescription& robot) {
   double radius = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < robot.footprint.size(); ++i) {
@@ -35,14 +35,14 @@ double inner_radius(const RobotDescription& robot) {
   return std::isfinite(radius) ? radius : 0;
 }
 
-/// One floor of a building, and where there is room on it.
+/// One floor of a building, and its free space.
 class Floor {
  public:
   Floor(std::shared_ptr<const simulation::Building> building, double height, double radius)
       : building_(std::move(building)), height_(height), radius_(radius), grid_(building_, height, kHeight) {}
 
   bool has_room(const Eigen::Vector2d& p) { return grid_.clearance(p) >= radius_; }
-  /// Cell centres inside the zone that have room.
+  /// Centres of free cells inside the zone.
   std::vector<simulation::RouteCell> room_in(const Zone& zone) {
     Eigen::AlignedBox2d box;
     for (const Eigen::Vector2d& corner : zone.outline) box.extend(corner);
@@ -58,11 +58,11 @@ class Floor {
     for (std::int32_t y = low.y; y <= high.y; ++y) {
       for (std::int32_t x = low.x; x <= high.x; ++x) look({x, y}, simulation::RouteGrid::center({x, y}));
     }
-    // A zone that is smaller than a cell.
+    // For a zone smaller than a cell.
     if (room.empty()) look(simulation::RouteGrid::cell_of(box.center()), box.center());
     return room;
   }
-  /// Whether a way leads from `start` to one of the cells; of one that is too far to look: yes.
+  /// Whether a route leads from `start` to one of the cells; yes, if the search would be too large.
   bool leads(const Eigen::Vector2d& start, const std::vector<simulation::RouteCell>& goals) {
     const auto less = [](const simulation::RouteCell& a, const simulation::RouteCell& b) {
       return std::tie(a.x, a.y) < std::tie(b.x, b.y);
@@ -90,7 +90,7 @@ class Floor {
     }
     return false;
   }
-  /// What takes the most room at p; empty: nothing does.
+  /// Name of the obstacle that contains p most deeply; empty: none.
   std::string obstacle_at(const Eigen::Vector2d& p) const {
     std::vector<const simulation::FixedObstacle*> near;
     building_->near(p, 5, height_ + simulation::RouteGrid::kOverFloor, height_ + kHeight, near);
@@ -114,7 +114,7 @@ Eigen::Vector2d middle_of(const Zone& zone) {
   return sum / static_cast<double>(zone.outline.size());
 }
 
-/// Where one may stand in the zone: on the floor, or on what is climbed, such as a platform.
+/// Heights of surfaces in the zone: floors, or raised ones such as a platform.
 std::vector<double> heights_in(const simulation::Building& building, const Zone& zone,
                                const Eigen::Vector2d& middle) {
   std::vector<double> heights{std::clamp(building.floor_height(middle), zone.bottom, zone.top)};
@@ -141,7 +141,7 @@ Status check_zone(const Configuration& configuration,
     room = room || !cells.empty();
     if (cells.empty() || leads) continue;
     const Eigen::Vector2d start = configuration.scenario.trainee->T_map_base.translation().head<2>();
-    // Elsewhere than on the floor of the start one comes by stairs, and those are not looked at.
+    // Other floors are reached by stairs, which are not checked.
     leads = std::abs(building->floor_height(start) - height) > kSameFloor || floor.leads(start, cells);
   }
   const std::string what = "zone '" + zone.name + "' cannot be reached: ";
@@ -152,7 +152,7 @@ Status check_zone(const Configuration& configuration,
                  (in.empty() ? "" : "; it lies in '" + in + "'") + "; move it, or make it larger"};
   }
   if (leads) return {};
-  return Error{what + "no way leads to it from where the robot starts, even with all doors open"};
+  return Error{what + "no route leads to it from the robot's start, even with all doors open"};
 }
 
 }  // namespace

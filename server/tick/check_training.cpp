@@ -7,7 +7,7 @@
 namespace parhelion::tick {
 namespace {
 
-/// Those of the start, and those that a script may spawn.
+/// Agents of the start, and those that scripts may spawn.
 std::vector<std::string> agent_names(const Scenario& scenario) {
   std::vector<std::string> names;
   for (const AgentDefinition& agent : scenario.agents) names.push_back(agent.name);
@@ -19,7 +19,7 @@ std::vector<std::string> agent_names(const Scenario& scenario) {
   return names;
 }
 
-/// Whether its object is a name of the site or of an agent: of others are joints, channels, tasks.
+/// Whether the event's object is a name of the site or of an agent, not a joint, channel or task.
 bool is_about_things(EventKind kind) {
   switch (kind) {
     case EventKind::collision_started:
@@ -46,15 +46,15 @@ bool is_about_things(EventKind kind) {
   }
 }
 
-/// Its value is of two kinds, which its text tells apart.
+/// near_miss has two kinds of values, distinguished by its text.
 Status check_near_miss(const Condition& condition, const std::string& where) {
   if (condition.event != EventKind::near_miss) return {};
   const bool limits = condition.least || condition.most;
   if (condition.text == "gap" || condition.text == "time" || (condition.text.empty() && !limits)) return {};
   if (condition.text.empty())
     return Error{where +
-                 ": near_miss has values in m and in s: say 'text: gap' or 'text: time' beside the limit"};
-  return Error{where + ": near_miss says 'gap' or 'time', never '" + condition.text + "'"};
+                 ": near_miss has values in m and in s: add 'text: gap' or 'text: time' beside the limit"};
+  return Error{where + ": near_miss has the text 'gap' or 'time', not '" + condition.text + "'"};
 }
 
 Status check_event(const Configuration& configuration, const Condition& condition, const std::string& where) {
@@ -64,7 +64,7 @@ Status check_event(const Configuration& configuration, const Condition& conditio
   const std::vector<std::string> names = known_names(configuration);
   if (std::find(names.begin(), names.end(), condition.object) != names.end()) return {};
   return Error{where + ": " + to_string(condition.event) + " of '" + condition.object +
-               "' will never be: there is nothing of that name" +
+               "' can never occur: there is nothing of that name" +
                suggestion_or_known(condition.object, names)};
 }
 

@@ -1,4 +1,5 @@
-// The offset between a robot's clock and the server's: running minimum of arrival - measured instant, slewed.
+// The offset between a robot's clock and the server's: running minimum of (arrival - measured instant),
+// slewed.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +9,17 @@
 
 namespace parhelion::tick {
 
-/// One per clock: all sensors of a robot share theirs, so that differing latencies do not shift them against
-/// each other. The minimum is the least latency seen; it may rise by `slew` so that a drifting clock is
-/// followed. A sample further than `step` away is an outlier, until `confirm` of them in a row agree: then
-/// the clock was set, and the offset follows.
+/// One per clock: all sensors of a robot share it, so that different latencies do not shift them against each
+/// other. The minimum corresponds to the lowest latency seen; it may rise by `slew` to follow a drifting
+/// clock. A sample further than `step` away is an outlier until `confirm` of them in a row agree: then the
+/// clock was set, and the offset follows.
 class ClockOffset {
  public:
-  /// `measured`: the last instant that the message speaks of (a scan's last beam), so that the offset is
-  /// never late. False: an outlier, the message's stamp is not to be trusted.
+  /// `measured`: the last instant that the message covers (a scan's last beam), so that the offset is never
+  /// late. False: an outlier; the message's stamp is not to be trusted.
   bool add(ArrivalTime arrival, SensorTime measured);
   bool known() const { return offset_.has_value(); }
-  /// On the server's axis. Only where known().
+  /// On the server's clock. Requires known().
   SimulationTime to_server(SensorTime t) const { return {t.ns + offset_->ns}; }
   SensorTime to_sensor(SimulationTime t) const { return {t.ns - offset_->ns}; }
   Duration offset() const { return *offset_; }

@@ -9,7 +9,7 @@
 namespace parhelion::tick {
 namespace {
 
-/// What TELEOP, the newest and as old as it is, allows now.
+/// The motion currently allowed by the newest TELEOP and its age.
 simulation::VirtualContactResult limit_now(const TickContext& context, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   const CommandState& command = path.command;
@@ -22,7 +22,7 @@ simulation::VirtualContactResult limit_now(const TickContext& context, const Com
     const Twist2& twist = command.teleop->twist;
     const double lookahead =
         simulation::contact_lookahead(configuration.scenario.contact, configuration.robot, twist);
-    // A simulated robot is held back by the physics.
+    // A simulated robot is limited by the physics.
     if (simulates_trainee(configuration.scenario)) {
       input.clearance.distance = lookahead;
     } else {
@@ -45,7 +45,7 @@ void report_speed_limit(const TickContext& context, simulation::HoldReason reaso
   publish_event(context, event);
 }
 
-/// MR_CMD. A simulated robot obeys it, as a real one does.
+/// Publishes MR_CMD, and applies it to a simulated robot.
 void send_command(const TickContext& context, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   const simulation::VirtualContactResult result = limit_now(context, path);
@@ -53,14 +53,14 @@ void send_command(const TickContext& context, const CommandPath& path) {
   encode(result.command, context.outputs.add(configuration.channels.bus(channel::mr_cmd)));
   if (simulates_trainee(configuration.scenario))
     path.simulation.teleop(configuration.robot.name, result.command.twist);
-  // Consoles are silent when they have stopped: that holds nothing back.
+  // Consoles are silent after a stop: not an event.
   const bool stopped = result.reason == simulation::HoldReason::silence &&
                        simulation::footprint_speed(configuration.robot, path.command.teleop->twist) == 0;
   report_speed_limit(context, stopped ? simulation::HoldReason::none : result.reason, path.command);
 }
 
-/// A stop of what was asked for last: no velocity, no effort, and the position where the encoders have the
-/// joints. Where they do not, no position: none is made up.
+/// A stop of the last commanded joints: no velocity, no effort, and the position from the encoders. Without
+/// an encoder value no position is commanded.
 Joints joint_stop(const TickContext& context, const CommandPath& path) {
   const JointPositions& encoders = path.pose.joint_positions;
   Joints stop = path.command.joint_command;
@@ -90,7 +90,7 @@ void publish_dead_man(const TickContext& context, EventKind kind, double value, 
   publish_event(context, event);
 }
 
-/// TELEOP shows the switch only by coming: consoles are silent while it is released.
+/// TELEOP implies a pressed dead-man: consoles are silent while it is released.
 void update_dead_man(const TickContext& context, ArrivalTime arrival, const Twist2& twist,
                      DeadMan& dead_man) {
   dead_man.received = arrival;
@@ -99,7 +99,7 @@ void update_dead_man(const TickContext& context, ArrivalTime arrival, const Twis
     dead_man.moved = arrival;
     dead_man.speed = speed;
   }
-  // A stop that nothing came before is no beginning.
+  // A stop command without an earlier motion does not count as pressing.
   if (!dead_man.pressed && speed > 0) publish_dead_man(context, EventKind::deadman_pressed, 0, dead_man);
 }
 
@@ -112,14 +112,13 @@ void watch_dead_man(const TickContext& context, DeadMan& dead_man) {
   publish_dead_man(context, EventKind::deadman_released, moving ? dead_man.speed : 0, dead_man);
 }
 
-/// The operator's commands do not arrive at a simulated robot that is out of radio range: its silence stops
-/// it.
+/// Commands do not reach a simulated robot out of radio range: the missing TELEOP stops it.
 bool radio_reaches_robot(const Configuration& configuration, const simulation::Simulation& simulation) {
   return !simulates_trainee(configuration.scenario) ||
          !simulation.supply_of(configuration.robot.name).radio_lost;
 }
 
-/// MR_JOINT_CMD. A simulated robot obeys it, as a real one does.
+/// Publishes MR_JOINT_CMD, and applies it to a simulated robot.
 void send_joint_command(const TickContext& context, const Joints& command, const CommandPath& path) {
   const Configuration& configuration = context.configuration;
   path.command.last_joint_command = context.now;
@@ -137,7 +136,7 @@ bool moves_nothing(const Joints& command) {
          std::all_of(command.efforts.begin(), command.efforts.end(), is_zero);
 }
 
-/// Nothing to stop where no joint was ever commanded.
+/// Does nothing if no joint was ever commanded.
 void stop_joints(const TickContext& context, const CommandPath& path) {
   if (path.command.joint_command.names.empty()) return;
   send_joint_command(context, joint_stop(context, path), path);
@@ -149,7 +148,7 @@ void handle_teleop(const TickContext& context, const Message& input, const Comma
   TwistCommand command;
   if (const Status read = decode(input.channel, input.payload, command); !read) {
     refuse(context, read.error());
-    command = {};  // a command that cannot be read is a stop
+    command = {};  // an unreadable command is a stop
   }
   update_dead_man(context, input.arrival, command.twist, path.command.dead_man);
   if (!radio_reaches_robot(context.configuration, path.simulation)) return;
@@ -160,7 +159,7 @@ void handle_teleop(const TickContext& context, const Message& input, const Comma
 
 void stop_robot(const TickContext& context, const std::string& robot, const CommandPath& path) {
   if (robot != context.configuration.robot.name) return path.simulation.teleop(robot, {});
-  if (!path.command.teleop) return;  // nobody has moved it
+  if (!path.command.teleop) return;  // never moved
   path.command.teleop = TwistCommand{{context.now.ns}, {}};
   path.command.teleop_arrival = ArrivalTime{context.now.ns};
   send_command(context, path);
@@ -186,14 +185,14 @@ void watch_silence(const TickContext& context, const CommandPath& path) {
   if (silent(command.joint_command_arrival, command.last_joint_command)) stop_joints(context, path);
 }
 
-/// Joints have no virtual contact: a command passes as it is, and stops when it is not renewed. After an
-/// emergency stop none passes before the joints were released: a command that moves nothing, or silence.
+/// Joints have no virtual contact: commands pass unchanged, and stop when not renewed. After an emergency
+/// stop none passes until the joints were released, by a command without motion or by silence.
 void handle_joint_command(const TickContext& context, const Message& input, const CommandPath& path) {
   CommandState& state = path.command;
   Joints command;
   if (const Status read = decode(input.channel, input.payload, command); !read) {
     refuse(context, read.error());
-    return stop_joints(context, path);  // a command that cannot be read is a stop
+    return stop_joints(context, path);  // an unreadable command is a stop
   }
   if (!radio_reaches_robot(context.configuration, path.simulation)) return;
   const bool silent = (context.now - simulation_time(state.joint_command_arrival)).seconds() >=

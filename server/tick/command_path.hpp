@@ -1,5 +1,5 @@
-// The trainee's commands: TELEOP becomes MR_CMD, and JOINT_CMD becomes MR_JOINT_CMD; only ever reduced
-// (promise 3).
+// The trainee's commands: TELEOP becomes MR_CMD, and JOINT_CMD becomes MR_JOINT_CMD. Commands are only ever
+// reduced (promise 3).
 #pragma once
 
 #include <optional>
@@ -15,11 +15,11 @@
 
 namespace parhelion::tick {
 
-/// The trainee's dead-man switch as TELEOP shows it, whether a robot receives that or not.
+/// State of the trainee's dead-man switch, derived from TELEOP whether or not a robot receives it.
 struct DeadMan {
   bool pressed = false;
-  ArrivalTime received;              ///< the newest TELEOP
-  std::optional<ArrivalTime> moved;  ///< the newest that asked for motion...
+  ArrivalTime received;              ///< of the newest TELEOP
+  std::optional<ArrivalTime> moved;  ///< of the newest TELEOP with motion...
   double speed = 0;                  ///< ...of the footprint's fastest point, m/s
 };
 
@@ -32,29 +32,29 @@ struct CommandState {
   DeadMan dead_man;
   bool emergency_stop = false;
 
-  Joints joint_command;  ///< the newest; empty at the start: nobody moves joints
+  Joints joint_command;  ///< the newest; empty at the start, when no joint has been commanded
   ArrivalTime joint_command_arrival;
   SimulationTime last_joint_command;  ///< when MR_JOINT_CMD was last sent
-  bool joints_stopped = false;        ///< until whoever moves them has released them after an emergency stop
+  bool joints_stopped = false;        ///< after an emergency stop, until the joint commands were released
 };
 
-/// What the command path works on.
+/// Dependencies of the command path.
 struct CommandPath {
   CommandState& command;
   const PoseState& pose;
   simulation::Simulation& simulation;
 };
 
-/// A command that cannot be read is a stop.
+/// An unreadable command is a stop.
 void handle_teleop(const TickContext& context, const Message& input, const CommandPath& path);
 void handle_joint_command(const TickContext& context, const Message& input, const CommandPath& path);
-/// At each step: MR_CMD stops when TELEOP has been silent for too long, and so does MR_JOINT_CMD; that
-/// silence is a released dead-man.
+/// At each step: MR_CMD and MR_JOINT_CMD stop when TELEOP has been silent for too long; the dead-man then
+/// counts as released.
 void watch_silence(const TickContext& context, const CommandPath& path);
-/// Nothing moves that robot any more until it is driven again.
+/// Stops the robot until the next command.
 void stop_robot(const TickContext& context, const std::string& robot, const CommandPath& path);
-/// Stops the trainee's robot, or takes the stop back. What moves joints is stopped as well, until whoever
-/// moves them has released them.
+/// Stops the trainee's robot, or releases the stop. Joint commands are stopped as well, until they were
+/// released.
 void set_emergency_stop(const TickContext& context, bool stopped, const CommandPath& path);
 
 /// MR_AGENT_<agent>_TELEOP.

@@ -35,8 +35,8 @@ ChannelMap::ChannelMap(const Scenario& scenario)
                                {channel::imu, InputKind::imu},
                                {channel::joint_state, InputKind::joint_state}});
   }
-  // One word on the robot's place: POSE, where its covariance is configured, or POSE_COV; of a simulated
-  // robot only where SLAM is to say it.
+  // Exactly one source of the robot's pose: POSE, where its covariance is configured, or POSE_COV; for a
+  // simulated robot only if SLAM provides it.
   if (!simulated && scenario.pose) {
     known.push_back({channel::pose, InputKind::pose});
   } else if (!simulated || (scenario.trainee && scenario.trainee->slam)) {
@@ -95,11 +95,11 @@ Status check_level(const Scenario& scenario) {
                  "m, y: 0 m}}'"};
   }
   if (!scenario.robot.empty())
-    return Error{who + "simulates the robot that 'trainee' names by its model; remove 'robot'"};
+    return Error{who + "simulates the robot model given in 'trainee'; remove 'robot'"};
   if (scenario.pose)
-    return Error{who + "knows the pose of its robot; remove 'pose', or say 'slam: true' in 'trainee'"};
+    return Error{who + "has the exact pose of its robot; remove 'pose', or set 'slam: true' in 'trainee'"};
   if (scenario.mapping)
-    return Error{who + "is in the model: there is nothing to map; remove 'mapping', or map at level 3"};
+    return Error{who + "simulates the model: there is nothing to map; remove 'mapping', or map at level 3"};
   return {};
 }
 
@@ -169,7 +169,7 @@ std::string graded_robot(const Configuration& configuration) {
 }
 
 SessionHeader session_header(const Configuration& configuration, SensorTime start) {
-  // Model and robot are embedded: of their paths only the names, so that no folder of this machine shows.
+  // Model and robot are embedded: only their file names are kept, so that no local folder is revealed.
   Scenario scenario = configuration.scenario;
   scenario.model = file_name(scenario.model);
   scenario.robot = file_name(scenario.robot);

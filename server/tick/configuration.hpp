@@ -1,4 +1,4 @@
-// Everything that a session is made of besides its inputs: immutable once the server runs.
+// Everything that defines a session besides its inputs; immutable once the server runs.
 #pragma once
 
 #include <array>
@@ -16,14 +16,14 @@
 
 namespace parhelion::tick {
 
-/// The inputs that the tick knows.
+/// The inputs that the tick handles.
 enum class InputKind : std::uint8_t {
   none,
   robot,
   scan,
   odometry,
   pose_cov,
-  pose,  ///< only where the scenario says how well it is known
+  pose,  ///< only where the scenario gives its covariance
   imu,
   camera,
   depth,
@@ -31,24 +31,24 @@ enum class InputKind : std::uint8_t {
   teleop,
   joint_state,
   joint_command,
-  command,         ///< an instructor's; its type is its channel's
-  emergency_stop,  ///< so too, and obeyed even where nothing can be written
+  command,         ///< an instructor's; its channel determines its type
+  emergency_stop,  ///< also a command; applied even where the log cannot be written
   agent_teleop,
   loop,
   model,
-  operators,  ///< who drives whom
+  operators,  ///< which operator drives which robot
 };
 
-/// Canonical channel names to those on the bus, both ways.
+/// Maps canonical channel names to those on the bus, and back.
 class ChannelMap {
  public:
   explicit ChannelMap(const Scenario& scenario);
   /// Name on the bus.
   std::string bus(std::string_view canonical) const;
-  /// What a message on this bus channel is; for agent_teleop, `agent` is the name between MR_AGENT_ and
+  /// The kind of a message on this bus channel; for agent_teleop, `agent` is the name between MR_AGENT_ and
   /// _TELEOP.
   InputKind kind(std::string_view bus_name, std::string_view* agent = nullptr) const;
-  /// Canonical name of the input that this bus channel is; empty: none, or an agent's.
+  /// Canonical name of the input on this bus channel; empty: not an input, or an agent's.
   std::string_view canonical(std::string_view bus_name) const;
   /// Bus names to subscribe to; the last is a pattern (agents' teleop).
   std::vector<std::string> inputs() const;
@@ -67,37 +67,38 @@ using RobotModels = std::vector<std::shared_ptr<const simulation::RobotModel>>;
 
 struct Configuration {
   Scenario scenario;
-  RobotDescription robot;  ///< at levels 1 and 2 that of the trainee's model, with the trainee's name
+  RobotDescription robot;  ///< at levels 1 and 2 the trainee's robot model, with the trainee's name
   SemanticModel model;
   ChannelMap channels{Scenario{}};
-  RobotModels robot_models;  ///< what AgentDefinition::model and Trainee::model name
+  RobotModels robot_models;  ///< those that AgentDefinition::model and Trainee::model name
 };
 
-/// Levels 1 and 2: the robot that the trainee drives is simulated, and its sensors are outputs.
+/// Levels 1 and 2: the trainee's robot is simulated, and its sensors are outputs.
 inline bool simulates_trainee(const Scenario& scenario) { return scenario.level < 3; }
-/// Its description. Error: none of the models has the name; the message says which there are.
+/// Description of the trainee's simulated robot. Error: no model has that name; the message lists the known
+/// ones.
 Result<RobotDescription> trainee_description(const Scenario& scenario, const RobotModels& models);
 
-/// Whether this server can run such a scenario (levels 1 and 2 need a trainee's robot, and take nothing that
-/// only a real one has), and such a robot: it needs a laser and a footprint.
+/// Checks that this server can run the scenario and the robot: levels 1 and 2 need a trainee's robot and
+/// accept no setting of a real one; the robot needs a laser and a footprint.
 Status check_level(const Scenario& scenario);
 Status check_robot(const RobotDescription& robot);
 
-/// Checks that the parts fit together, as check_level and check_robot say.
+/// Checks the parts with check_level and check_robot.
 Result<Configuration> configure(const Scenario& scenario, const RobotDescription& robot,
                                 const SemanticModel& model, RobotModels robot_models = {});
 
-/// Name of the robot that is graded, the trainee's where there is no training.
+/// Name of the robot that is graded; without a training the trainee's.
 std::string graded_robot(const Configuration& configuration);
 
-/// All that an event can be about by name, but for joints, operators and channels.
+/// All names that an event can refer to, except joints, operators and channels.
 std::vector<std::string> known_names(const Configuration& configuration);
 
-/// MR_SESSION for a configuration, and back. It says nothing of where the files lie.
+/// Converts a configuration to MR_SESSION, and back. File locations are not included.
 SessionHeader session_header(const Configuration& configuration, SensorTime start);
 Result<Configuration> configuration_from(const SessionHeader& header, const std::string& origin);
 
-/// Program and the libraries that decide output bytes.
+/// Versions of the program and of the libraries that determine output bytes.
 std::string version_text();
 
 }  // namespace parhelion::tick

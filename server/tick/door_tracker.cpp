@@ -9,10 +9,10 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration door_life = seconds(1.0);  // unseen for longer, it may have been turned
-constexpr double still = 0.01;                // rad: less is the noise of the fit, and no leaf that turns
-constexpr double leap = 0.35;      // rad: what leaps farther must be seen by two scans, as people walk past
-constexpr double max_error = 0.1;  // m: a pose known worse shows no door
+constexpr Duration door_life = seconds(1.0);  // older measurements expire: the door may have moved
+constexpr double still = 0.01;                // rad: smaller changes are noise of the fit
+constexpr double leap = 0.35;      // rad: a larger jump must appear in two scans, as people walk past
+constexpr double max_error = 0.1;  // m: with a worse pose, doors are not measured
 
 void observe(TrackedDoor& tracked, const scan::LeafSight& fit, SimulationTime now,
              simulation::Simulation& simulation) {

@@ -1,4 +1,4 @@
-// SCAN to the angles of real doors: virtual things meet them as they stand.
+// SCAN to the angles of real doors, so that virtual objects meet them at their current angle.
 #pragma once
 
 #include <optional>
@@ -19,27 +19,27 @@ struct TrackedDoor {
   ModelEntity door;
   Hinge hinge;
   std::vector<scan::WallBeside> walls;
-  std::optional<double> angle;   ///< rad, of the hinge, as it was last seen
+  std::optional<double> angle;   ///< rad, at the hinge, as last measured
   SimulationTime seen;           ///< arrival of that scan
-  std::optional<double> newest;  ///< rad, by the newest scan, where that alone shows it
+  std::optional<double> newest;  ///< rad, from the newest scan, where that alone shows it
 };
 
 struct DoorTracker {
-  std::vector<TrackedDoor> doors;  ///< that the simulation does not move, in its order
+  std::vector<TrackedDoor> doors;  ///< those not moved by the simulation, in its order
   scan::LeafFit fit;
 };
 
-/// Tracks the real doors of a model, which is the simulation's now; what scans have shown of one of a name
-/// before stays. None where the trainee's robot is simulated, and with it its world.
+/// Tracks the real doors of a model, which the simulation now uses; measured angles of doors with the same
+/// name are kept. None where the trainee's robot, and with it the world, is simulated.
 void find_real_doors(const Configuration& configuration, const SemanticModel& model,
                      simulation::Simulation& simulation, DoorTracker& tracker);
 
-/// A scan, where the laser was, and how well that is known.
+/// A scan with the laser's pose and its uncertainty.
 struct PlacedScan {
   const Scan& real;
   const std::vector<float>& beam_time;  ///< as in scan::BeamSet
   const scan::LaserMotion& laser;
-  double sigma = 0;  ///< m, 1 sigma of where a return lies in the map
+  double sigma = 0;  ///< m, 1 sigma of a return's position in the map
 };
 
 /// `context.now` is the scan's arrival.

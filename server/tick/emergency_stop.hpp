@@ -1,5 +1,5 @@
-// An emergency stop of the trainee's robot, simulated or real: MR_EMERGENCY_STOP holds it, whoever drives it,
-// until MR_EMERGENCY_STOP releases it and the dead-man was let go.
+// Emergency stop of the trainee's robot, simulated or real: MR_EMERGENCY_STOP stops it, whoever drives it,
+// until MR_EMERGENCY_STOP releases it and the dead-man was released.
 #pragma once
 
 #include "protocols/bus/bus.hpp"
@@ -7,12 +7,12 @@
 
 namespace parhelion::tick {
 
-/// Of the trainee's robot, not of an agent.
+/// The command is for the trainee's robot, not for an agent.
 inline bool is_for_trainee(const Configuration& configuration, const EmergencyStopCommand& command) {
   return command.robot.empty() || command.robot == configuration.robot.name;
 }
 
-/// Stops it: obeyed even where nothing can be written down.
+/// The message stops the trainee's robot: applied even where the log cannot be written.
 bool stops_robot(const Configuration& configuration, const Message& message);
 
 /// The message that stops it, as if it had come at `now`.

@@ -1,5 +1,4 @@
-// Runs independent jobs. The tick starts no thread itself: whoever makes its state hands it what runs its
-// jobs.
+// Runs independent jobs. The tick starts no thread itself: the caller of make_state() passes the executor.
 #pragma once
 
 #include <functional>
@@ -9,10 +8,10 @@ namespace parhelion::tick {
 class Executor {
  public:
   virtual ~Executor() = default;
-  /// How many jobs run at once, at least 1.
+  /// Number of concurrent jobs, at least 1.
   virtual int size() const = 0;
-  /// Calls job(i, worker) for each i of [0, jobs), in any order, `worker` of [0, size()) being the same for
-  /// no two at once, and returns when all are done. The first exception that one threw is thrown here.
+  /// Calls job(i, worker) for each i of [0, jobs), in any order, and returns when all are done; `worker` of
+  /// [0, size()) is unique among concurrent jobs. Rethrows the first exception of a job.
   virtual void run(int jobs, const std::function<void(int job, int worker)>& job) = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t dropouts_seed = 0x9d5c0fb26c6e3a11U;  // apart from the noise of the ranges
+constexpr std::uint64_t dropouts_seed = 0x9d5c0fb26c6e3a11U;  // independent of the range noise
 
 std::vector<const Lesson*> active_faults(const FaultState& faults, Lesson::Kind kind) {
   std::vector<const Lesson*> active;
@@ -25,7 +25,7 @@ Status check_fault(const Configuration& configuration, const Lesson& fault) {
     return Error{"'low_battery' is how a session starts: put it into the scenario's 'lessons'"};
   if (needs_simulated_robot(fault.kind) && !simulates_trainee(configuration.scenario))
     return Error{"'" + name +
-                 "' is a lesson for simulated robots: nothing is taken from a real one's sensors or drive"};
+                 "' is a lesson for simulated robots: a real robot's sensors and drive are not changed"};
   const double most = fault.kind == Lesson::Kind::camera_delay ? 0.5 : 1;
   if (fault.kind != Lesson::Kind::dead_wheel && !(fault.amount >= 0 && fault.amount <= most))
     return Error{"lesson '" + name + "': its amount is " + std::to_string(fault.amount) + ", expected 0 to " +
@@ -33,13 +33,13 @@ Status check_fault(const Configuration& configuration, const Lesson& fault) {
   return {};
 }
 
-/// Of the faults that were begun by command; before it are the scenario's.
+/// First fault started by command; the scenario's faults come before it.
 std::vector<TimedFault>::iterator first_instructor_fault(const Configuration& configuration,
                                                          FaultState& faults) {
   return faults.faults.begin() + static_cast<std::ptrdiff_t>(configuration.scenario.lessons.size());
 }
 
-/// Those of a kind, and of one side where that is given. False: there are none.
+/// Ends the faults of a kind, and of one side if given. False: there are none.
 bool end_instructor_faults(const Configuration& configuration, Lesson::Kind kind, std::optional<bool> right,
                            double age, FaultState& faults) {
   bool any = false;
@@ -87,7 +87,7 @@ Status process_fault_command(const TickContext& context, const FaultCommand& com
   if (!command.begins) {
     if (end_instructor_faults(configuration, command.kind, std::nullopt, age, faults)) return {};
     return Error{"lesson '" + std::string(to_string(command.kind)) +
-                 "' was not begun, so it cannot be ended"};
+                 "' is not active, so it cannot be ended"};
   }
   const bool wheel = command.kind == Lesson::Kind::dead_wheel;
   Lesson fault;
@@ -99,7 +99,7 @@ Status process_fault_command(const TickContext& context, const FaultCommand& com
   if (const Status fits = check_fault(configuration, fault); !fits) return fits;
   end_instructor_faults(configuration, command.kind, wheel ? std::optional(fault.right) : std::nullopt, age,
                         faults);
-  // What is over is not kept: there is no end to what an instructor may begin.
+  // Drops finished faults: an instructor may start any number.
   faults.faults.erase(
       std::remove_if(first_instructor_fault(configuration, faults), faults.faults.end(),
                      [&](const TimedFault& each) { return !each.active && !each.fault.holds(age); }),
@@ -116,7 +116,7 @@ void drop_beams(const Configuration& configuration, const FaultState& faults, st
   const scan::NoiseKey key{configuration.scenario.seed ^ dropouts_seed, sequence};
   const auto nothing = configuration.robot.laser->convention.no_return_sentinel();
   for (std::size_t i = 0; i < scan.ranges.size(); ++i) {
-    const double drawn = 0.5 * std::erfc(-scan::standard_normal(key, i) / std::sqrt(2.0));  // even, 0 to 1
+    const double drawn = 0.5 * std::erfc(-scan::standard_normal(key, i) / std::sqrt(2.0));  // uniform, 0 to 1
     if (drawn >= 1 - kept) continue;
     scan.ranges[i] = nothing;
     body_hits[i].body = -1;  // for MR_SCAN_INFO

@@ -1,4 +1,4 @@
-// Faults that are simulated on purpose with the trainee's simulated robot (the wire calls them lessons).
+// Simulated faults of the trainee's simulated robot (called lessons on the wire).
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,21 @@ namespace parhelion::tick {
 
 struct TimedFault {
   Lesson fault;
-  bool active = false;  ///< as the newest event has it
+  bool active = false;  ///< as in the newest event
 };
 
 struct FaultState {
-  SimulationTime started;          ///< the session
-  std::vector<TimedFault> faults;  ///< the scenario's, then those begun by command
+  SimulationTime started;          ///< start of the session
+  std::vector<TimedFault> faults;  ///< the scenario's, then those started by command
 };
 
-/// At each step: a fault that begins or ends is an event; dead wheels stop turning.
+/// At each step: publishes an event when a fault begins or ends, and stops dead wheels.
 void update_faults(const TickContext& context, FaultState& faults, simulation::Simulation& simulation);
-/// The instructor begins a fault, or ends one. Error: an unknown kind, an amount out of range, one that only
-/// simulated robots can have.
+/// Starts or ends a fault on the instructor's command. Error: an unknown kind, an amount out of range, or a
+/// fault that only simulated robots can have.
 Status process_fault_command(const TickContext& context, const FaultCommand& command, FaultState& faults);
-/// Laser dropout: beams of the trainee's simulated laser that get no return, and hit no body. `sequence`: of
-/// the scan before.
+/// Laser dropout: removes returns of the trainee's simulated laser, and their body hits. `sequence`: of the
+/// previous scan.
 void drop_beams(const Configuration& configuration, const FaultState& faults, std::uint64_t sequence,
                 Scan& scan, std::span<scan::RangeHit> body_hits);
 

@@ -1,4 +1,4 @@
-// Somebody else's messages on channels that are the server's own.
+// Messages from other publishers on the server's own channels.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,10 @@
 
 namespace parhelion::tick {
 
-/// Stands for the channel on which servers publish their status, beside the indices in sensor_channels().
+/// Represents the channel on which servers publish their status, beside the indices in sensor_channels().
 inline std::int64_t another_server() { return static_cast<std::int64_t>(sensor_channels().size()); }
 inline constexpr const char* another_server_text =
-    "another server (serve, demo or play --publish) is on this bus: both answer the same scans and commands, "
-    "and their events mix; end one of them, or give it a bus of its own (--url)";
+    "another server (serve, demo or play --publish) is on this bus: both process the same scans and "
+    "commands, and their events are mixed; stop one of them, or give it its own bus (--url)";
 
 }  // namespace parhelion::tick

@@ -7,7 +7,7 @@
 namespace parhelion::tick {
 namespace {
 
-/// Where nothing could be rendered the camera is silent, and the report says why.
+/// If nothing could be rendered no image is published, and the report gives the reason.
 void publish_agent_frame(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                          Tally& tally) {
   if (done.answer.image.bytes.empty()) return;
@@ -15,12 +15,12 @@ void publish_agent_frame(const Configuration& configuration, const FrameAnswer& 
   ++tally.agent_frames_out;
 }
 
-/// Its bodies are in it already: MR_CAMERA is CAMERA and MR_DEPTH is DEPTH, as MR_SCAN is SCAN. Where nothing
-/// could be rendered a camera is silent, and the report says why.
+/// Rendered images already show the bodies: MR_CAMERA is CAMERA and MR_DEPTH is DEPTH, as MR_SCAN is SCAN. If
+/// nothing could be rendered no image is published, and the report gives the reason.
 void publish_simulated_frame(const Configuration& configuration, const render::RenderAnswer& answer,
                              Outputs& outputs, Tally& tally) {
   const bool seen = !answer.image.bytes.empty();
-  // The depth first: whoever waits for an image's depth has it when the image comes.
+  // Depth first, so that it is available to receivers when the image arrives.
   for (const char* name : {channel::depth, channel::mr_depth})
     if (answer.depth) encode(*answer.depth, outputs.add(configuration.channels.bus(name)));
   for (const char* name : {channel::camera, channel::mr_camera})

@@ -1,4 +1,4 @@
-// A camera frame that the renderer has finished, to MR_CAMERA and MR_DEPTH.
+// Publishes a rendered camera frame on MR_CAMERA and MR_DEPTH.
 #pragma once
 
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace parhelion::tick {
 
-/// One image's answer. Where EGL is not there, the original with the reason; of a simulated camera then an
-/// image without bytes.
+/// Result for one image. Without EGL it is the original with the reason; for a simulated camera an image
+/// without bytes.
 struct FrameAnswer {
-  std::string agent;  ///< whose camera; empty: of the trainee's robot
+  std::string agent;  ///< owner of the camera; empty: the trainee's robot
   std::uint64_t sequence = 0;
-  bool simulated = false;  ///< the picture of a simulated camera, bodies and all
+  bool simulated = false;  ///< an image of a simulated camera, which already shows all bodies
   render::RenderAnswer answer;
-  Duration latency;  ///< from submit() to the answer, measured
+  Duration latency;  ///< from submit() to the result, measured
 };
 
-/// MR_CAMERA, and MR_DEPTH where there is one; of the simulated robot's cameras CAMERA and DEPTH too, and of
-/// an agent's camera its own channel.
+/// Publishes MR_CAMERA, and MR_DEPTH if present; for the simulated robot's cameras CAMERA and DEPTH too. An
+/// agent's camera has its own channel.
 void publish_frame(const Configuration& configuration, const FrameAnswer& done, Outputs& outputs,
                    Tally& tally);
 

@@ -6,7 +6,7 @@
 namespace parhelion::tick {
 namespace {
 
-/// The grader's own events start scripts, and are never graded.
+/// The grader's own events trigger scripts, and are never graded.
 void publish_changes(const TickContext& context, LiveGrading& grading) {
   for (const Event& event : grading.grader.take_events()) publish_event(context, event);
 }
@@ -16,7 +16,7 @@ void publish_changes(const TickContext& context, LiveGrading& grading) {
 std::unique_ptr<LiveGrading> make_grading(const Configuration& configuration, ArrivalTime start) {
   const auto& training = configuration.scenario.training;
   if (!training) return nullptr;
-  // As MR_SESSION keeps it, in microseconds.
+  // In microseconds, as in MR_SESSION.
   const SimulationTime begin = simulation_time(ArrivalTime::from_utime(start.utime()));
   return std::make_unique<LiveGrading>(
       LiveGrading{training::Grader(*training, configuration.model, configuration.robot,

@@ -1,4 +1,4 @@
-// MR_EVENTS and MR_WORLD to the grader: the score as it changes.
+// Passes MR_EVENTS and MR_WORLD to the grader, and publishes changes of the score.
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,26 @@
 
 namespace parhelion::tick {
 
-/// Of a scenario with a training.
+/// Exists for a scenario with a training.
 struct LiveGrading {
   training::Grader grader;
   Event event;         ///< scratch
   WorldMessage world;  ///< scratch
 };
 
-/// Null: nothing is graded. The configuration must outlive it.
+/// Null: nothing is graded. The configuration must outlive the result.
 std::unique_ptr<LiveGrading> make_grading(const Configuration& configuration, ArrivalTime start);
 
-// The grader reads the payload that goes out and not the struct that it was encoded from, although both are
-// at hand: on the wire stamps are rounded to microseconds and rotations become quaternions, so a limit that
-// the struct just misses may be met by what the log holds. `grade` has only the log, and must find the same
-// score to the bit. RESULTS.md has what it costs.
+// The grader reads the published payload and not the struct that it was encoded from: on the wire, stamps are
+// rounded to microseconds and rotations become quaternions, so a limit that the struct just misses may be met
+// by what the log holds. `grade` has only the log, and must reproduce the score to the bit. RESULTS.md gives
+// the cost.
 
-/// Grades what went out on MR_EVENTS. What changes with it goes out on MR_EVENTS, too.
+/// Grades a message of MR_EVENTS. Changes of the score are published on MR_EVENTS, too.
 void grade_event(const TickContext& context, const std::vector<std::uint8_t>& payload, LiveGrading& grading);
 /// The same for MR_WORLD.
 void grade_world(const TickContext& context, const std::vector<std::uint8_t>& payload, LiveGrading& grading);
-/// The session was ended by a person.
+/// Closes the grading: a person ended the session.
 void close_grading(const TickContext& context, LiveGrading& grading);
 
 }  // namespace parhelion::tick

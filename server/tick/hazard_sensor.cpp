@@ -9,11 +9,11 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t radiation_stream = 0x68617A72ULL << 32;  // apart from all other draws of a seed
+constexpr std::uint64_t radiation_stream = 0x68617A72ULL << 32;  // independent of all other draws of a seed
 constexpr std::uint64_t gas_stream = 0x68617A67ULL << 32;
-constexpr double many = 30;  // events, from which on their number is nearly normal
+constexpr double many = 30;  // events: above this the count is nearly normally distributed
 
-/// The share of the way to a new value that a first-order lag goes in `period`.
+/// Fraction of a step response that a first-order lag reaches in `period`.
 double share(double lag, double period) { return lag > 0 ? -std::expm1(-period / lag) : 1; }
 
 }  // namespace

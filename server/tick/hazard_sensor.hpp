@@ -1,4 +1,4 @@
-// What a hazard sensor makes of what is there: it lags behind, and it is noisy.
+// Model of a hazard sensor: lag and noise.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +8,17 @@
 
 namespace parhelion::tick {
 
-/// How many of the events that come `mean` times on average come now (Poisson), from a draw of the standard
-/// normal distribution: exact by its distribution function below 30, else by the normal approximation with a
-/// correction of half a count.
+/// A Poisson-distributed count with the given mean, from a draw of the standard normal distribution: exact by
+/// the distribution function below 30, above it by the normal approximation with a continuity correction of
+/// 0.5.
 double poisson_count(double mean, double normal);
 
-/// Each reading takes one step of a first-order lag; its draws depend on the seed, the kind and the number of
-/// the reading alone.
+/// Each reading takes one step of a first-order lag. The draws depend only on the seed, the kind and the
+/// number of the reading.
 class HazardResponse {
  public:
-  /// Turns `reading`, what is there `period` s after the last one, into what the sensor says. The first
-  /// reading of a kind finds a sensor that has been there for long.
+  /// Replaces `reading`, the true value `period` s after the last one, by the measured value. For the first
+  /// reading of a kind the sensor is in steady state.
   void measure(const HazardSensor& sensor, std::uint64_t seed, double period, HazardReading& reading);
 
  private:

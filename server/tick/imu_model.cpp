@@ -5,9 +5,9 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t start_stream = 0x696D7530ULL << 32;  // apart from all other draws of a seed
+constexpr std::uint64_t start_stream = 0x696D7530ULL << 32;  // independent of all other draws of a seed
 constexpr std::uint64_t sample_stream = 0x696D7573ULL << 32;
-const Eigen::Vector3d up_force(0, 0, 9.81);  // m/s^2, what rest feels like
+const Eigen::Vector3d up_force(0, 0, 9.81);  // m/s^2, specific force at rest
 
 }  // namespace
 
@@ -42,7 +42,7 @@ ImuSample ImuModel::add(SensorTime stamp, const BaseMotion& motion, bool restart
   last_stamp_ = stamp;
   last_ = motion;
 
-  // A point r from the base: a + alpha x r + omega x (omega x r).
+  // Acceleration of a point at r from the base: a + alpha x r + omega x (omega x r).
   const Eigen::Matrix3d R_map_base = motion.T_map_base.rotation();
   const Eigen::Vector3d r = R_map_base * imu_.T_base_imu.translation(), w = motion.rotation_rate;
   acceleration += turning.cross(r) + w.cross(w.cross(r));

@@ -1,4 +1,4 @@
-// What an inertial sensor on a simulated robot measures.
+// Model of the inertial sensor of a simulated robot.
 #pragma once
 
 #include <cstdint>
@@ -8,34 +8,34 @@
 
 namespace parhelion::tick {
 
-/// As of a small MEMS unit (figures of an MTi-30 class): white noise per sample and a bias that wanders.
+/// As of a small MEMS unit (figures of an MTi-30 class): white noise per sample and a bias random walk.
 struct ImuErrors {
   double rate_noise = 0.002;         ///< rad/s, 1 sigma of a sample
-  double rate_bias = 0.001;          ///< rad/s, 1 sigma of where the bias starts
-  double rate_walk = 1e-5;           ///< rad/s, 1 sigma that the bias wanders in a second
+  double rate_bias = 0.001;          ///< rad/s, 1 sigma of the initial bias
+  double rate_walk = 1e-5;           ///< rad/s, 1 sigma of the bias random walk after one second
   double acceleration_noise = 0.02;  ///< m/s^2
   double acceleration_bias = 0.01;   ///< m/s^2
-  double acceleration_walk = 1e-4;   ///< m/s^2 in a second
+  double acceleration_walk = 1e-4;   ///< m/s^2 after one second
   double attitude_noise = 0.0005;    ///< rad, of roll and of pitch
   double attitude_bias = 0.002;      ///< rad, constant, of roll and of pitch
 };
 
-/// How base_link moves at an instant.
+/// Motion of base_link at an instant.
 struct BaseMotion {
   Transform<Map, Base> T_map_base;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
 };
 
-/// Rates, specific force (gravity included: at rest +9.81 upwards) and attitude in the sensor's frame, its
-/// lever arm to base_link included. The yaw of the orientation drifts with the bias of the rate, as that of a
-/// sensor without a compass. Noise is keyed by (seed, sample).
+/// Rates, specific force (gravity included: at rest +9.81 upwards) and attitude in the sensor's frame, with
+/// the lever arm to base_link. The yaw drifts with the bias of the rate, as without a compass. Noise is keyed
+/// by (seed, sample).
 class ImuModel {
  public:
   ImuModel(const ImuDescription& imu, const ImuErrors& errors, std::uint64_t seed);
 
-  /// Accelerations are the means since the last sample; those of the first one, and of one after a `restart`
-  /// (the robot was put elsewhere), are those of rest.
+  /// Accelerations are means since the last sample. For the first sample, and after a `restart` (the robot
+  /// was moved elsewhere), they are those of a robot at rest.
   ImuSample add(SensorTime stamp, const BaseMotion& motion, bool restart);
 
  private:
@@ -50,7 +50,7 @@ class ImuModel {
   SensorTime last_stamp_;
   BaseMotion last_;
   Eigen::Vector3d rate_bias_, acceleration_bias_;  ///< sensor frame
-  Eigen::Vector3d attitude_bias_;                  ///< roll, pitch, and the yaw that has drifted
+  Eigen::Vector3d attitude_bias_;                  ///< roll, pitch, and the accumulated yaw drift
 };
 
 }  // namespace parhelion::tick

@@ -5,8 +5,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::size_t many =
-    1000;  // more names than a session has agents: those of removed ones are forgotten
+constexpr std::size_t many = 1000;  // more than a session has agents: names of removed ones are dropped
 
 }  // namespace
 

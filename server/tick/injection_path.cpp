@@ -3,7 +3,8 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration scan_silence = milliseconds(500);  // without a scan for longer, nothing virtual is sensed
+constexpr Duration scan_silence =
+    milliseconds(500);  // without a scan for longer, injection counts as degraded
 
 void publish_injection_event(const TickContext& context, const std::string& reason,
                              InjectionState& injection) {

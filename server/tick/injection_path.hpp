@@ -1,4 +1,5 @@
-// Whether the robot's sensors show what is virtual, as events: who grades must know what could be seen.
+// Publishes events on whether the robot's sensors show virtual objects: the grader needs to know what was
+// visible.
 #pragma once
 
 #include <optional>
@@ -11,18 +12,17 @@ namespace parhelion::tick {
 
 struct InjectionState {
   InjectionGate gate;
-  bool live = false;                  ///< the last scan was answered with the truth
-  std::optional<bool> reported_live;  ///< as the newest event has it; none: there was none
+  bool live = false;                  ///< the last scan was augmented
+  std::optional<bool> reported_live;  ///< as in the newest event; none: no event yet
   SimulationTime last_scan;           ///< its arrival
 };
 
-/// After a scan. A change between live and degraded (`reason` not empty) is an event, and so is the first
-/// state.
+/// After a scan: publishes an event for the first state and for each change between live and degraded
+/// (`reason` not empty).
 void report_injection(const TickContext& context, const std::string& reason, InjectionState& injection);
-/// At each step: what the gate has withheld or shown again, and a real robot's SCAN that has not come for a
-/// while, or not yet.
+/// At each step: reports agents that the gate withheld or showed again, and a missing SCAN of a real robot.
 void watch_injection(const TickContext& context, InjectionState& injection);
-/// Whether the newest scan was answered with the truth, and not long ago.
+/// Whether the newest scan was augmented and is recent.
 bool injection_is_live(const InjectionState& injection, SimulationTime now);
 
 }  // namespace parhelion::tick

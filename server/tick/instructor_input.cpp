@@ -4,7 +4,7 @@ namespace parhelion::tick {
 
 Status read_command(const ChannelMap& channels, const Message& message, InstructorCommand& command) {
   auto expected = command_on(channels.canonical(message.channel));
-  if (!expected) return Error{message.channel + ": no channel of an instructor's commands"};
+  if (!expected) return Error{message.channel + ": not a channel of an instructor's commands"};
   command = std::move(*expected);
   return decode(message.channel, message.payload, command);
 }

@@ -1,4 +1,4 @@
-// The instructor's commands as inputs: which type a channel carries.
+// The instructor's commands as inputs: the channel determines the message type.
 #pragma once
 
 #include "protocols/bus/bus.hpp"
@@ -7,14 +7,14 @@
 
 namespace parhelion::tick {
 
-/// Reads the command as the type of its channel. Error: not a channel of theirs, or as decode() says;
-/// `command` then still has what could be read of its request.
+/// Decodes a command by the type of its channel. Error: not an instructor's channel, or that of decode();
+/// `command` then still holds the part of its request that could be read.
 Status read_command(const ChannelMap& channels, const Message& message, InstructorCommand& command);
 
-/// Names on the bus of the channels that carry them.
+/// Bus names of the channels for instructors' commands.
 std::vector<std::string> command_channels(const ChannelMap& channels);
 
-/// The instructor's, the emergency stop among them: written to the log before anything is done about it.
+/// Commands of the instructor, including the emergency stop: logged before they are applied.
 inline bool is_command(InputKind kind) {
   return kind == InputKind::command || kind == InputKind::emergency_stop;
 }

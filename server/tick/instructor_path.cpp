@@ -10,8 +10,8 @@
 namespace parhelion::tick {
 namespace {
 
-/// m between the place that was reported and where that object is now; -1: no place was reported, or there is
-/// no such object.
+/// m between the reported and the current position of the object; -1: no position was reported, or no such
+/// object exists.
 double report_error(const Configuration& configuration, const ObjectReport& report,
                     const InstructorPath& path) {
   if (!report.position) return -1;
@@ -23,7 +23,7 @@ double report_error(const Configuration& configuration, const ObjectReport& repo
   return -1;
 }
 
-/// Right or wrong, the trainee's report is an event.
+/// Publishes an event for each report of the trainee, right or wrong.
 void handle_object_report(const TickContext& context, const ObjectReport& report,
                           const InstructorPath& path) {
   Event event;
@@ -37,7 +37,7 @@ void handle_object_report(const TickContext& context, const ObjectReport& report
   publish_event(context, event);
 }
 
-/// An agent's camera begins to send pictures, or ends.
+/// Starts or stops the images of an agent's camera.
 Status set_camera_rate(const TickContext& context, const CameraRate& command, const AgentPath& path) {
   const Configuration& configuration = context.configuration;
   const std::string& name = command.agent;
@@ -51,8 +51,8 @@ Status set_camera_rate(const TickContext& context, const CameraRate& command, co
   return set_agent_camera(configuration, agent, path.simulation.now(), path.cameras);
 }
 
-/// What must not appear on the trainee's robot is checked against where that is, simulated or real; itself
-/// excepted.
+/// The trainee's robot, simulated or real, as an obstacle for placement; none where the command moves this
+/// robot itself.
 std::optional<simulation::RealRobotState> robot_in_the_way(const Configuration& configuration,
                                                            const AgentCommand& command,
                                                            const AgentPath& path) {
@@ -62,8 +62,8 @@ std::optional<simulation::RealRobotState> robot_in_the_way(const Configuration& 
   return trainee_state(configuration, path.simulation);
 }
 
-/// The trainee's robot is stopped and released by what is meant for it. Where it is simulated, it can be let
-/// out of a freeze of all.
+/// The trainee's robot is stopped and released by its own commands. If simulated, it can be unfrozen after a
+/// freeze of all.
 Status check_freeze(const Configuration& configuration, const AgentCommand& command) {
   const auto* freeze = std::get_if<AgentFreeze>(&command);
   if (freeze == nullptr || freeze->all || freeze->agent != configuration.robot.name) return {};
@@ -72,7 +72,7 @@ Status check_freeze(const Configuration& configuration, const AgentCommand& comm
                configuration.channels.bus(channel::mr_emergency_stop)};
 }
 
-/// What an instructor's commands do, one function a type.
+/// Applies an instructor's command, one function per type.
 struct CommandHandler {
   const TickContext& context;
   const InstructorPath& path;
@@ -132,13 +132,13 @@ void handle_instructor_command(const TickContext& context, const Message& input,
   InstructorCommand command;
   const Status read = read_command(context.configuration.channels, input, command);
   if (!read) refuse(context, read.error());
-  if (!read && request_of(command) == 0) return;  // nobody to answer
+  if (!read && request_of(command) == 0) return;  // without a request number there is nobody to reply to
   const Status done = read ? std::visit(CommandHandler{context, path}, command) : read;
   Event answer;
   answer.stamp = context.now;
   answer.kind = done.ok() ? EventKind::command_accepted : EventKind::command_refused;
   answer.request = request_of(command);
-  if (read) {  // what could not be read is not repeated
+  if (read) {  // unreadable commands are not echoed
     answer.subject = subject_of(command);
     answer.position = position_of(command);
   }

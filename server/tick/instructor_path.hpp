@@ -1,5 +1,5 @@
-// The instructor's commands: what happens to agents, doors, faults, scripts and cameras, the trainee's
-// reports and emergency stop. Each is answered by an event.
+// The instructor's commands for agents, doors, faults, scripts and cameras; the trainee's reports and
+// emergency stop. Each is answered by an event.
 #pragma once
 
 #include "protocols/bus/bus.hpp"
@@ -15,15 +15,15 @@
 
 namespace parhelion::tick {
 
-/// What a command about agents works on, the instructor's or a script's.
+/// Dependencies of commands about agents, the instructor's or a script's.
 struct AgentPath {
-  const PoseState& pose;  ///< of the robot that nothing may appear on
+  const PoseState& pose;  ///< of the trainee's robot, on which nothing may appear
   AgentKinds& kinds;
   AgentCameras& cameras;
   simulation::Simulation& simulation;
 };
 
-/// What any of the instructor's commands works on.
+/// Dependencies of all instructor commands.
 struct InstructorPath {
   AgentPath agents;
   CommandPath robot;
@@ -34,7 +34,7 @@ struct InstructorPath {
 
 void handle_instructor_command(const TickContext& context, const Message& input, const InstructorPath& path);
 
-/// Does the command. Error: why not.
+/// Applies the command. Error: the reason why not.
 Status apply_agent_command(const TickContext& context, const AgentCommand& command, const AgentPath& path);
 
 }  // namespace parhelion::tick

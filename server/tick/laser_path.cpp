@@ -9,8 +9,8 @@
 namespace parhelion::tick {
 namespace {
 
-/// All that a laser with this sweep may meet; shared by those of a step that sweep alike. None: the world is
-/// not known.
+/// The bodies that a laser with this sweep can hit; shared by lasers with the same sweep in a step. None: the
+/// world is not known.
 std::optional<std::size_t> find_sweep(SimulationTime start, SimulationTime end,
                                       const simulation::Simulation& simulation, LaserState& own) {
   if (own.swept != end) own.sweep_count = 0;
@@ -32,7 +32,7 @@ std::optional<std::size_t> find_sweep(SimulationTime start, SimulationTime end,
   return own.sweep_count++;
 }
 
-/// Where the laser was at both ends of its sweep, by how the body that carries it moved.
+/// The laser's poses at both ends of its sweep, from the motion of the body that carries it.
 scan::LaserMotion laser_motion(const simulation::LaserRequest& request, const SweptWorld& sweep) {
   scan::LaserMotion laser{request.T_map_laser, request.T_map_laser};
   const auto carrier = std::lower_bound(
@@ -44,7 +44,7 @@ scan::LaserMotion laser_motion(const simulation::LaserRequest& request, const Sw
   return laser;
 }
 
-/// The job of a request. Noise is keyed apart from the real scans, whose sequence numbers stay below 2^32.
+/// Creates the job of a request. Noise keys differ from real scans, whose sequence numbers stay below 2^32.
 std::optional<LaserJob> job_of(const Configuration& configuration, const simulation::LaserRequest& request,
                                const simulation::Simulation& simulation, LaserState& own) {
   const scan::Sweep sweep = scan::beam_times(request.laser, static_cast<std::size_t>(request.laser.beams),

@@ -1,5 +1,5 @@
-// Simulated lasers: cast in the building and against all bodies but their own, as this type measures. Those
-// of a step are cast by several threads; what is done with the scans is done in the order of the requests.
+// Simulated lasers: cast in the building and against all bodies but their own, with the laser's measurement
+// model. Those of one step are cast in parallel; the scans are used in the order of the requests.
 #pragma once
 
 #include <cstdint>
@@ -16,25 +16,25 @@
 
 namespace parhelion::tick {
 
-/// All that any laser of a step may meet, over a sweep that began at `start`.
+/// Everything that any laser of a step can hit, over a sweep that began at `start`.
 struct SweptWorld {
   SimulationTime start;
   std::vector<scan::BodyMotion> motions;
-  std::vector<scan::BodyGroup> groups;  ///< of each agent
+  std::vector<scan::BodyGroup> groups;  ///< one per agent
 };
 
-/// What one thread casts a simulated laser with.
+/// One thread's scratch for casting a simulated laser.
 struct LaserScratch {
   scan::RayCaster caster;
   std::vector<float> beam_time;
-  std::vector<scan::BodyGroup> groups;  ///< all but its own
+  std::vector<scan::BodyGroup> groups;  ///< all except its own
   std::vector<scan::RangeHit> body_hits, building_hits;
 };
 
-/// A simulated laser that is to be cast: reads the state, and writes to its scratch and scan alone.
+/// A simulated laser to cast: reads the state, and writes only to its scratch and scan.
 struct LaserJob {
   const simulation::LaserRequest* request = nullptr;
-  std::size_t sweep = 0;  ///< of LaserState::sweeps
+  std::size_t sweep = 0;  ///< index in LaserState::sweeps
   scan::LaserMotion laser;
   scan::NoiseKey key;
   SensorTime stamp;
@@ -45,24 +45,24 @@ struct LaserState {
   explicit LaserState(std::unique_ptr<Executor> executor);
 
   std::unique_ptr<Executor> executor;
-  std::vector<simulation::LaserRequest> requests;  ///< that fell due at the newest step
+  std::vector<simulation::LaserRequest> requests;  ///< due at the newest step
   WorldSnapshot world_start, world_end;
-  SimulationTime swept;            ///< end of...
-  std::vector<SweptWorld> sweeps;  ///< ...these, of which...
-  std::size_t sweep_count = 0;     ///< ...so many are of this step
+  SimulationTime swept;            ///< end of `sweeps`
+  std::vector<SweptWorld> sweeps;  ///< one per distinct start of a sweep
+  std::size_t sweep_count = 0;     ///< number of sweeps of this step
   std::uint64_t sequence = 0;
   std::vector<LaserJob> jobs;
-  std::vector<Scan> scans;            ///< of each job
-  std::vector<LaserScratch> scratch;  ///< one for each thread; of a laser that is cast alone the first
+  std::vector<Scan> scans;            ///< one per job
+  std::vector<LaserScratch> scratch;  ///< one per thread; a laser cast alone uses the first
 };
 
-/// What the laser measures at the newest step, the scan's stamp being the last beam's; its hits are left in
-/// the first scratch, of bodies of its only job's sweep. False: the world at that instant is not known.
+/// Casts the laser at the newest step; the scan's stamp is that of the last beam. Its hits stay in the first
+/// scratch and refer to the bodies of its only job's sweep. False: the world at that instant is not known.
 bool simulate_laser(const Configuration& configuration, const simulation::LaserRequest& request,
                     const simulation::Simulation& simulation, const scan::RayCaster& building,
                     LaserState& lasers, Scan& scan);
 
-/// The scans of all requests, for the agents' behaviour and for MR_AGENT_<name>_SCAN.
+/// Casts all requests, for the agents' behaviour and for MR_AGENT_<name>_SCAN.
 void publish_agent_scans(const TickContext& context, const scan::RayCaster& building,
                          simulation::Simulation& simulation, LaserState& lasers);
 

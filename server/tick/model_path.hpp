@@ -1,4 +1,4 @@
-// MR_MODEL: a new version of the building takes the old one's place between two physics steps.
+// MR_MODEL: replaces the building by a new version between two physics steps.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,8 @@ class Simulation;
 }  // namespace parhelion::simulation
 namespace parhelion::tick {
 
-/// What takes time to make of a MR_MODEL message: made beside the tick in a live server, in it in replay.
+/// The expensive results of a MR_MODEL message: prepared outside the tick in a live server, inside it in
+/// replay.
 struct PreparedModel {
   std::uint64_t version = 0;
   std::shared_ptr<const SemanticModel> model;
@@ -28,17 +29,17 @@ struct PreparedModel {
   std::shared_ptr<simulation::Building> building;  ///< for the physics
 };
 
-/// Error: YAML that is no model, or a model of another map than the session's.
+/// Error: YAML that is not a model, or a model of another map than the session's.
 Result<PreparedModel> prepare_model(const ModelVersion& message, const Configuration& configuration);
 
-/// The building as it is known now.
+/// The building as currently known.
 struct SiteState {
   explicit SiteState(const Configuration& configuration);
 
-  scan::RayCaster caster;                      ///< has the building, without its doors
-  std::shared_ptr<const SemanticModel> model;  ///< of MR_MODEL; null: the configuration's still holds
-  std::uint64_t model_version = 0;             ///< of MR_MODEL; 0: the configuration's
-  std::optional<PreparedModel> prepared;       ///< for the MR_MODEL that comes next, where it was made ahead
+  scan::RayCaster caster;                      ///< the building, without its doors
+  std::shared_ptr<const SemanticModel> model;  ///< from MR_MODEL; null: the configuration's is current
+  std::uint64_t model_version = 0;             ///< from MR_MODEL; 0: the configuration's
+  std::optional<PreparedModel> prepared;       ///< for the next MR_MODEL, where prepared ahead
 };
 
 inline const SemanticModel& current_model(const Configuration& configuration, const SiteState& site) {

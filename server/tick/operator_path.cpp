@@ -27,7 +27,7 @@ bool can_be_driven(const Configuration& configuration, const std::string& robot,
   return agent != nullptr && agent->kind == AgentKind::robot;
 }
 
-/// Another operator may drive it still.
+/// Stops the robot unless another operator drives it.
 void stop_if_undriven(const TickContext& context, const std::string& robot, const CommandPath& path,
                       const Operators& operators) {
   for (const auto& [name, other] : operators) {
@@ -70,7 +70,7 @@ void watch_operators(const TickContext& context, const CommandPath& path, Operat
     const std::string name = each->first, robot = each->second.robot;
     each = operators.erase(each);
     stop_if_undriven(context, robot, path, operators);
-    publish(context, EventKind::console_lost, name, robot, "nothing heard for 1 s");
+    publish(context, EventKind::console_lost, name, robot, "no messages for 1 s");
   }
 }
 
@@ -83,9 +83,9 @@ void report_foreign_message(const TickContext& context, std::int64_t channel) {
   const auto& names = sensor_channels();
   if (channel < 0 || channel >= static_cast<std::int64_t>(names.size())) return;
   const std::string name = configuration.channels.bus(names[static_cast<std::size_t>(channel)]);
-  publish(
-      context, EventKind::foreign_publisher, robot, name,
-      "somebody else publishes on " + name + ", which the simulated robot's sensors speak on; it is ignored");
+  publish(context, EventKind::foreign_publisher, robot, name,
+          "another publisher uses " + name +
+              ", a channel of the simulated robot's sensors; its messages are ignored");
 }
 
 }  // namespace parhelion::tick

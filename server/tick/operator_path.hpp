@@ -1,5 +1,5 @@
-// Operators and their consoles: whom one drives, what is lost with a console, and who else publishes for the
-// robot.
+// Operators and their consoles: which robot each one drives, loss of a console, and other publishers on the
+// robot's channels.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace parhelion::tick {
 
-/// Whom an operator drives, by the console's status.
+/// The robot that an operator drives, from the console's status.
 struct DrivingOperator {
   std::string robot;
   ArrivalTime received;  ///< of the newest status
 };
 
-/// By the operators' names, those that drive.
+/// The driving operators, by name.
 using Operators = std::map<std::string, DrivingOperator>;
 
-/// OPERATOR: the robot that an operator leaves, or whose console is lost, stops.
+/// OPERATOR: stops a robot when its operator leaves it or the console is lost.
 void handle_operator(const TickContext& context, const Message& input, const CommandPath& path,
                      Operators& operators);
-/// At each step: a console that has sent nothing for a second is lost.
+/// At each step: a console without messages for a second is lost.
 void watch_operators(const TickContext& context, const CommandPath& path, Operators& operators);
-/// Somebody else's message on a channel that the simulated robot's sensors publish on: an event. `channel`:
-/// index in sensor_channels().
+/// Publishes an event: another publisher uses a channel of the simulated robot's sensors. `channel`: index in
+/// sensor_channels().
 void report_foreign_message(const TickContext& context, std::int64_t channel);
 
 }  // namespace parhelion::tick

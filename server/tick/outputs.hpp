@@ -1,5 +1,5 @@
-// What one tick gives: messages in order, jobs for the render thread, MR_SCAN ahead of the rest, and stage
-// marks for whoever measures.
+// Outputs of one tick: messages in order, jobs for the render thread, MR_SCAN ahead of the rest, and stage
+// marks for measurement.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace parhelion::tick {
 
-/// Stages of a tick, in the order in which they end. `encode` is that of MR_SCAN.
+/// Stages of a tick, in the order in which they end. `encode` is the encoding of MR_SCAN.
 enum class Stage : std::uint8_t {
   physics_step,
   agents,
@@ -29,56 +29,56 @@ enum class Stage : std::uint8_t {
   encode
 };
 
-/// Learns how far a tick is, to measure it. The tick itself reads no clock.
+/// Receives a mark at the end of each stage, to measure it. The tick itself reads no clock.
 class StageObserver {
  public:
   virtual ~StageObserver() = default;
   virtual void ended(Stage) {}
 };
 
-/// Takes MR_SCAN as soon as it is computed, in the middle of the tick: the robot need not wait for what the
-/// server then learns from the scan for itself.
+/// Receives MR_SCAN as soon as it is computed, in the middle of the tick: the robot does not wait for the
+/// server's own use of the scan.
 class ScanSink {
  public:
   struct Receipt {
-    bool sent = false;  ///< MR_SCAN is on the bus; else it goes out with the other outputs
-    bool raw = false;   ///< the raw scan is MR_SCAN: the guard was first
+    bool sent = false;  ///< MR_SCAN is on the bus; otherwise it is published with the other outputs
+    bool raw = false;   ///< the raw scan was published as MR_SCAN: the guard fired first
   };
   virtual ~ScanSink() = default;
   /// `sequence`: the number of the scan in this session, from 1.
   virtual Receipt publish(std::uint64_t sequence, std::span<const std::uint8_t> mr_scan) = 0;
 };
 
-/// MR_SCAN goes out with the other outputs.
+/// MR_SCAN is published with the other outputs.
 class DeferredScanSink : public ScanSink {
  public:
   Receipt publish(std::uint64_t, std::span<const std::uint8_t>) override { return {}; }
 };
 
-/// Reused from tick to tick, so that warm messages keep their capacity.
+/// Reused from tick to tick, so that messages keep their capacity.
 class Outputs {
  public:
   struct Entry {
     std::string channel;  ///< name on the bus
     std::vector<std::uint8_t> payload;
-    bool sent = false;  ///< it is on the bus already, and only has to be logged
+    bool sent = false;  ///< already on the bus, only to be logged
   };
-  /// An image that waits for the render thread, with what it looked like when it came.
+  /// An image for the render thread, with its world at the image's instant.
   struct Frame {
     render::RenderJob job;
-    std::uint64_t sequence = 0;                  ///< of camera frames
-    std::shared_ptr<const SemanticModel> model;  ///< the building; null: the one that the session began with
-    std::string reason;  ///< why nothing is to be drawn: the original goes out, in its turn
-    /// Of a simulated robot's camera: there is no image yet, the whole picture is rendered.
+    std::uint64_t sequence = 0;                  ///< number of the camera frame
+    std::shared_ptr<const SemanticModel> model;  ///< the building; null: that of the session's start
+    std::string reason;  ///< why nothing is drawn: the original is published, in order
+    /// Of a simulated robot's camera: there is no image yet, the whole image is rendered.
     std::optional<render::Exposure> exposure;
-    std::string agent;  ///< whose camera it is; empty: the trainee's robot's
+    std::string agent;  ///< owner of the camera; empty: the trainee's robot
   };
 
   void clear() {
     used_ = 0;
     frames_.clear();
   }
-  /// The payload of a new message on `channel`, to be encoded into. `sent`: as Entry has it.
+  /// Adds a message on `channel`; returns its payload, to be encoded into. `sent`: see Entry.
   std::vector<std::uint8_t>& add(std::string_view channel, bool sent = false) {
     if (used_ == entries_.size()) entries_.emplace_back();
     Entry& entry = entries_[used_++];

@@ -20,7 +20,7 @@ class Percentiles {
   }
   std::uint64_t count() const { return count_; }
   double max() const { return max_; }
-  /// The value below which the share `q` (0..1) of the samples lies; 0 without samples.
+  /// The value at quantile `q` (0..1) of the samples; 0 without samples.
   double at(double q) const {
     if (count_ == 0) return 0;
     const double wanted = q * static_cast<double>(count_);

@@ -9,7 +9,7 @@
 namespace parhelion::tick {
 namespace {
 
-/// The real robot as the simulation is to have it at an instant; none where the pose is not known.
+/// The real robot's state for the simulation at an instant; none if the pose is not known.
 std::optional<simulation::RealRobotState> real_robot_at(SimulationTime t, const PoseState& pose,
                                                         const InjectionState& injection) {
   if (!pose.clock.known()) return std::nullopt;
@@ -38,7 +38,7 @@ void report_pose_changes(const TickContext& context, PoseState& pose) {
   publish_event(context, event);
 }
 
-/// Places the robot, and does the physics.
+/// Sets the real robot's state, and does a physics step.
 void step_physics(const TickContext& context, RobotState& robot, State& state) {
   const Configuration& configuration = context.configuration;
   const bool simulated = simulates_trainee(configuration.scenario);
@@ -82,7 +82,8 @@ void advance(const Configuration& configuration, ArrivalTime until, State& state
     try {
       step_once(configuration, state, outputs, stages);
     } catch (const std::exception& fault) {
-      // The server goes on, and with the next step at once: how often it is called must make no difference.
+      // Continues with the next step immediately: the result must not depend on how often this function is
+      // called.
       refuse(state.context(configuration, due, outputs), {std::string("physics: ") + fault.what()});
       if (state.simulation.next_step() == due) state.simulation.skip(1);
     }

@@ -1,4 +1,4 @@
-// Fixed physics steps, and what the server does at each.
+// Fixed physics steps, and the server's work at each.
 #pragma once
 
 #include "protocols/time.hpp"
@@ -9,8 +9,7 @@ namespace parhelion::tick {
 struct Configuration;
 struct State;
 
-/// Does the physics steps due at or before `until`: what a timer calls, and tick() before it handles an
-/// input.
+/// Does the physics steps due at or before `until`. Called by a timer, and by tick() before each input.
 void advance(const Configuration& configuration, ArrivalTime until, State& state, Outputs& outputs,
              StageObserver& stages);
 

@@ -27,7 +27,7 @@ void apply_estimate(const TickContext& context, const Message& input, const Pose
                     PoseState& pose) {
   if (!pose.clock.known()) pose.clock.add(input.arrival, estimate.stamp);
   if (pose.track.add(estimate) != pose::PoseTrack::Correction::relocalization) return;
-  // A simulated robot that tips over has not been lost.
+  // A simulated robot that tips over is still localized.
   if (is_exact(context.configuration.scenario)) return;
   pose.relocalized = true;
   Event event;
@@ -86,7 +86,7 @@ void handle_joint_state(const TickContext& context, const Message& input, PoseSt
   }
 }
 
-/// Whoever publishes POSE is taken to be sure of it while it comes.
+/// POSE has no quality: it counts as valid while it arrives.
 void handle_pose(const TickContext& context, const Message& input, PoseState& pose) {
   PoseStamped stamped;
   if (const Status read = decode(input.channel, input.payload, stamped); !read)
@@ -112,7 +112,7 @@ void handle_pose_estimate(const TickContext& context, const Message& input, cons
     context.tally.slam_us.add(estimate.step_time.microseconds());  // 0: not measured
   if (!estimate.causal)
     return refuse(context,
-                  {input.channel + ": a pose that was computed with later data is never injected with"});
+                  {input.channel + ": a pose computed with later data cannot be used for injection"});
   if (sensors != nullptr && !is_exact(context.configuration.scenario))
     check_slam_estimate(context.configuration, site, simulation, *sensors, estimate);
   apply_estimate(context, input, estimate, pose);

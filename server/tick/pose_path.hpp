@@ -1,4 +1,4 @@
-// ODOMETRY, IMU, JOINT_STATE, POSE and POSE_COV: where the robot is at any instant.
+// ODOMETRY, IMU, JOINT_STATE, POSE and POSE_COV: the robot's pose at any instant.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@ namespace parhelion::tick {
 struct SimulatedSensors;
 struct SiteState;
 
-/// Position of each joint by its encoder, and when that arrived. At most 256 joints are kept.
+/// Encoder position of each joint, and its arrival. At most 256 joints are kept.
 using JointPositions = std::map<std::string, std::pair<double, SimulationTime>>;
 
 struct PoseState {
@@ -34,22 +34,22 @@ struct PoseState {
   Joints joint_state;  ///< scratch of JOINT_STATE
 
   std::optional<simulation::RealRobotState> at_step;  ///< at the last physics step; none: the pose is lost
-  bool known = false;                                 ///< as the newest event has it
+  bool known = false;                                 ///< as in the newest event
   bool relocalized = false;                           ///< since the last physics step
 };
 
-/// The robot at t: place and heading from SLAM and odometry, roll and pitch from the inertial sensor where
-/// these are known. `why`: set where there is none.
+/// The robot's pose at t: position and heading from SLAM and odometry, roll and pitch from the inertial
+/// sensor where known. `why`: the reason if there is none.
 std::optional<pose::PoseAtInstant> robot_pose(const PoseState& pose, SensorTime t,
                                               pose::NoPose* why = nullptr);
 
 void handle_odometry(const TickContext& context, const Message& input, PoseState& pose);
 void handle_imu(const TickContext& context, const Message& input, PoseState& pose);
 void handle_joint_state(const TickContext& context, const Message& input, PoseState& pose);
-/// POSE, which has no covariance: the scenario's is taken.
+/// POSE, which has no covariance: the scenario's is used.
 void handle_pose(const TickContext& context, const Message& input, PoseState& pose);
-/// POSE_COV. Of a simulated robot that runs SLAM the estimate is compared with where the robot is: `sensors`,
-/// null where the robot is real.
+/// POSE_COV. For a simulated robot that runs SLAM, the estimate is compared with the true pose: `sensors`,
+/// null for a real robot.
 void handle_pose_estimate(const TickContext& context, const Message& input, const SiteState& site,
                           const simulation::Simulation& simulation, SimulatedSensors* sensors,
                           PoseState& pose);

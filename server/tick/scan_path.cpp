@@ -13,7 +13,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr Duration obstacle_life = seconds(1.0);  // people walk on: what no scan has shown for longer is gone
+constexpr Duration obstacle_life = seconds(1.0);  // people move: obstacles not seen for longer are removed
 
 struct Verdict {
   Degraded why = Degraded::no;
@@ -50,7 +50,7 @@ Verdict find_moment(const TickContext& context, const Message& input, const Scan
   return {};
 }
 
-/// Where a return from these bodies, one agent's, is known worst, m.
+/// Largest position error of returns from the bodies of one agent, m.
 double worst_error(const pose::PoseAtInstant& pose, std::span<const scan::BodyMotion> bodies) {
   double worst = 0;
   for (const scan::BodyMotion& each : bodies) {
@@ -60,7 +60,7 @@ double worst_error(const pose::PoseAtInstant& pose, std::span<const scan::BodyMo
   return worst;
 }
 
-/// Agents to inject: within range, and known well enough where they stand. Whole agents, never halves.
+/// Selects agents to inject: within range and with a sufficiently known position. Always complete agents.
 Verdict select_bodies(const Configuration& configuration, const Moment& moment, const ScanPath& path) {
   ScanState& scan = path.scan;
   const double range_max = configuration.robot.laser->convention.range_max;
@@ -96,7 +96,7 @@ Verdict select_bodies(const Configuration& configuration, const Moment& moment, 
   scan.motions.erase(kept, scan.motions.end());
   if (left_out && scan.motions.empty()) {
     return {Degraded::error,
-            "predicted error above the limit for every agent in range, or not yet well below"};
+            "predicted error above the limit for every agent in range, or not yet clearly below it"};
   }
   return {};
 }
@@ -107,7 +107,7 @@ void cast(const RangeConvention& convention, const Moment& moment, ScanState& sc
   scan.building_hits.assign(scan.beam_time.size(), {std::numeric_limits<float>::infinity(), -1, 0});
   scan.building_cast = false;
   caster.cast_bodies(moment.laser, beams, scan.motions, convention.range_max, scan.virtual_hits);
-  // The wall matters only to a beam that came back empty and might be replaced.
+  // The wall matters only where a beam without return might be replaced.
   for (std::size_t i = 0; i < scan.virtual_hits.size(); ++i) {
     if (scan.virtual_hits[i].body >= 0 && convention.classify(scan.real.ranges[i]) == BeamKind::no_return) {
       caster.cast_building(moment.laser, beams, scan.doors, convention.range_max, scan.building_hits);
@@ -117,7 +117,7 @@ void cast(const RangeConvention& convention, const Moment& moment, ScanState& sc
   }
 }
 
-/// MR_SCAN_INFO: whose body each replaced beam hit.
+/// MR_SCAN_INFO: the agent hit by each replaced beam.
 void name_agents(ScanState& scan) {
   scan.info.agents.clear();
   scan.info.beam_agent.assign(scan.beam_body.size(), -1);
@@ -161,10 +161,10 @@ Verdict try_inject(const TickContext& context, const Message& input, const ScanP
   return {Degraded::fault, fault.what()};
 }
 
-/// A scan whose bytes cannot be read goes out as it came, as all others that cannot be used: behind the
-/// server the robot sees no less than without it. Its stamp, where not even that can be read, is its arrival.
+/// An unreadable scan is published unchanged, like all unusable ones: with the server the robot receives no
+/// less than without it. If even its stamp cannot be read, its arrival is used.
 Verdict read_scan(const TickContext& context, const Message& input, ScanState& scan) {
-  scan.have_real = false;  // what is half read is no occluder
+  scan.have_real = false;  // a partly decoded scan is not an occluder
   const Status read = decode(input.channel, input.payload, scan.real);
   scan.info.stamp =
       read ? scan.real.stamp : leading_stamp(input.payload).value_or(SensorTime{input.arrival.ns});
@@ -178,7 +178,7 @@ Verdict read_scan(const TickContext& context, const Message& input, ScanState& s
   return {};
 }
 
-/// MR_SCAN is the scan as it came, and MR_SCAN_INFO has the reason.
+/// Publishes the scan unchanged as MR_SCAN, with the reason in MR_SCAN_INFO.
 void pass_raw_scan(const Message& input, const std::string& reason, ScanState& scan) {
   scan.mr_scan.assign(input.payload.begin(), input.payload.end());
   scan.info.live = false;
@@ -187,7 +187,7 @@ void pass_raw_scan(const Message& input, const std::string& reason, ScanState& s
   scan.info.beam_agent.assign(scan.real.ranges.size(), -1);
 }
 
-/// Makes MR_SCAN and MR_SCAN_INFO.
+/// Computes MR_SCAN and MR_SCAN_INFO.
 Verdict compute_scan(const TickContext& context, const Message& input, const ScanPath& path, Moment& moment,
                      StageObserver& stages) {
   ScanState& scan = path.scan;
@@ -208,7 +208,7 @@ Verdict compute_scan(const TickContext& context, const Message& input, const Sca
   return verdict;
 }
 
-/// To the sink first, then into the outputs, for the log.
+/// To the sink first, then to the outputs, for the log.
 void publish_scan(const TickContext& context, const Message& input, const Verdict& verdict, ScanState& scan,
                   ScanSink& sink) {
   const ScanSink::Receipt receipt = sink.publish(scan.sequence, scan.mr_scan);
@@ -223,7 +223,7 @@ void publish_scan(const TickContext& context, const Message& input, const Verdic
   encode(scan.info, context.outputs.add(channels.bus(channel::mr_scan_info)));
 }
 
-/// Real returns that the model does not explain keep the agents off: people are not in the model.
+/// Real returns that the model does not explain become obstacles for agents, such as people.
 void update_obstacles(const TickContext& context, const Moment& moment, double sigma, const ScanPath& path) {
   ScanState& scan = path.scan;
   const scan::BeamSet beams{scan.real.angle_first, scan.real.angle_step, scan.beam_time};
@@ -243,22 +243,22 @@ void update_obstacles(const TickContext& context, const Moment& moment, double s
 void learn_from_scan(const TickContext& context, const Verdict& verdict, const Moment& moment,
                      const ScanPath& path) {
   report_injection(context, verdict.text, path.injection);
-  // The pose may be known where agents cannot be injected.
+  // The pose may be known although no agent can be injected.
   if (verdict.why != Degraded::no && verdict.why != Degraded::error) return;
   const double sigma = pose::predicted_error(moment.end, moment.laser.T_map_laser_end.translation());
-  // Without a model everything real is unexplained, and nothing tells people from walls.
+  // Without a model everything real is unexplained, and people cannot be told from walls.
   if (verdict.why == Degraded::no && !current_model(context.configuration, path.site).entities.empty())
     update_obstacles(context, moment, sigma, path);
   update_door_angles(context, {path.scan.real, path.scan.beam_time, moment.laser, sigma}, path.doors,
                      path.simulation);
 }
 
-/// A message of another type on SCAN is no scan. It is not sent on: a receiver of MR_SCAN could not read it,
-/// and a real laser beside it has its own answers. MR_SCAN_INFO says so, with the arrival as its stamp.
+/// A message of another type on SCAN is not forwarded: receivers of MR_SCAN could not decode it, and a real
+/// laser on the channel gets its own results. MR_SCAN_INFO reports it, with the arrival as its stamp.
 void report_foreign(const TickContext& context, const Message& input) {
   ++context.tally.foreign_scans;
   const Error error{input.channel + ": found " + type_name(input.payload) +
-                    ", expected planar_lidar_t; not sent on. Find who publishes it, or rename the channel"};
+                    ", expected planar_lidar_t; not forwarded. Find its publisher, or rename the channel"};
   refuse(context, error);
   ScanInfo info;
   info.stamp = {input.arrival.ns};

@@ -1,5 +1,5 @@
-// SCAN to MR_SCAN and MR_SCAN_INFO: the world at the scan's own instant, cast beam by beam, injected as
-// promise 1 says.
+// SCAN to MR_SCAN and MR_SCAN_INFO: the world at the scan's stamp, cast beam by beam, injected according to
+// promise 1.
 #pragma once
 
 #include <cstdint>
@@ -22,28 +22,29 @@
 
 namespace parhelion::tick {
 
-/// The newest scan and its answer. The buffers are warm after the first scans.
+/// The newest scan and its result. The buffers keep their capacity after the first scans.
 struct ScanState {
   std::uint64_t sequence = 0;
   Scan real, out;
   bool have_real = false;
   std::vector<float> beam_time;
   std::vector<scan::RangeHit> virtual_hits, building_hits;
-  bool building_cast = false;                    ///< building_hits hold for this scan
-  std::vector<scan::BodyMotion> motions, doors;  ///< what may be injected; what moves of the building
+  bool building_cast = false;                    ///< building_hits are those of this scan
+  std::vector<scan::BodyMotion> motions, doors;  ///< bodies to inject; moving parts of the building
   std::vector<std::int32_t> beam_body;
   WorldSnapshot world_start, world_end;
   ScanInfo info;
   std::vector<std::uint8_t> mr_scan;  ///< encoded
 
   scan::UnexplainedReturns unexplained;
-  std::vector<simulation::RealObstacle> obstacles;  ///< people, for one: what the model does not explain
-  SimulationTime obstacles_seen;                    ///< arrival of the scan that showed them
+  std::vector<simulation::RealObstacle>
+      obstacles;                  ///< real objects that the model does not explain, such as people
+  SimulationTime obstacles_seen;  ///< arrival of the scan that showed them
 
-  std::optional<Scan> line;  ///< of LINES, the newest
+  std::optional<Scan> line;  ///< the newest of LINES
 };
 
-/// What the scan path works on.
+/// Dependencies of the scan path.
 struct ScanPath {
   PoseState& pose;
   ScanState& scan;
@@ -53,15 +54,15 @@ struct ScanPath {
   simulation::Simulation& simulation;
 };
 
-/// In this order: MR_SCAN is computed, the sink gets it, and the server learns from the scan (obstacles that
-/// the model lacks, angles of doors).
+/// Computes MR_SCAN, passes it to the sink, and then uses the scan for the server's own state (obstacles
+/// missing in the model, door angles), in this order.
 void process_scan(const TickContext& context, const Message& input, const ScanPath& path, ScanSink& sink,
                   StageObserver& stages);
 
-/// LINES changes nothing in the tick: the newest is for whoever maps.
+/// LINES does not affect the tick: the newest is kept for the mapper.
 void handle_line(const TickContext& context, const Message& input, ScanState& scan);
 
-/// At each step: obstacles that no scan has shown for a while are gone.
+/// At each step: removes obstacles that no scan has shown for a while.
 void forget_old_obstacles(SimulationTime now, ScanState& scan, simulation::Simulation& simulation);
 
 }  // namespace parhelion::tick

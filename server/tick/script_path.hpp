@@ -1,4 +1,4 @@
-// Scripts that are due: their actions are commands that nobody sent, answered by events only where they fail.
+// Runs scripts that are due: their actions are internal commands, answered by events only on failure.
 #pragma once
 
 #include "server/tick/instructor_path.hpp"
@@ -7,7 +7,7 @@
 
 namespace parhelion::tick {
 
-/// What scripts work on.
+/// Dependencies of scripts.
 struct ScriptPath {
   Scripts& scripts;
   AgentPath agents;

@@ -64,7 +64,7 @@ void Scripts::update(SimulationTime now, const PlaceOf& place_of) {
     if (script.when.kind == Kind::near) update_near(i, now, place_of);
     if (script.when.kind != Kind::time || progress_[i].spent || now < progress_[i].next) continue;
     set_off(i, progress_[i].next, {});
-    // Periods that were skipped are not made up for.
+    // Missed periods are not repeated.
     while (script.repeat && progress_[i].next <= now)
       progress_[i].next = progress_[i].next + seconds(script.when.time);
   }
@@ -108,14 +108,14 @@ bool names_things(EventKind kind) {
 
 Status check_scripts(const Configuration& configuration) {
   const Scenario& scenario = configuration.scenario;
-  if (scenario.scripts.empty() || scenario.mapping) return {};  // a map that grows brings new names
+  if (scenario.scripts.empty() || scenario.mapping) return {};  // a growing map adds new names
   const std::vector<std::string> names = known_names(configuration);
   for (const Script& script : scenario.scripts) {
     if (script.when.kind == Kind::event && !names_things(script.when.event)) continue;
     for (const std::string& name : {script.when.subject, script.when.object}) {
       if (name.empty() || std::find(names.begin(), names.end(), name) != names.end()) continue;
       return Error{"script '" + script.name + "': it waits for '" + name +
-                   "', which nothing in scenario and model is called" + suggestion(name, names)};
+                   "', but nothing in the scenario or the model has this name" + suggestion(name, names)};
     }
   }
   return {};

@@ -1,4 +1,4 @@
-// The scenario's scripts: what sets them off, and which of them are due.
+// The scenario's scripts: their triggers, and which of them are due.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,40 +13,41 @@
 
 namespace parhelion::tick {
 
-/// Deterministic: a function of the events received, and of the instants and places it is asked about.
+/// Deterministic: a function of the received events, and of the instants and positions queried.
 class Scripts {
  public:
-  /// Where somebody is now, map frame; none: nobody of this name is anywhere. kTrainee is asked for as well.
+  /// Current position of a robot or agent, map frame; none: nothing has this name. Queried for kTrainee as
+  /// well.
   using PlaceOf = std::function<std::optional<Eigen::Vector3d>(const std::string& who)>;
   struct Due {
     const Script* script;
-    std::string set_off_by;  ///< whose event or nearness it was; empty: time
+    std::string set_off_by;  ///< source of the triggering event or approach; empty: time
   };
 
   Scripts() = default;
-  /// Times count from `start`; `trainees`: the names that events have for kTrainee.
+  /// Times count from `start`; `trainees`: the names for kTrainee in events.
   Scripts(std::vector<Script> scripts, std::vector<std::string> trainees, SimulationTime start);
 
-  /// Somebody sets it off, even one that has run and runs once. Error: there is none of this name; the
-  /// message says which there are.
+  /// Triggers a script by command, even one that runs once and has run. Error: no script has this name; the
+  /// message lists the known ones.
   Status set_off(const std::string& name, SimulationTime now);
-  /// Every event that is published.
+  /// Call with every published event.
   void handle(const Event& event);
-  /// Once a step: what time and nearness (in the plane) set off. Nearness does so when it begins; it has
-  /// ended when they are kApart farther.
+  /// Once a step: triggers by time and by proximity (in the plane). Proximity triggers when it begins; it
+  /// ends when the distance exceeds the limit by kApart.
   void update(SimulationTime now, const PlaceOf& place_of);
-  /// Those whose actions are due by `now`, in the order of their instants, then of the scenario. What these
-  /// set off is for the next step, and a script that is set off several times for one instant runs once: no
-  /// loop of scripts can hold up a step.
+  /// Scripts with actions due by `now`, ordered by instant, then by the scenario. Scripts that these trigger
+  /// run at the next step, and a script triggered several times for one instant runs once: no loop of scripts
+  /// can block a step.
   std::vector<Due> take_due(SimulationTime now);
 
   static constexpr double kApart = 0.2;  // m
 
  private:
   struct Progress {
-    bool spent = false;   // of one that runs once
-    bool near = false;    // of one about nearness
-    SimulationTime next;  // of one about time
+    bool spent = false;   // of a script that runs once
+    bool near = false;    // of a proximity trigger
+    SimulationTime next;  // of a time trigger
   };
   struct Pending {
     SimulationTime at;
@@ -65,7 +66,7 @@ class Scripts {
 
 struct Configuration;
 
-/// Names that no trigger will ever meet. Error: the script, the name, and the nearest that is known.
+/// Checks trigger names. Error: the script, the name that can never match, and the nearest known one.
 Status check_scripts(const Configuration& configuration);
 
 }  // namespace parhelion::tick

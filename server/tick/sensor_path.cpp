@@ -14,19 +14,19 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double robot_rate = 1;  // Hz; whoever starts later waits no longer for the description
+constexpr double robot_rate = 1;  // Hz, so that a late receiver soon gets the description
 constexpr double imu_rate = 100;
 constexpr double joint_rate = 30;
 constexpr double bumper_rate = 10;  // and at each change
 constexpr double odometry_rate = 50;
 constexpr double pose_rate = 50;
-constexpr double scan_rate = 10;    // of a laser whose description says none
-constexpr double camera_rate = 15;  // of a camera, the same
-// What is known exactly is published as known to a millimetre: no covariance may be singular.
+constexpr double scan_rate = 10;    // of a laser whose description gives none
+constexpr double camera_rate = 15;  // of a camera whose description gives none
+// Covariances of exact values: small, but never singular.
 constexpr double exact_position = 1e-3;  // m
 constexpr double exact_angle = 1e-4;     // rad
 
-/// Publishes the payload of sensors.message on that channel, too.
+/// Also publishes the payload of sensors.message on channel `name`.
 const Message& publish_again(const TickContext& context, const char* name, SimulatedSensors& sensors) {
   Message& message = sensors.message;
   message.channel = context.configuration.channels.bus(name);
@@ -34,7 +34,8 @@ const Message& publish_again(const TickContext& context, const char* name, Simul
   return message;
 }
 
-/// What is returned is to be handled as if a real robot had sent it, where the server takes such messages in.
+/// Encodes and publishes a message; the result is to be handled as if a real robot had sent it, if the server
+/// takes such messages as input.
 template <class T>
 const Message& publish(const TickContext& context, const char* name, const T& item,
                        SimulatedSensors& sensors) {
@@ -59,7 +60,7 @@ void publish_joints(const TickContext& context, const simulation::RobotMotion& m
   handle_joint_state(context, publish(context, channel::joint_state, joints, path.sensors), path.pose);
 }
 
-/// Positions: 1 of a bumper that touches something, else 0.
+/// Positions: 1 for a bumper in contact, else 0.
 void publish_bumpers(const TickContext& context, const simulation::RobotMotion& motion,
                      SimulatedSensors& sensors) {
   sensors.touching = motion.touching;
@@ -80,7 +81,7 @@ void publish_odometry(const TickContext& context, const simulation::RobotMotion&
   handle_odometry(context, publish(context, channel::odometry, odometry, path.sensors), path.pose);
 }
 
-/// POSE_COV for the server, as a localization would give it, and POSE for others.
+/// Publishes POSE_COV for the server, like a localization, and POSE for others.
 void publish_pose(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
   PoseEstimate estimate;
   estimate.stamp = {context.now.ns};
@@ -103,8 +104,7 @@ void publish_pose(const TickContext& context, const simulation::RobotMotion& mot
   publish(context, channel::pose, pose, path.sensors);
 }
 
-/// MR_SCAN_INFO: whose body each beam hit, of what was drawn into the site, as in a scan that was injected
-/// into.
+/// MR_SCAN_INFO: the drawn body hit by each beam, as in an injected scan.
 void name_hits(const LaserState& lasers, ScanInfo& info) {
   const LaserScratch& laser = lasers.scratch.front();
   const SweptWorld& sweep = lasers.sweeps[lasers.jobs.front().sweep];
@@ -121,7 +121,7 @@ void name_hits(const LaserState& lasers, ScanInfo& info) {
   }
 }
 
-/// A simulated laser sees the agents itself: there is nothing to inject, and MR_SCAN is SCAN.
+/// A simulated laser measures the agents directly: nothing is injected, and MR_SCAN is SCAN.
 void publish_scan(const TickContext& context, const simulation::RobotMotion& motion, const SensorPath& path) {
   SimulatedSensors& sensors = path.sensors;
   sensors.laser.stamp = context.now;

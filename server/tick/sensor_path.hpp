@@ -1,4 +1,4 @@
-// The sensors of the trainee's robot where that is simulated (levels 1 and 2).
+// The sensors of the trainee's simulated robot (levels 1 and 2).
 #pragma once
 
 #include <cstdint>
@@ -34,21 +34,21 @@ struct SimulatedSensors {
 
   SimulationTime start;
   Cadence robot, imu_clock, joints_clock, bumper_clock, odometry_clock, pose_clock, scan_clock;
-  std::optional<Cadence> camera_clock;  ///< of whatever camera it has; none: it has no camera
-  std::optional<Cadence> depth_clock;   ///< among the camera's; none: it has no depth camera
+  std::optional<Cadence> camera_clock;  ///< of either kind of camera; none: it has no camera
+  std::optional<Cadence> depth_clock;   ///< none: it has no depth camera
   WheelOdometry odometry;
   std::optional<ImuModel> imu;
   std::uint32_t imu_epoch = 0;
-  std::vector<std::string> bumpers;   ///< links, as the model lists them
-  std::vector<std::string> touching;  ///< of the last BUMPER
-  simulation::LaserRequest laser;     ///< what stays the same from scan to scan
-  Percentiles slam_error_um;          ///< of POSE_COV in the plane, against where the robot was
+  std::vector<std::string> bumpers;   ///< links, in the model's order
+  std::vector<std::string> touching;  ///< in the last BUMPER
+  simulation::LaserRequest laser;     ///< the part that is constant from scan to scan
+  Percentiles slam_error_um;          ///< of POSE_COV in the plane, against the true position
   Joints joints;                      // scratch
   WorldSnapshot truth;                // scratch
-  Message message;                    // scratch: the newest that was sent
+  Message message;                    // scratch: the newest published
 };
 
-/// What the simulated sensors work on.
+/// Dependencies of the simulated sensors.
 struct SensorPath {
   SimulatedSensors& sensors;
   PoseState& pose;
@@ -61,24 +61,24 @@ struct SensorPath {
   simulation::Simulation& simulation;
 };
 
-/// What the sensors measure at the newest step: outputs that are handled at once, as a real robot's are when
-/// they arrive.
+/// Publishes the measurements of the newest step. They are outputs that are also handled at once as inputs,
+/// like messages arriving from a real robot.
 void publish_sensors(const TickContext& context, const SensorPath& path);
 
-/// The trainee's robot into the simulation, with its sensors. Null at level 3.
+/// Spawns the trainee's robot in the simulation, with its sensors. Null at level 3.
 Result<std::unique_ptr<SimulatedSensors>> spawn_trainee(const Configuration& configuration,
                                                         simulation::Simulation& simulation);
 
-/// SLAM's estimate of the simulated robot's pose. A map that is still being built has no id, and is the
-/// model's as far as SLAM began where the robot did: the estimate gets that. Its error goes into
-/// slam_error_um.
+/// Checks SLAM's pose estimate of the simulated robot. A map still being built has no id; it matches the
+/// model because SLAM started at the robot's start, so the estimate gets the model's id. The error is added
+/// to slam_error_um.
 void check_slam_estimate(const Configuration& configuration, const SiteState& site,
                          const simulation::Simulation& simulation, SimulatedSensors& sensors,
                          PoseEstimate& estimate);
-/// For the report; empty where the pose is not SLAM's. `sensors`: null at level 3.
+/// Text for the report; empty where the pose is not from SLAM. `sensors`: null at level 3.
 std::string slam_note(const SimulatedSensors* sensors);
 
-/// The trainee's simulated robot as agents must reckon with it; nullopt at level 3.
+/// The trainee's simulated robot as an obstacle for agents; nullopt at level 3.
 std::optional<simulation::RealRobotState> trainee_state(const Configuration& configuration,
                                                         const simulation::Simulation& simulation);
 

@@ -1,4 +1,4 @@
-// The cameras of simulated robots: jobs for the render thread.
+// The cameras of simulated robots: creates jobs for the render thread.
 #pragma once
 
 #include <memory>
@@ -13,11 +13,11 @@
 
 namespace parhelion::tick {
 
-/// How a head that a sensor sits on is turned in a simulated robot's joints. Error: it lacks one of them.
+/// Pose change of a movable sensor head from a simulated robot's joints. Error: one of the joints is missing.
 Result<Transform<Base, Base>> simulated_head(const std::vector<HeadJoint>& head, const Joints& joints);
 
-/// Of the trainee's simulated robot at the newest step: camera and depth camera at once, where both are due.
-/// The colour of a point and its depth are of one instant.
+/// Captures the trainee's simulated robot's images at the newest step: camera and depth camera together,
+/// where both are due, so that colour and depth have one stamp.
 void capture_images(const TickContext& context, const simulation::RobotMotion& motion,
                     const simulation::Simulation& simulation, const SiteState& site,
                     SimulatedSensors& sensors, CameraState& camera);

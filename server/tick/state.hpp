@@ -1,5 +1,5 @@
-// All that changes while the server runs. Owned by the loop, touched by the tick alone. Each path has its own
-// part, declared in the path's header; what a path works on beside it is in its <Name>Path struct.
+// All state that changes while the server runs. Owned by the loop, modified only by the tick. Each path has
+// its own part, declared in the path's header; its further dependencies are in its <Name>Path struct.
 #pragma once
 
 #include <memory>
@@ -32,7 +32,7 @@
 
 namespace parhelion::tick {
 
-/// One robot that is not an agent: real, or the trainee's simulated one.
+/// A robot that is not an agent: real, or the trainee's simulated one.
 struct RobotState {
   explicit RobotState(const Configuration& configuration);
 
@@ -42,7 +42,7 @@ struct RobotState {
   InjectionState injection;
   CameraState camera;
   CommandState command;
-  std::unique_ptr<SimulatedSensors> sensors;  ///< null: it is real
+  std::unique_ptr<SimulatedSensors> sensors;  ///< null: a real robot
 };
 
 struct State {
@@ -50,7 +50,7 @@ struct State {
         std::unique_ptr<Executor> executor);
 
   simulation::Simulation simulation;
-  std::vector<RobotState> robots;  ///< one, until a scenario can name several
+  std::vector<RobotState> robots;  ///< one; scenarios cannot name several yet
   SiteState site;
   DoorTracker doors;
   LaserState lasers;
@@ -72,13 +72,12 @@ struct State {
   AgentPath agent_path(RobotState& robot);
   InstructorPath instructor_path(RobotState& robot);
   ScriptPath script_path(RobotState& robot);
-  SensorPath sensor_path(RobotState& robot);  ///< of a robot that is simulated
+  SensorPath sensor_path(RobotState& robot);  ///< of a simulated robot
 };
 
-/// The world before the first input, its physics clock set to `start`, with the scenario's agents in it.
-/// `executor`: casts agents' lasers; what it makes is the same for any size. `solve_all`: SimulationOptions';
-/// for comparisons, as no session log records it. Whether the machine has the memory for the agents is not
-/// asked.
+/// The state before the first input, with the physics clock at `start` and the scenario's agents. `executor`:
+/// casts agents' lasers; results do not depend on its size. `solve_all`: see SimulationOptions; for
+/// comparisons, as no session log records it. Does not check whether memory suffices for the agents.
 Result<std::unique_ptr<State>> make_state(
     const Configuration& configuration, ArrivalTime start,
     std::unique_ptr<Executor> executor = std::make_unique<SerialExecutor>(), bool solve_all = false);

@@ -1,4 +1,4 @@
-// Counts that the report is made of.
+// Counts for the report.
 #pragma once
 
 #include <array>
@@ -11,15 +11,15 @@
 
 namespace parhelion::tick {
 
-/// Why a scan went out as it came in.
+/// Why a scan was published unchanged.
 enum class Degraded : std::uint8_t {
   no,
-  pose,        ///< the pose track has none; the reason names why
+  pose,        ///< the pose track has none; the reason gives the cause
   error,       ///< predicted error above the scenario's limit for every agent in range
   clock,       ///< the stamp disagrees with the robot's clock
-  history,     ///< the world at the stamp is no longer, or not yet, known
-  unreadable,  ///< it claims to be a scan, and cannot be decoded
-  guard,       ///< no answer in time
+  history,     ///< the history does not cover the stamp, or not yet
+  unreadable,  ///< labelled a scan, but cannot be decoded
+  guard,       ///< no result in time
   fault,       ///< a broken invariant; the text names it
 };
 constexpr std::size_t degraded_kinds = 8;
@@ -27,9 +27,8 @@ const char* to_string(Degraded why);
 
 struct Tally {
   std::uint64_t scans_in = 0, scans_out = 0;
-  std::uint64_t scans_left_out = 0;  ///< of these, went out as they came and are not in the session log
-  std::uint64_t foreign_scans =
-      0;  ///< messages on SCAN that are of another type: not sent on, not in scans_in
+  std::uint64_t scans_left_out = 0;  ///< of these, published unchanged and missing in the session log
+  std::uint64_t foreign_scans = 0;   ///< messages on SCAN of another type: not forwarded, not in scans_in
   std::array<std::uint64_t, degraded_kinds> scans_degraded{};
   std::uint64_t beams_total = 0, beams_replaced = 0;
   std::uint64_t frames_in = 0, frames_out = 0, frames_composited = 0;
@@ -38,7 +37,7 @@ struct Tally {
   std::string last_refusal;
   std::array<std::uint64_t, static_cast<std::size_t>(kLastEventKind) + 1> events{};  ///< by EventKind
   Percentiles pose_age_us;
-  Percentiles slam_us;                              ///< POSE_COV's time of its own step
+  Percentiles slam_us;                              ///< SLAM's own step times from POSE_COV
   std::optional<double> radio_power, battery_left;  ///< of the trainee's simulated robot (SupplyState)
 };
 

@@ -8,8 +8,8 @@
 namespace parhelion::tick {
 namespace {
 
-/// Of the steps due by then the newest is done, the `count` before it are skipped, and all earlier ones are
-/// done first: a live server did those on its timer, which no log shows.
+/// Does the newest step due by then, skips the `count` before it, and first does all earlier ones, which a
+/// live server did on its timer without a log entry.
 void skip_steps(const Configuration& configuration, const Message& input, std::uint64_t count, State& state,
                 Outputs& outputs, StageObserver& stages) {
   const SimulationTime until = simulation_time(input.arrival);
@@ -21,7 +21,7 @@ void skip_steps(const Configuration& configuration, const Message& input, std::u
   state.simulation.skip(std::min(count, state.simulation.steps_due(until)));
 }
 
-/// LOOP: what only wall time could decide in a live server is decided in the same way again.
+/// LOOP: repeats a live server's decision that depended on wall time.
 void apply_loop_record(const Configuration& configuration, const Message& input, State& state,
                        Outputs& outputs, StageObserver& stages) {
   const TickContext context = state.context(configuration, simulation_time(input.arrival), outputs);
@@ -29,12 +29,12 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
   if (const Status read = decode(input.channel, input.payload, decision); !read)
     return refuse(context, read.error());
   using Kind = LoopDecision::Kind;
-  // Notes on an answer, read ahead by who replays. The live server did no step for them, and might skip the
+  // Annotations of a result, read ahead by replay. The live server did no step for them, and might skip the
   // steps that were due by then.
   if (decision.kind == Kind::guard_fired || decision.kind == Kind::frame_dropped) return;
   const auto count = static_cast<std::uint64_t>(decision.count);
   if (decision.kind == Kind::steps_skipped) skip_steps(configuration, input, count, state, outputs, stages);
-  // Steps until then know nothing of it: a live server did some of them on its timer, before it decided.
+  // Earlier steps are independent of the decision: a live server did some of them on its timer before it.
   advance(configuration, input.arrival, state, outputs, stages);
   switch (decision.kind) {
     case Kind::scans_left_out:
@@ -55,7 +55,7 @@ void apply_loop_record(const Configuration& configuration, const Message& input,
   }
 }
 
-/// To the path of its kind. `agent`: of agent_teleop.
+/// Passes the input to the path of its kind. `agent`: for agent_teleop.
 void handle_input(const TickContext& context, InputKind kind, std::string_view agent, const Message& input,
                   State& state, ScanSink& sink, StageObserver& stages) {
   RobotState& robot = state.robot(context.configuration.robot.name);
@@ -93,7 +93,7 @@ void handle_input(const TickContext& context, InputKind kind, std::string_view a
     case InputKind::model:
       return handle_model(context, input, state.site, state.doors, state.simulation);
     case InputKind::robot:  // read before the session started; a change needs a new session
-    case InputKind::loop:   // by tick()
+    case InputKind::loop:   // handled by tick()
     case InputKind::none:
       return;
   }

@@ -1,4 +1,4 @@
-// What every path is handed beside the state that it works on.
+// Common arguments of every path, beside its own state.
 #pragma once
 
 #include "protocols/event.hpp"
@@ -12,7 +12,7 @@ namespace parhelion::tick {
 class Scripts;
 struct LiveGrading;
 
-/// What an event leads to within the tick.
+/// Receivers of an event within the tick.
 struct EventListeners {
   Scripts& scripts;
   LiveGrading* grading;  ///< null: the scenario has no training
@@ -29,7 +29,7 @@ struct TickContext {
 /// Publishes an event on MR_EVENTS. Scripts and the grader receive it too.
 void publish_event(const TickContext& context, const Event& event);
 
-/// Counts a message that was not understood, or not allowed.
+/// Counts a message that could not be decoded or is not allowed.
 void refuse(const TickContext& context, const Error& error);
 
 }  // namespace parhelion::tick

@@ -8,7 +8,7 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr std::uint64_t errors_stream = 0x6F646F65ULL << 32;  // apart from all other draws of a seed
+constexpr std::uint64_t errors_stream = 0x6F646F65ULL << 32;  // independent of all other draws of a seed
 constexpr std::uint64_t noise_stream = 0x6F646F6EULL << 32;
 
 }  // namespace
@@ -16,10 +16,10 @@ constexpr std::uint64_t noise_stream = 0x6F646F6EULL << 32;
 WheelOdometryErrors draw_wheel_errors(std::uint64_t seed, double translation, double rotation, double track) {
   const scan::NoiseKey key{seed, errors_stream};
   WheelOdometryErrors errors;
-  // A share of the error per metre is systematic, and as large a one is noise.
+  // One part of the error per metre is systematic, and an equal part is noise.
   const double share = translation / std::sqrt(2.0);
   const double both = share * scan::standard_normal(key, 0);
-  // The difference of the sides turns by difference / track on a straight metre: a tenth of it is plenty.
+  // A difference of the sides turns the robot by difference / track per metre: a tenth is realistic.
   const double apart = 0.1 * translation * track * scan::standard_normal(key, 1);
   errors.left = both - apart / 2;
   errors.right = both + apart / 2;
@@ -57,7 +57,7 @@ Odometry WheelOdometry::add(SensorTime stamp, double left, double right, std::ui
   ++samples_;
   const double l = advance(left_, left, errors_.left, 0), r = advance(right_, right, errors_.right, 1);
   const double turned = (r - l) / (track_ * (1 + errors_.track)), driven = (l + r) / 2;
-  // Chord of the arc: sin(a) / a of half the angle, by its series where that would cancel.
+  // Chord of the arc: sin(a) / a of half the angle, as a series where that would cancel.
   const double half = turned / 2;
   const double chord = driven * (std::abs(half) < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half);
   x_ += chord * std::cos(yaw_ + half);

@@ -10,10 +10,10 @@
 namespace parhelion::tick {
 namespace {
 
-constexpr double world_rate = 30;   // Hz of MR_WORLD: what a page draws and a grader needs
+constexpr double world_rate = 30;   // Hz of MR_WORLD, enough for display and grading
 constexpr double hazard_rate = 10;  // Hz of HAZARD
 
-/// How many steps there are from one message to the next.
+/// Steps from one message to the next.
 double steps_between(const Configuration& configuration, double rate) {
   return std::max(1.0, std::round(configuration.scenario.physics_rate / rate));
 }
@@ -51,7 +51,7 @@ void publish_world(const TickContext& context, const simulation::Simulation& sim
   message.attitude_known = now.attitude_known;
   message.bodies.clear();
   for_each_body(now, [&](const BodyDefinition& definition, const BodyState& body) {
-    // In the model, which MR_SESSION embeds, but for doors that need not stand as it draws them.
+    // Bodies in the model are not sent, as MR_SESSION embeds it; except doors, which may have moved.
     if (definition.owner == BodyOwner::building && !(definition.moves && body.known)) return;
     const auto kind = world.kinds.find(definition.entity);
     message.bodies.push_back({definition.entity, definition.part,

@@ -1,4 +1,4 @@
-// What the simulation made of a step, to MR_EVENTS, MR_WORLD and HAZARD.
+// Publishes the results of a simulation step on MR_EVENTS, MR_WORLD and HAZARD.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,22 @@
 
 namespace parhelion::tick {
 
-/// Of each agent, and of the trainee's simulated robot, by name.
+/// Kinds of the agents and of the trainee's simulated robot, by name.
 using AgentKinds = std::map<std::string, AgentKind>;
 
 struct WorldState {
   AgentKinds kinds;
-  std::uint64_t steps = 0;            ///< done since the start
-  std::uint64_t scene_published = 0;  ///< version of the scene in the last MR_WORLD
+  std::uint64_t steps = 0;            ///< since the start
+  std::uint64_t scene_published = 0;  ///< scene version in the last MR_WORLD
   HazardResponse hazard_sensor;
   WorldSnapshot snapshot;  ///< scratch
   WorldMessage message;    ///< scratch
 };
 
 void publish_simulation_events(const TickContext& context, simulation::Simulation& simulation);
-/// MR_WORLD, 30 times a second and at each change of the scene; the grader gets it too.
+/// Publishes MR_WORLD 30 times a second and at each change of the scene; the grader receives it too.
 void publish_world(const TickContext& context, const simulation::Simulation& simulation, WorldState& world);
-/// HAZARD, and radio and battery for MR_STATUS, ten times a second. `clock`: the robot's.
+/// Publishes HAZARD, and radio and battery for MR_STATUS, ten times a second. `clock`: the robot's.
 void publish_hazards(const TickContext& context, const ClockOffset& clock, simulation::Simulation& simulation,
                      WorldState& world);
 

@@ -28,7 +28,7 @@ std::string duration_text(const Condition& condition) {
   return condition.duration > 0 ? " for " + time_text(condition.duration) : "";
 }
 
-/// Passed too near, or turned away from at the last moment (server/simulation/near_miss.hpp).
+/// Text of a near miss by distance or by time (server/simulation/near_miss.hpp).
 std::string near_miss_words(const Condition& condition) {
   const std::string whom = condition.object.empty() ? "anything" : condition.object;
   const bool by_gap = condition.text == "gap", by_time = condition.text == "time";
@@ -132,7 +132,7 @@ std::string scale_text(const Training& training) {
   double most = 0;
   for (const Task& task : training.tasks) most += task.points;
   std::string text = number("Points: %g for all tasks, less penalties", most);
-  if (training.pass_mark > 0) text += number("; passed from %g %%", 100 * training.pass_mark);
+  if (training.pass_mark > 0) text += number("; passed with %g %% or more", 100 * training.pass_mark);
   text += ".\n";
   for (const GradeStep& step : training.grades)
     text += "  grade " + step.name + number(" from %g %%\n", 100 * step.from);
@@ -154,7 +154,7 @@ std::string briefing(const Scenario& scenario, const std::string& robot) {
   std::string text = (scenario.name.empty() ? "Training" : scenario.name) + " (level " +
                      std::to_string(scenario.level) + "), with " + robot + "\n";
   if (!training.text.empty()) text += training.text + "\n";
-  if (training.limit) text += "Time: " + time_text(*training.limit) + " for the whole.\n";
+  if (training.limit) text += "Time: " + time_text(*training.limit) + " in total.\n";
   text += training.in_order ? "Tasks, one after the other:\n" : "Tasks, in any order:\n";
   for (std::size_t i = 0; i < training.tasks.size(); ++i) text += task_text(training.tasks[i], i + 1);
   text += scale_text(training);

@@ -1,4 +1,4 @@
-// What a trainee is told before the start, made from the scenario.
+// The trainee's briefing before the start, generated from the scenario.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace parhelion::training {
 
-/// In words: "pass door 1 without collision_started of door 1, within 20 s".
+/// As text: "pass door 1 without collision_started of door 1, within 20 s".
 std::string condition_text(const Condition& condition);
 
-/// The task, what it is done with, the time, each task with its points, the scale, each penalty, and what was
-/// drawn of ranges. Lessons are not told: what goes wrong is for the trainee to notice. `robot`: the name of
-/// the one that is graded. Empty where the scenario has no training.
+/// The task, the robot, the time, each task with its points, the scale, each penalty, and the values drawn
+/// from ranges. Faults are not mentioned: the trainee is to notice them. `robot`: name of the graded robot.
+/// Empty if the scenario has no training.
 std::string briefing(const Scenario& scenario, const std::string& robot);
 
 }  // namespace parhelion::training

@@ -13,7 +13,7 @@ bool is_contact(EventKind kind) {
          kind == EventKind::collision_stopped;
 }
 
-/// A contact is of both, and a hazard is set off by whom its event names second.
+/// Events for which subject and object are equivalent here: contacts, and hazards set off by the object.
 bool is_of_both(EventKind kind) { return is_contact(kind) || kind == EventKind::hazard_set_off; }
 
 bool matches(const Condition& condition, const Event& event, const std::string& robot) {
@@ -30,13 +30,13 @@ bool matches(const Condition& condition, const Event& event, const std::string& 
          (!condition.most || event.value <= *condition.most);
 }
 
-/// The event that a handling condition is about.
+/// The event type of a handling condition.
 EventKind handled(Condition::Kind kind) {
   if (kind == Condition::Kind::grip) return EventKind::gripped;
   return kind == Condition::Kind::lift ? EventKind::lifted : EventKind::placed;
 }
 
-/// How much there is of what has an amount; none: the robot is not there.
+/// Current value of a threshold condition; none: the robot is not present.
 std::optional<double> amount_of(Condition::Kind kind, const Surroundings& around) {
   const auto motion = around.motion();
   if (!motion) return std::nullopt;
@@ -137,11 +137,11 @@ Verdict ConditionWatch::judge_event(const Moment& moment) {
   return count(*moment.event);
 }
 
-/// Once too near it has failed; the time counts from when it began to be looked at.
+/// Fails at the first violation; time counts from the start of the watch.
 Verdict ConditionWatch::judge_avoid(const Moment& moment) {
   Condition touch;
   touch.object = condition_->target;
-  // One that touched already when this began starts no collision any more.
+  // A contact that exists at the start does not start again.
   if (moment.event && moment.event->kind == EventKind::collision_continued) touch.event = moment.event->kind;
   const bool touched = moment.event && matches(touch, *moment.event, moment.around.robot());
   if (touched) cause_ = *moment.event;
@@ -153,7 +153,7 @@ Verdict ConditionWatch::judge_avoid(const Moment& moment) {
 
 Verdict ConditionWatch::judge_report(const Moment& moment) {
   const Event* event = moment.event;
-  // The trainee's word, whichever robot is graded.
+  // Reported by the trainee, whichever robot is graded.
   if (!event || event->kind != EventKind::object_reported || event->object != condition_->target)
     return Verdict::open;
   if (condition_->distance > 0 && !(event->value >= 0 && event->value <= condition_->distance))
@@ -202,7 +202,8 @@ Verdict ConditionWatch::judge_parts(const Moment& moment) {
   return failed >= (all ? 1 : parts_.size()) ? Verdict::failed : Verdict::open;
 }
 
-/// Each is watched from the instant at which the one before held; what ended one does not begin the next.
+/// Each part is watched from the instant at which the previous one held; its final event does not start the
+/// next.
 Verdict ConditionWatch::judge_order(const Moment& moment) {
   const Verdict verdict = parts_.front().look(moment);
   if (verdict != Verdict::open && parts_.front().cause()) cause_ = parts_.front().cause();

@@ -1,4 +1,4 @@
-// One condition, watched from an instant on.
+// Evaluates one condition from an instant on.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace parhelion::training {
 
-/// One step of what was recorded: an event, or (event: nullptr) a new state of the world. The surroundings
-/// have taken it already. Stamps do not go back.
+/// One step of the recording: an event, or (event: nullptr) a new state of the world. The surroundings have
+/// already processed it. Stamps do not decrease.
 struct Moment {
   SimulationTime stamp;
   const Event* event = nullptr;
@@ -20,16 +20,16 @@ struct Moment {
 
 enum class Verdict : std::uint8_t { open, held, failed };
 
-/// `condition` must outlive it. What is flagged unsensed is nothing to a condition about events, and nobody
-/// virtual is near while injection is degraded: nothing is scored that the trainee could not see coming.
+/// `condition` must outlive it. Events flagged unsensed do not count, and no virtual agent is near while
+/// injection is degraded: only what the trainee could see is scored.
 class ConditionWatch {
  public:
-  /// `anew`: where things are so already at the beginning, they must first have been otherwise.
+  /// `anew`: a condition that already holds at the beginning must first become false.
   ConditionWatch(const Condition& condition, SimulationTime begin, bool anew = false);
 
-  /// Once held or failed it stays so.
+  /// Once held or failed, the verdict is final.
   Verdict look(const Moment& moment);
-  /// The newest event that counted; none: the world's state alone decided.
+  /// The newest event that counted; none: only the world's state decided.
   const std::optional<Event>& cause() const { return cause_; }
 
  private:
@@ -46,13 +46,13 @@ class ConditionWatch {
 
   const Condition* condition_;
   SimulationTime begin_;
-  bool spent_ = false;  // it is so since before it counted
+  bool spent_ = false;  // holds since before it counted
   Verdict verdict_ = Verdict::open;
   std::optional<Event> cause_;
   std::uint64_t seen_ = 0;
   std::optional<double> came_from_;      // side of the door, m along its normal
-  std::optional<SimulationTime> since_;  // when what has to last began
-  std::vector<ConditionWatch> parts_;    // of `then` the one that is watched now
+  std::optional<SimulationTime> since_;  // start of a condition with a duration
+  std::vector<ConditionWatch> parts_;    // of `then`, the one watched now
   std::size_t part_ = 0;
   std::vector<ConditionWatch> never_;
 };

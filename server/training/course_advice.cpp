@@ -13,7 +13,7 @@ Result<std::vector<TaskOffer>> course_tasks(const Course& course) {
     const auto scenario = load_scenario(programme.scenario);
     if (!scenario) return scenario.error();
     if (!scenario->training)
-      return Error{programme.scenario + ": says nothing of training; a course's programmes do"};
+      return Error{programme.scenario + ": has no 'training', which each programme of a course needs"};
     for (const Task& task : scenario->training->tasks) {
       offers.push_back({scenario->name, task.name, task.skills, scenario->level, 0});
       skilled = skilled || !task.skills.empty();

@@ -1,4 +1,4 @@
-// Fields of CSV as RFC 4180 has them.
+// CSV fields according to RFC 4180.
 #pragma once
 
 #include <charconv>
@@ -13,7 +13,7 @@ inline std::string csv_field(const std::string& text) {
   return quoted + "\"";
 }
 
-/// The shortest that reads back to the same bits.
+/// The shortest text that converts back to the same bits.
 template <class Number>
 std::string csv_number(Number number) {
   char text[40];

@@ -22,25 +22,24 @@ using Prepared = std::unique_ptr<sqlite3_stmt, Finalize>;
 std::string advice(int code, const char* message) {
   switch (code & 0xff) {
     case SQLITE_FULL:
-      return "the disk is full; nothing of this was stored, what was there before is unharmed: make room and "
+      return "the disk is full; nothing was stored, earlier content is intact: free space and "
              "try again";
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      return "another program has been using it for too long; nothing of this was stored: try again";
+      return "another program used it for too long; nothing was stored: try again";
     case SQLITE_NOTADB:
-      return "is no SQLite database; expected the records of trainees, as 'parhelion records add' begins "
-             "them";
+      return "is not an SQLite database; expected the records of trainees, as 'parhelion records add' "
+             "creates them";
     case SQLITE_CORRUPT:
       return std::string("is damaged (") + message + "): restore a copy of it";
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_AUTH:
-      return "must not be written: look at the permissions of the file and its folder";
+      return "is not writable: check the permissions of the file and its folder";
     case SQLITE_CANTOPEN:
-      return std::string("cannot be opened (") + message + "): look at the folder and its permissions";
+      return std::string("cannot be opened (") + message + "): check the folder and its permissions";
     case SQLITE_IOERR:
-      return std::string("cannot be read or written (") + message +
-             "); nothing of this was stored: look at the disk";
+      return std::string("cannot be read or written (") + message + "); nothing was stored: check the disk";
     default:
       return message;
   }
@@ -55,7 +54,7 @@ int bind(sqlite3_stmt* statement, int index, const SqlValue& value) {
   return sqlite3_bind_null(statement, index);
 }
 
-/// So that the file is never readable by others, not even for an instant.
+/// Restricts access at creation, so that the file is never readable by others.
 Status make_private(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (file < 0) return Error{path + ": cannot be made: " + std::strerror(errno)};
@@ -111,7 +110,7 @@ Database::~Database() = default;
 
 Result<Database> Database::open(const std::string& path, bool create, int patience_ms) {
   if (!create && access(path.c_str(), F_OK) != 0)
-    return Error{path + ": there are no records; begin them with 'parhelion records add NAME'"};
+    return Error{path + ": there are no records; create them with 'parhelion records add NAME'"};
   if (create)
     if (const Status made = make_private(path); !made) return made.error();
   auto state = std::make_unique<State>();
@@ -136,7 +135,7 @@ Status Database::write_ahead() {
     return Status();
   });
   if (set && mode != "wal")
-    return Error{path() + ": its file system allows no write-ahead log; put it on a local disk"};
+    return Error{path() + ": its file system does not support a write-ahead log; put it on a local disk"};
   return set;
 }
 
@@ -184,7 +183,7 @@ Status Database::transaction(const char* begin, const std::function<Status()>& w
   if (const Status begun = run(begin); !begun) return begun;
   Status done = work();
   if (done) done = run("COMMIT");
-  // A full disk may have rolled back by itself.
+  // On a full disk SQLite may have rolled back already.
   if (!done && sqlite3_get_autocommit(state_->handle) == 0) std::ignore = run("ROLLBACK");
   return done;
 }
@@ -195,7 +194,7 @@ Status Database::empty_log() {
   const auto busy = number("PRAGMA wal_checkpoint(TRUNCATE)");
   if (!busy) return busy.error();
   if (busy->value_or(0) != 0)
-    return Error{path() + ": another program is reading, so that the old is still in " + path() + "-wal"};
+    return Error{path() + ": another program is reading, so the old content is still in " + path() + "-wal"};
   return {};
 }
 

@@ -1,4 +1,4 @@
-// One SQLite database. Only database.cpp knows SQLite.
+// An SQLite database. Only database.cpp uses SQLite.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace parhelion::training {
 
-/// What a column holds; monostate: NULL.
+/// Value of a column; monostate: NULL.
 using SqlValue = std::variant<std::monostate, std::int64_t, double, std::string>;
 
 template <class T>
@@ -21,7 +21,7 @@ SqlValue sql_or_null(const std::optional<T>& value) {
   return value ? SqlValue(*value) : SqlValue();
 }
 
-/// The row that a query is at; columns count from 0. NULL reads as 0 and as an empty text.
+/// The current row of a query; columns count from 0. NULL reads as 0 and as an empty text.
 class SqlRow {
  public:
   explicit SqlRow(void* statement) : statement_(statement) {}
@@ -34,37 +34,38 @@ class SqlRow {
   void* statement_;
 };
 
-/// synchronous=FULL: with the write-ahead log a write() that returned outlives kill -9 and a power cut.
-/// Deleted content is overwritten with zeros. Others that write at the same time are waited for, for
-/// `patience`. Not for two threads at once. Every Error names the file and says what to do.
+/// synchronous=FULL: with the write-ahead log, a completed write() survives kill -9 and a power cut. Deleted
+/// content is overwritten with zeros. Waits up to `patience` for concurrent writers. Not thread-safe. Every
+/// Error names the file and a remedy.
 class Database {
  public:
-  /// A file that is made is its owner's alone (0600).
+  /// A created file is accessible only to its owner (0600).
   static Result<Database> open(const std::string& path, bool create, int patience_ms);
   Database(Database&&) noexcept;
   Database& operator=(Database&&) noexcept;
   ~Database();
 
   const std::string& path() const;
-  /// Turns the write-ahead log on, which stays on in the file.
+  /// Enables the write-ahead log; the setting is stored in the file.
   Status write_ahead();
   /// Several statements without values: schemas and pragmas.
   Status execute(const char* script);
-  /// One statement, prepared once and kept; each `?` takes one value.
+  /// One statement, prepared once and cached; each `?` takes one value.
   Status run(const std::string& sql, const std::vector<SqlValue>& values = {});
-  /// Calls `take` for each row until it fails. `take` may query, but not with the same text.
+  /// Calls `take` for each row until it fails. `take` may run queries, but not with the same text.
   Status each(const std::string& sql, const std::vector<SqlValue>& values,
               const std::function<Status(const SqlRow&)>& take);
   /// The first column of the first row as a number; nullopt: there is no row.
   Result<std::optional<std::int64_t>> number(const std::string& sql,
                                              const std::vector<SqlValue>& values = {});
-  /// All that `work` writes, or where it fails nothing. Within another write() it is a part of that one.
+  /// Transaction: all writes of `work`, or none if it fails. Nested in another write() it is part of that
+  /// one.
   Status write(const std::function<Status()>& work);
-  /// All queries of `work` see the same state, whatever others write meanwhile.
+  /// All queries of `work` see the same state, despite concurrent writers.
   Status read(const std::function<Status()>& work);
-  /// The id that the newest insert was given.
+  /// The row id of the newest insert.
   std::int64_t inserted_id() const;
-  /// Moves everything from the write-ahead log to the database and empties it. Error: another program reads.
+  /// Moves all of the write-ahead log into the database and empties it. Error: another program is reading.
   Status empty_log();
 
  private:

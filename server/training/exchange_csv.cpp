@@ -1,4 +1,4 @@
-// A line for each session.
+// CSV: one line per session.
 #include <algorithm>
 #include <charconv>
 #include <functional>
@@ -105,10 +105,10 @@ constexpr std::size_t kTraineeColumns = 3;
 class Reader {
  public:
   explicit Reader(const std::string& text) : text_(text) {}
-  /// Number of the line that the newest fields began in.
+  /// Line number at which the newest fields began.
   std::size_t line() const { return begun_; }
   bool at_end() const { return at_ >= text_.size(); }
-  /// False: a quote is not closed.
+  /// False: unclosed quotes.
   bool next(Fields& fields) {
     fields.assign(1, "");
     begun_ = line_;
@@ -162,7 +162,7 @@ Result<std::vector<const Column*>> header_of(const Fields& names) {
 Status read_line(const Fields& fields, const std::vector<const Column*>& order, Line& line) {
   if (fields.size() != order.size())
     return Error{std::to_string(fields.size()) + " fields; expected " + std::to_string(order.size())};
-  bool session = false;  // or a trainee who has none
+  bool session = false;  // or a trainee without sessions
   for (std::size_t i = 0; i < fields.size(); ++i)
     session = session || (!fields[i].empty() && order[i] >= &columns()[kTraineeColumns]);
   for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -172,7 +172,7 @@ Status read_line(const Fields& fields, const std::vector<const Column*>& order, 
   }
   const TraineeRecord& trainee = line.trainee;
   if (trainee.pseudonym.empty() && trainee.name.empty() && trainee.mbox_sha1sum.empty())
-    return Error{"it says no trainee: neither a pseudonym nor a name nor an mbox_sha1sum"};
+    return Error{"it names no trainee: neither a pseudonym nor a name nor an mbox_sha1sum"};
   if (session && line.session.identity.empty()) return Error{"a session without an identity"};
   return {};
 }
@@ -209,7 +209,7 @@ Result<Histories> histories_from_csv(const std::string& text, const std::string&
   std::map<std::string, std::size_t> places;
   while (!reader.at_end()) {
     if (!reader.next(fields)) return Error{at() + "a quote is not closed"};
-    // Of an empty row some programs write the commas.
+    // Some programs write empty rows as commas.
     if (std::all_of(fields.begin(), fields.end(), [](const auto& field) { return field.empty(); })) continue;
     Line line;
     if (const Status read = read_line(fields, *order, line); !read) return Error{at() + read.error().message};

@@ -1,5 +1,5 @@
-// Everything, as one JSON document.
-#define JSON_DIAGNOSTICS 1  // errors say where in the document
+// The complete records as one JSON document.
+#define JSON_DIAGNOSTICS 1  // errors give the position in the document
 #include <nlohmann/json.hpp>
 
 #include "protocols/enumerators.hpp"
@@ -29,7 +29,7 @@ Json session_json(const SessionRecord& session) {
   return json;
 }
 
-// Reading throws nlohmann's exceptions, which say where; histories_from_json makes Errors of them.
+// Reading throws nlohmann's exceptions with their position; histories_from_json converts them to Errors.
 
 std::int64_t integer(const Json& json, const char* key) {
   const Json& value = json.at(key);
@@ -126,7 +126,7 @@ std::string to_json(const std::vector<TraineeHistory>& trainees) {
     for (const SessionRecord& session : history.sessions) sessions.push_back(session_json(session));
     list.push_back(std::move(one));
   }
-  // What is no UTF-8 in a name of the world must not end an export.
+  // Invalid UTF-8 in a name must not abort an export.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,6 +1,6 @@
-// Statements of the Experience API (ADL, xAPI 1.0.3, part 2): one for each session, then one for each task
-// of it that was begun.
-#define JSON_DIAGNOSTICS 1  // errors say where in the document
+// Statements of the Experience API (ADL, xAPI 1.0.3, part 2): one per session, then one for each of its
+// started tasks.
+#define JSON_DIAGNOSTICS 1  // errors give the position in the document
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Names, not addresses: `.invalid` is nobody's (RFC 2606).
+// Identifiers, not addresses: `.invalid` belongs to nobody (RFC 2606).
 const std::string kActivity = "https://parhelion.invalid/scenario/";
 const std::string kExtension = "https://parhelion.invalid/xapi/";
 const std::string kVerb = "http://adlnet.gov/expapi/verbs/";
@@ -29,8 +29,8 @@ std::string sha256_of(const std::string& text) {
   return hash.hex();
 }
 
-/// So that the same session has the same statement. A UUID of the shape of version 5 (RFC 9562): of what is
-/// no time and no chance the newest that validators of xAPI 1.0.3 know.
+/// The same session always gets the same id: a UUID in the format of version 5 (RFC 9562), the newest
+/// name-based version known to validators of xAPI 1.0.3.
 std::string uuid_of(const std::string& identity) {
   std::string hex = sha256_of("parhelion session " + identity).substr(0, 32);
   hex[12] = '5';
@@ -56,7 +56,7 @@ Json actor_json(const TraineeRecord& trainee, const std::string& home_page) {
   return {{"objectType", "Agent"}, {"account", {{"homePage", home_page}, {"name", trainee.pseudonym}}}};
 }
 
-/// A task is part of its session's scenario; statements of a session have one registration.
+/// A task is part of its session's scenario; statements of a session share a registration.
 Json task_json(const TraineeRecord& trainee, const SessionRecord& session, std::size_t place,
                const std::string& home_page) {
   const TaskGrade& task = session.grade.tasks[place];
@@ -98,7 +98,7 @@ Json statement_json(const TraineeRecord& trainee, const SessionRecord& session,
   Json result{{"success", grade.passed},
               {"completion", grade.complete},
               {"duration", duration_text(grade.end - grade.begin)}};
-  // A score must lie between min and max; where there is nothing to earn there is no such span.
+  // A score must lie between min and max; without points there is no such range.
   const bool fits =
       grade.most > 0 && grade.score >= 0 && grade.score <= grade.most && grade.share >= 0 && grade.share <= 1;
   if (fits)
@@ -136,7 +136,7 @@ TraineeRecord trainee_of(const Json& actor) {
   if (actor.contains("mbox_sha1sum")) return {"", "", actor.at("mbox_sha1sum").get<std::string>()};
   if (!actor.contains("account")) refuse(actor, "expected an actor with an account or mbox_sha1sum");
   const std::string name = actor.at("account").at("name").get<std::string>();
-  // Another system's account may be a person's name.
+  // An account of another system may be a person's name.
   return is_pseudonym(name) ? TraineeRecord{name, "", ""} : TraineeRecord{"", name, ""};
 }
 
@@ -212,7 +212,8 @@ const Json* extension_of(const Json& statement, const std::string& name) {
   return extensions.contains(kExtension + name) ? &extensions.at(kExtension + name) : nullptr;
 }
 
-/// One of our own tasks goes to its session, whose statement came before. Why it ended is in no statement.
+/// Adds one of our own tasks to its session, whose statement came before. Statements do not contain the
+/// cause.
 bool add_task(const Json& statement, std::vector<SessionRecord>& sessions) {
   const Json* identity = extension_of(statement, "identity");
   const auto session = std::find_if(sessions.begin(), sessions.end(), [&](const SessionRecord& each) {
@@ -239,7 +240,7 @@ bool add_task(const Json& statement, std::vector<SessionRecord>& sessions) {
   return true;
 }
 
-/// Whether it says how something went; "launched" and the like do not.
+/// Whether the statement has a result; "launched" and the like do not.
 bool is_graded(const Json& statement) {
   return statement.contains("result") &&
          (statement.at("result").contains("score") || statement.at("result").contains("success"));

@@ -1,5 +1,5 @@
-// A grade as JSON: what `grade --json` and the export of records say of it. `Json` is the library's type of
-// who includes this, which so need not name the library.
+// A grade as JSON, for `grade --json` and the export of records. `Json` is the includer's library type, so
+// that this header does not depend on the library.
 #pragma once
 
 #include <optional>
@@ -29,8 +29,8 @@ Json event_json(const std::optional<Event>& event) {
           {"text", event->text}};
 }
 
-/// Adds to the object `json` everything that is in `grade`, each point with its event, rule and instant;
-/// numbers read back to the same bits.
+/// Adds the contents of `grade` to the object `json`, each point with its event, rule and instant; numbers
+/// convert back to the same bits.
 template <class Json>
 void put_grade(const Grade& grade, Json& json) {
   json["score"] = grade.score;

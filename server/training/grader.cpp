@@ -74,7 +74,7 @@ void Grader::look(const Moment& moment) {
   if (all_ended()) end_all(moment.stamp);
 }
 
-/// What is open or waits still is out of time.
+/// Open and waiting tasks are out of time.
 void Grader::end_all(SimulationTime at) {
   for (Running& running : tasks_) {
     if (running.grade.outcome == TaskOutcome::open) end(running, at, TaskOutcome::out_of_time, nullptr);

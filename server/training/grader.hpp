@@ -1,4 +1,4 @@
-// Grading: a function of what was recorded, and of nothing else.
+// Grading: a function of the recording only.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 namespace parhelion::training {
 
 enum class TaskOutcome : std::uint8_t {
-  waiting,  ///< its turn has not come
+  waiting,  ///< not started yet
   open,
   done,
   failed,
@@ -24,52 +24,52 @@ struct TaskGrade {
   std::string name;
   bool required = false;
   TaskOutcome outcome = TaskOutcome::waiting;
-  double points = 0;  ///< earned
+  double points = 0;  ///< awarded
   std::optional<SimulationTime> began, ended;
-  std::optional<Event> cause;  ///< what ended it; none: time, or where things were
+  std::optional<Event> cause;  ///< the final event; none: time or state decided
 };
 
-/// What a rule took.
+/// A deduction by a penalty.
 struct Charge {
   SimulationTime at;
   std::string rule;            ///< name of the penalty
   double points = 0;           ///< > 0
-  std::optional<Event> cause;  ///< none: where things were
+  std::optional<Event> cause;  ///< none: state decided
 };
 
 struct Grade {
   SimulationTime begin, end;
   std::vector<TaskGrade> tasks;  ///< as in the scenario
-  std::vector<Charge> charges;   ///< in the order of time
+  std::vector<Charge> charges;   ///< ordered by time
   double earned = 0, charged = 0;
-  double most = 0;        ///< points of all tasks together
-  double score = 0;       ///< earned - charged, at least 0
-  double share = 0;       ///< score / most; 0 where there is nothing to earn
-  std::string grade;      ///< by the scale; empty: below its last step, or there is none
-  bool passed = false;    ///< share at the pass mark or above, and all required tasks done
-  bool ended = false;     ///< all tasks have, or the time is over; what comes later changes nothing
-  bool complete = false;  ///< ended, or the session was ended by a person; else the log stops in the middle
+  double most = 0;        ///< points of all tasks
+  double score = 0;       ///< awarded - deducted, at least 0
+  double share = 0;       ///< score / most; 0 if there are no points
+  std::string grade;      ///< by the scale; empty: below its lowest grade, or no scale
+  bool passed = false;    ///< share at or above the pass mark, and all required tasks done
+  bool ended = false;     ///< all tasks have ended, or time is over; later input changes nothing
+  bool complete = false;  ///< ended, or a person ended the session; otherwise the log is truncated
 };
 
 class Grader {
  public:
-  /// `robot`: the trainee's, where the training names none. The references must outlive this.
+  /// `robot`: the trainee's, if the training names none. The references must outlive this.
   Grader(const Training& training, const SemanticModel& model, const RobotDescription& description,
          const std::string& robot, SimulationTime begin);
 
-  /// In the order in which they were recorded.
+  /// Call in the order of the recording.
   void take(const Event& event);
   void take(const WorldMessage& world);
-  /// The session was stopped on purpose: what it lacks is not for lack of a log.
+  /// The session was stopped on purpose: missing tasks are not due to a truncated log.
   void close(SimulationTime end);
-  /// As it is now.
+  /// The current grade.
   Grade grade() const;
-  /// So far; cheaper than all of grade().
+  /// Deductions so far; cheaper than grade().
   const std::vector<Charge>& charges() const { return charges_; }
-  /// Grade::score, alone.
+  /// Only Grade::score.
   double score() const;
-  /// What has changed since this was asked last, as events (is_grading()); empty: nothing. What was graded
-  /// live has them on MR_EVENTS; graded again they are read over.
+  /// Changes since the last call, as events (is_grading()). Live grading publishes them on MR_EVENTS; grading
+  /// a log skips them there.
   std::vector<Event> take_events();
 
  private:
@@ -100,7 +100,7 @@ class Grader {
   std::vector<Running> tasks_;
   std::vector<Rule> rules_;
   std::vector<Charge> charges_;
-  double charged_ = 0;  // all of them together
+  double charged_ = 0;  // sum of charges_
   std::vector<Event> events_;
   SimulationTime begin_, now_;
   std::optional<SimulationTime> closed_;

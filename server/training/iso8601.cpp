@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kDay = 86'400 * kSecond;
 
-/// Takes text from the front.
+/// Consumes text from the front.
 class TextFront {
  public:
   explicit TextFront(std::string_view text) : text_(text) {}
@@ -22,7 +22,7 @@ class TextFront {
     text_.remove_prefix(1);
     return true;
   }
-  /// `least` to `most` digits; -1: there are fewer.
+  /// `least` to `most` digits; -1: too few.
   std::int64_t digits(std::size_t least, std::size_t most) {
     std::int64_t number = 0;
     std::size_t count = 0;
@@ -32,7 +32,7 @@ class TextFront {
     }
     return count < least ? -1 : number;
   }
-  /// Digits after a point, as ns of a second; what is finer is dropped. -1: there are none.
+  /// Digits after a decimal point, as ns of a second, rounded down. -1: none.
   std::int64_t decimals() {
     std::int64_t ns = 0, unit = kSecond;
     bool any = false;

@@ -1,4 +1,4 @@
-// What is said of JSON that cannot be read.
+// Error texts for unreadable JSON.
 #pragma once
 
 #include <cstring>
@@ -7,7 +7,7 @@
 
 namespace parhelion::training {
 
-/// The library's message without its own number in front.
+/// The library's message without its leading number.
 inline std::string json_reason(const std::exception& error) {
   const char* text = std::strstr(error.what(), "] ");
   return text == nullptr ? error.what() : text + 2;

@@ -14,7 +14,7 @@ struct Need {
 };
 
 std::string percent(double share) {
-  // 100 % is never known.
+  // 100 % is never shown.
   const int rounded = static_cast<int>(std::floor(100 * share + 0.5));
   return std::to_string(std::min(rounded, share < 1 ? 99 : 100)) + " %";
 }
@@ -57,11 +57,11 @@ NextTask complete(const std::vector<Need>& needs, double confidence) {
   next.confidence = confidence;
   next.reason = "Training is complete: all " + std::to_string(needs.size()) +
                 " skills are mastered with a probability of " + percent(confidence) +
-                ", the least sure being " + least->skill + " with " + percent(least->mastered) + ".";
+                ", the least certain being " + least->skill + " with " + percent(least->mastered) + ".";
   return next;
 }
 
-/// The best chance among the offers of `level` that train `skill`; negative: there is none.
+/// The highest probability of success among the offers of `level` that train `skill`; negative: none.
 double best_chance(const Skills& skills, const std::vector<TaskOffer>& offers, int level,
                    const std::string& skill) {
   double best = -1;
@@ -77,11 +77,11 @@ void explain(NextTask& next, const TaskOffer& offer, const std::vector<Need>& ne
   const std::string task = "'" + offer.name + "'" + (offer.scenario.empty() ? "" : " of " + offer.scenario);
   if (next.kind == NextTask::Kind::step_back) {
     next.reason = "Step back to level " + std::to_string(offer.level) + ": " + skill + " at level " +
-                  std::to_string(level) + " would go well with only " + percent(at_level) + ", " + task +
+                  std::to_string(level) + " would succeed with only " + percent(at_level) + ", " + task +
                   " with " + percent(next.chance) + ".";
   } else {
     next.reason = task + " trains " + skill + ", which is mastered with a probability of " +
-                  percent(mastered(needs, skill)) + ", and should go well with " + percent(next.chance) + ".";
+                  percent(mastered(needs, skill)) + ", and should succeed with " + percent(next.chance) + ".";
   }
 }
 

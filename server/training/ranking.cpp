@@ -51,7 +51,7 @@ Result<std::vector<CoursePlace>> course_ranking(Records& records, const Course& 
       const auto place = std::find_if(places.begin(), places.end(), [&](const CoursePlace& each) {
         return each.trainee.pseudonym == one.trainee.pseudonym;
       });
-      // Who was added a moment ago, by another program, is of the next ranking.
+      // A trainee just added by another program appears in the next ranking.
       if (place != places.end())
         place->best[i] = ProgrammeResult{one.best.grade.share, one.best.grade.passed};
     }

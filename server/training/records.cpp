@@ -14,11 +14,11 @@
 namespace parhelion::training {
 namespace {
 
-/// Drawn, not derived from the name: who has a list of names cannot find the pseudonyms.
+/// Random, not derived from the name: it cannot be computed from a list of names.
 Result<std::string> new_pseudonym() {
   std::array<unsigned char, 6> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    return Error{"the system gives no random bytes for a pseudonym; name one"};
+    return Error{"the system has no random bytes for a pseudonym; specify one"};
   std::string pseudonym = "t-";
   for (const unsigned char byte : bytes) {
     char hex[3];
@@ -48,14 +48,14 @@ Status check_trainee(const TraineeRecord& trainee) {
 Status check_session(const SessionRecord& session) {
   const Grade& grade = session.grade;
   const std::string which = "session '" + session.identity + "' of '" + session.scenario + "': ";
-  if (session.identity.empty()) return Error{which + "it has no identity, by which it would be known again"};
-  if (session.level < 0 || session.level > 3) return Error{which + "its level is none of 1, 2 and 3"};
+  if (session.identity.empty()) return Error{which + "it has no identity"};
+  if (session.level < 0 || session.level > 3) return Error{which + "its level is not 1, 2 or 3"};
   if (grade.end < grade.begin) return Error{which + "it ends before it begins"};
   for (const double number : {grade.score, grade.earned, grade.charged, grade.most, grade.share})
-    if (!std::isfinite(number)) return Error{which + "its score is no finite number"};
+    if (!std::isfinite(number)) return Error{which + "its score is not a finite number"};
   if (!session.skills.empty() && session.skills.size() != grade.tasks.size())
-    return Error{which + "it says the skills of " + std::to_string(session.skills.size()) +
-                 " tasks and has " + std::to_string(grade.tasks.size())};
+    return Error{which + "it lists the skills of " + std::to_string(session.skills.size()) +
+                 " tasks but has " + std::to_string(grade.tasks.size())};
   return {};
 }
 
@@ -64,7 +64,7 @@ Status check_session(const SessionRecord& session) {
 struct Records::State {
   Database database;
 
-  /// The row of a trainee who must be there.
+  /// The row of an existing trainee.
   Result<std::int64_t> row_of(const std::string& pseudonym) {
     const auto row = database.number("SELECT id FROM trainees WHERE pseudonym = ?", {pseudonym});
     if (!row) return row.error();
@@ -72,7 +72,7 @@ struct Records::State {
     return Error{database.path() + ": there is no trainee '" + pseudonym + "'"};
   }
 
-  /// Rebuilds the files without what was deleted.
+  /// Rebuilds the files without the deleted content.
   Status scrub() {
     const auto left = database.number("SELECT count(*) FROM erasures");
     if (!left) return left.error();
@@ -80,7 +80,7 @@ struct Records::State {
     Status done = database.empty_log();
     if (done) done = database.run("VACUUM");
     if (done) done = database.empty_log();
-    // Only now is it known; a kill before this makes the next one do it again.
+    // Only after success; an interrupted erasure is repeated at the next open.
     if (done) done = database.run("DELETE FROM erasures");
     return done;
   }
@@ -111,7 +111,7 @@ struct Records::State {
           return Status();
         });
     if (!read) return read.error();
-    return Error{database.path() + ": that session is another trainee's: of " + whose +
+    return Error{database.path() + ": that session belongs to another trainee: " + whose +
                  "; was the right trainee named?"};
   }
 
@@ -174,7 +174,7 @@ Result<Records> Records::open(const std::string& path, bool create, int patience
   auto state = std::make_unique<State>(State{std::move(*database)});
   if (const Status migrated = migrate(state->database); !migrated) return migrated.error();
   if (const Status set = state->database.write_ahead(); !set) return set.error();
-  // Where others read it stays to be done, and the next to open tries again.
+  // If another program is reading, the next open tries again.
   std::ignore = state->scrub();
   return Records(std::move(state));
 }
@@ -221,7 +221,7 @@ Result<TraineeRecord> Records::find(const std::string& who) {
     if (!trainee.name.empty()) names.push_back(trainee.name);
   }
   return Error{database.path() + ": there is no trainee '" + who + "'" + suggestion(who, names) +
-               "; 'parhelion records list' says who there is"};
+               "; 'parhelion records list' lists all"};
 }
 
 Result<std::vector<TraineeRecord>> Records::trainees() {

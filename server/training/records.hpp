@@ -1,4 +1,4 @@
-// Records of trainees: who they are, what sessions they had and how those were graded. An SQLite database.
+// Records of trainees, their sessions and their grades, in an SQLite database.
 #pragma once
 
 #include <memory>
@@ -10,58 +10,57 @@
 
 namespace parhelion::training {
 
-/// Name and mbox_sha1sum are the only personal things here; all else speaks of the pseudonym.
+/// Name and mbox_sha1sum are the only personal fields; everything else uses the pseudonym.
 struct TraineeRecord {
-  std::string pseudonym;     ///< "t-" and 12 hex digits where it was made here
+  std::string pseudonym;     ///< "t-" and 12 hex digits if generated here
   std::string name;          ///< empty: only the pseudonym is known
   std::string mbox_sha1sum;  ///< 40 hex digits of SHA-1 of "mailto:..." (xAPI 1.0.3, 4.1.2.3), or empty
 };
 
-/// Whether it has the shape of those made here: what has another may be a person's name.
+/// Whether it has the format of generated pseudonyms: any other may be a person's name.
 bool is_pseudonym(const std::string& text);
 
 struct SessionRecord {
   std::string identity;                    ///< the same for the same session, however often it is graded
-  std::string scenario, programme, robot;  ///< a programme that is empty: none
+  std::string scenario, programme, robot;  ///< an empty programme: none
   std::string log;                         ///< file name without its folder
   int level = 0;                           ///< 1 to 3; 0: not known
   std::uint64_t damaged_bytes = 0;         ///< of the log
   Grade grade;
-  std::vector<std::vector<std::string>> skills;  ///< that each of grade.tasks trains, sorted; or empty
+  std::vector<std::vector<std::string>> skills;  ///< skills of each of grade.tasks, sorted; or empty
 };
 
-/// What a call that returned without an Error has written outlives a kill -9 and a power cut. Several
-/// programs may have the same records open; each writing call waits up to `patience_ms` for the others. Not
-/// for two threads at once. Reads no clock: sessions are in the order in which they were stored, so that a
-/// clock that was set back disorders nothing.
+/// A call that returned without an Error survives kill -9 and a power cut. Several programs may open the same
+/// records; each write waits up to `patience_ms` for the others. Not thread-safe. Reads no clock: sessions
+/// are ordered as stored, so a clock that was set back does not change the order.
 class Records {
  public:
   enum class Stored { added, present, replaced };
 
-  /// Error: not there and not to be made, of a newer schema, another program's, damaged. An erasure that was
-  /// cut off is finished.
+  /// Error: missing and `create` is false, a newer schema, another program's file, or damaged. Completes an
+  /// interrupted erasure.
   static Result<Records> open(const std::string& path, bool create, int patience_ms = 10'000);
   Records(Records&&) noexcept;
   Records& operator=(Records&&) noexcept;
   ~Records();
 
-  /// A pseudonym that is empty is drawn at random. Error: name, pseudonym or mbox is there already.
+  /// An empty pseudonym is drawn at random. Error: name, pseudonym or mbox already exists.
   Result<TraineeRecord> add(TraineeRecord trainee);
-  /// By pseudonym, name or mbox_sha1sum. Error: there is none; names the nearest pseudonym.
+  /// By pseudonym, name or mbox_sha1sum. Error: none found; names the nearest pseudonym.
   Result<TraineeRecord> find(const std::string& who);
   /// In the order in which they were added.
   Result<std::vector<TraineeRecord>> trainees();
-  /// Forgets a trainee and all sessions; when it returns without an Error, no file of the database has a byte
-  /// of them.
+  /// Erases a trainee and all sessions; when it returns without an Error, no file of the database contains a
+  /// byte of them.
   Status erase(const std::string& pseudonym);
 
-  /// A session with the same identity is `present`, and unchanged; with `again` it is replaced. Error: it is
-  /// another trainee's.
+  /// If the identity exists the session is `present`, and unchanged; with `again` it is replaced. Error: it
+  /// belongs to another trainee.
   Result<Stored> store(const std::string& pseudonym, const SessionRecord& session, bool again = false);
   /// In the order in which they were stored.
   Result<std::vector<SessionRecord>> sessions(const std::string& pseudonym);
 
-  /// All that `work` does with these records, or where it fails nothing.
+  /// Transaction: all changes by `work`, or none if it fails.
   Status together(const std::function<Status()>& work);
 
  private:

@@ -5,8 +5,8 @@
 namespace parhelion::training {
 namespace {
 
-// Instants are SimulationTime, ns since the epoch. Only trainees.name
-// and trainees.mbox_sha1sum are personal. A step that was released is never changed: add one below it.
+// Instants are SimulationTime, ns since the epoch. Only trainees.name and trainees.mbox_sha1sum are personal.
+// Released steps never change: add new ones at the end.
 constexpr const char* kSteps[] = {
     R"(
 CREATE TABLE trainees(id INTEGER PRIMARY KEY AUTOINCREMENT, pseudonym TEXT NOT NULL UNIQUE, name TEXT UNIQUE,
@@ -35,12 +35,12 @@ CREATE TABLE charges(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASC
 CREATE TABLE erasures(id INTEGER PRIMARY KEY) STRICT;
 PRAGMA application_id = 1349675116;  -- 'Prhl'
 )",
-    // What each task trained, so that skills can be judged without its scenario.
+    // The skills of each task, so that they can be estimated without its scenario.
     R"(
 CREATE TABLE skills(session INTEGER NOT NULL REFERENCES sessions ON DELETE CASCADE, position INTEGER NOT NULL,
   skill TEXT NOT NULL, PRIMARY KEY(session, position, skill)) STRICT, WITHOUT ROWID;
 )",
-    // For each event that goes it is asked what it caused.
+    // Indices for deleting events, which are referenced as causes.
     R"(
 CREATE INDEX tasks_by_cause ON tasks(cause);
 CREATE INDEX charges_by_cause ON charges(cause);
@@ -57,7 +57,7 @@ Status refuse_foreign(Database& database) {
   if (application->value_or(0) == kApplication || tables->value_or(0) == 0) return {};
   return Error{database.path() +
                ": is a database of another program; expected the records of trainees, as 'parhelion records "
-               "add' begins them"};
+               "add' creates them"};
 }
 
 Result<std::int64_t> schema_of(Database& database) {
@@ -66,7 +66,7 @@ Result<std::int64_t> schema_of(Database& database) {
   const std::int64_t schema = found->value_or(0);
   if (schema >= 0 && schema <= newest_schema()) return schema;
   return Error{database.path() + ": is of schema " + std::to_string(schema) +
-               ", and this program knows them up to " + std::to_string(newest_schema()) +
+               ", and this program supports them up to " + std::to_string(newest_schema()) +
                ": use the newer parhelion that wrote it"};
 }
 
@@ -81,7 +81,7 @@ Status migrate(Database& database, std::int64_t target) {
     if (!schema) return schema.error();
     if (*schema >= target) return {};
     const Status stepped = database.write([&]() -> Status {
-      schema = schema_of(database);  // another program may have been quicker
+      schema = schema_of(database);  // another program may have migrated it meanwhile
       if (!schema) return schema.error();
       if (*schema >= target) return {};
       if (const Status done = database.execute(kSteps[*schema]); !done) return done;

@@ -1,4 +1,4 @@
-// The tables of the records, and how older ones become the newest.
+// The tables of the records, and migrations from older schemas.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 
 namespace parhelion::training {
 
-/// Of the records that this program writes (PRAGMA user_version).
+/// Schema version written by this program (PRAGMA user_version).
 std::int64_t newest_schema();
 
-/// Brings a new or older database to schema `target`, each step in a transaction of its own. Error: it is of
-/// a newer schema, or another program's.
+/// Migrates a new or older database to schema `target`, each step in its own transaction. Error: a newer
+/// schema, or another program's file.
 Status migrate(Database& database, std::int64_t target = newest_schema());
 
 }  // namespace parhelion::training

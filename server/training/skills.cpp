@@ -14,7 +14,7 @@ double ability_of(std::size_t state) {
   return SkillBelief::kLowest + SkillBelief::kStep * static_cast<double>(state);
 }
 
-/// P(success) of who has each ability.
+/// P(success) for each ability.
 Distribution success_by_ability(const SkillParameters& parameters, double difficulty) {
   Distribution success;
   for (std::size_t i = 0; i < kStates; ++i)
@@ -23,7 +23,7 @@ Distribution success_by_ability(const SkillParameters& parameters, double diffic
   return success;
 }
 
-/// P(success) of who has each ability in one skill and `others` as the weakest of the rest.
+/// P(success) for each ability in one skill, with `others` as the weakest of the rest.
 Distribution success_with(const Distribution& success, const Distribution& others) {
   Distribution with;
   double weaker = 0, as_others = 0;
@@ -55,7 +55,7 @@ double SkillBelief::mean() const {
 double SkillBelief::at_least(double ability) const {
   double above = 0;
   for (std::size_t i = 0; i < kStates; ++i) {
-    // A state stands for what is nearer to it than to its neighbours.
+    // A state covers the range halfway to its neighbours.
     const double share = (ability_of(i) - ability) / kStep + 0.5;
     above += probability_[i] * std::clamp(share, 0.0, 1.0);
   }
@@ -82,7 +82,7 @@ const SkillBelief& Skills::belief(const std::string& skill) const {
   return found == beliefs_.end() ? unseen_ : found->second;
 }
 
-/// Of all but one (`without`: beyond the last: of all); of none the strongest there is.
+/// The weakest of all skills except `without` (beyond the last: of all); of none the highest state.
 Distribution Skills::weakest(const std::vector<std::string>& skills, std::size_t without) const {
   Distribution at_least;
   at_least.fill(1);
@@ -103,7 +103,7 @@ double Skills::success(const std::vector<std::string>& skills, double difficulty
 }
 
 void Skills::observe(const std::vector<std::string>& skills, double difficulty, bool done) {
-  // All of them are judged by what was believed before.
+  // All updates use the estimates before this task.
   std::vector<Distribution> others;
   for (std::size_t i = 0; i < skills.size(); ++i) others.push_back(weakest(skills, i));
   for (std::size_t i = 0; i < skills.size(); ++i)

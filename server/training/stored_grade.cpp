@@ -5,11 +5,12 @@
 namespace parhelion::training {
 namespace {
 
-/// Of those up to `last`.
+/// Converts values up to `last`.
 template <class Enum>
 Result<Enum> known(const std::string& name, Enum last) {
   if (const auto found = enumerator(name, last)) return *found;
-  return Error{"has a '" + name + "' that this program does not know: use the newer parhelion that wrote it"};
+  return Error{"has a '" + name +
+               "' that this version does not support: use the newer parhelion that wrote it"};
 }
 
 SqlValue instant(const std::optional<SimulationTime>& stamp) {
@@ -20,7 +21,7 @@ std::optional<SimulationTime> instant(const SqlRow& row, int column) {
   return SimulationTime{row.integer(column)};
 }
 
-/// The event's id, or NULL.
+/// Returns the event's id, or NULL.
 Result<SqlValue> insert_event(Database& database, std::int64_t session, const std::optional<Event>& event) {
   if (!event) return SqlValue();
   const Status inserted = database.run(

@@ -1,4 +1,4 @@
-// A grade in the records' tables, and back to the same bits.
+// Stores a grade in the records' tables, and reads back the same bits.
 #pragma once
 
 #include "server/training/database.hpp"
@@ -6,9 +6,9 @@
 
 namespace parhelion::training {
 
-/// `session`: the row that it belongs to, which has none yet.
+/// `session`: the row it belongs to, which must not have a grade yet.
 Status insert_grade(Database& database, std::int64_t session, const Grade& grade);
-/// Error: an outcome or event of a kind that this program does not know.
+/// Error: an unknown kind of outcome or event.
 Result<Grade> read_grade(Database& database, std::int64_t session);
 
 }  // namespace parhelion::training

@@ -42,7 +42,7 @@ void Surroundings::take(const Event& event) {
   }
 }
 
-/// Mostly the same bodies as before stand somewhere else.
+/// Usually the same bodies with new poses.
 void Surroundings::take(const WorldMessage& world) {
   const bool same = std::equal(bodies_.begin(), bodies_.end(), world.bodies.begin(), world.bodies.end(),
                                [](const auto& a, const auto& b) { return a.entity == b.entity; });
@@ -114,7 +114,7 @@ bool Surroundings::sees(const std::string& entity, double most) const {
   const Eigen::Isometry3d T_map_optical = robot->T_map_body.isometry() * camera.T_base_optical.isometry();
   const Eigen::Vector3d p = T_map_optical.inverse(Eigen::Isometry) * *place;
   if (p.z() <= 0 || p.norm() > most) return false;
-  // The lens bends little where a picture is worth looking at: its middle is judged without.
+  // Distortion is small near the image centre and neglected.
   const CameraIntrinsics& lens = camera.intrinsics;
   const double u = lens.fx * p.x() / p.z() + lens.cx, v = lens.fy * p.y() / p.z() + lens.cy;
   if (u < 0 || v < 0 || u >= lens.width || v >= lens.height) return false;

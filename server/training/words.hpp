@@ -1,4 +1,4 @@
-// What is said of grading, for people.
+// Texts about grading for people.
 #pragma once
 
 #include <optional>

@@ -72,7 +72,7 @@ TEST_F(RecordsCommand, ASessionOfAnotherTraineeIsRefused) {
   ASSERT_EQ(say({"records", "grade", "Anna", log}).exit, 0);
   const auto refused = say({"records", "grade", "Ben", log});
   EXPECT_EQ(refused.exit, 1);
-  EXPECT_THAT(refused.output, AllOf(HasSubstr(log), HasSubstr("another trainee's: of " + anna)));
+  EXPECT_THAT(refused.output, AllOf(HasSubstr(log), HasSubstr("belongs to another trainee: " + anna)));
 }
 
 TEST_F(RecordsCommand, WhatCannotBeWrittenToTheTerminalIsSaid) {
@@ -127,7 +127,7 @@ TEST_F(RecordsCommand, NextNamesTheProgrammeAndOneReason) {
   ASSERT_EQ(say({"records", "add", "Anna"}).exit, 0);
   const auto next = say({"records", "next", "Anna", "--course", course});
   EXPECT_EQ(next.exit, 0) << next.output;
-  EXPECT_THAT(next.output, AllOf(HasSubstr(" trains "), HasSubstr("should go well with"),
+  EXPECT_THAT(next.output, AllOf(HasSubstr(" trains "), HasSubstr("should succeed with"),
                                  HasSubstr("parhelion serve "), HasSubstr(".yaml")));
   const auto json = say({"records", "next", "Anna", "--course", course, "--json"});
   EXPECT_THAT(json.output, AllOf(HasSubstr("\"kind\": \"task\""), HasSubstr("\"tasks_seen\": 0")));

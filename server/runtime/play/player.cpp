@@ -8,7 +8,7 @@ namespace parhelion::runtime {
 namespace {
 
 constexpr Duration most_idle = milliseconds(50);
-constexpr std::size_t batch = 500;  // messages of a turn, so that a pause at a high rate is heard
+constexpr std::size_t batch = 500;  // messages per turn, so that a pause takes effect at a high rate
 
 }  // namespace
 
@@ -42,7 +42,7 @@ Status Player::jump(double position) {
   return {};
 }
 
-/// Time goes on, at the rate.
+/// Advances the position, at the rate.
 void Player::move_to(WallTime now) {
   if (paused_ || ended_) {
     at_.reset();
@@ -97,7 +97,7 @@ Status Player::set_rate(double rate) {
 }
 
 Status Player::seek(double position) {
-  if (!std::isfinite(position)) return Error{"a place to seek that is no number; expected seconds"};
+  if (!std::isfinite(position)) return Error{"the position to seek is not a number; expected seconds"};
   const std::lock_guard lock(mutex_);
   wanted_ = std::clamp(position, 0.0, recording_.duration());
   return {};
@@ -105,7 +105,7 @@ Status Player::seek(double position) {
 
 Status Player::step() {
   const std::lock_guard lock(mutex_);
-  if (!paused_) return Error{"it plays; pause it to go on message by message"};
+  if (!paused_) return Error{"it is playing; pause it to step through its messages"};
   ++steps_;
   return {};
 }

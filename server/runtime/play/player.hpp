@@ -1,4 +1,4 @@
-// Plays a recording: what was said goes out again in its time, paused, faster, or from another place.
+// Plays a recording: publishes its messages in real time, faster or slower, with pause and seek.
 #pragma once
 
 #include <functional>
@@ -13,42 +13,42 @@ namespace parhelion::runtime {
 
 struct PlayState {
   bool paused = false;
-  bool ended = false;   ///< at the end, and it does not begin again
+  bool ended = false;   ///< at the end, without repeat
   double rate = 1;      ///< times real time
-  double position = 0;  ///< s after the session began
+  double position = 0;  ///< s since the session's start
   double duration = 0;  ///< s
 };
 
 struct PlayOptions {
   double rate = 1;
-  double start = 0;  ///< s after the session began
+  double start = 0;  ///< s since the session's start
   bool loop = false;
   bool paused = false;
 };
 
-/// Thread-safe, and reads no clock: whoever owns it calls turn(). Everything recorded goes to `send`, in the
-/// order of the log.
+/// Thread-safe, and reads no clock: the owner calls turn(). All recorded messages are passed to `send`, in
+/// the order of the log.
 class Player {
  public:
   static constexpr double slowest = 0.01, fastest = 100;  // times real time
 
   Player(Recording recording, const PlayOptions& options, std::function<void(const Message&)> send);
 
-  /// Sends what is due at `now` (steady clock). How long until there is more to do; at most 50 ms. Error: the
-  /// log cannot be read; it has then ended.
+  /// Sends messages due at `now` (steady clock). Returns the time until the next call; at most 50 ms. Error:
+  /// the log cannot be read; playing has then ended.
   Result<Duration> turn(WallTime now);
 
   void pause(bool paused);
-  /// Error: not within slowest..fastest.
+  /// Error: outside slowest..fastest.
   Status set_rate(double rate);
-  /// Goes there with the next turn(): whoever listens knows then what one knows who has heard everything up
-  /// to there; going back begins with MR_SESSION. Beyond an end: to that end. Error: not finite.
+  /// Jumps to `position` at the next turn(): receivers then get the state of a receiver that got everything
+  /// up to it; going back begins with MR_SESSION. Clamped to the recording. Error: not finite.
   Status seek(double position);
-  /// While paused: the next message, alone. Error: it plays.
+  /// While paused: sends one message. Error: not paused.
   Status step();
 
   PlayState state() const;
-  /// Where the recording is, on the clock of its arrivals.
+  /// Current position on the clock of arrivals.
   ArrivalTime clock() const;
   const Recording& recording() const { return recording_; }
 
@@ -62,12 +62,12 @@ class Player {
   const std::function<void(const Message&)> send_;
   mutable std::mutex mutex_;
   Message message_;
-  std::size_t next_ = 0;  ///< not sent yet
+  std::size_t next_ = 0;  ///< index of the next message
   bool paused_ = false, ended_ = false;
-  std::size_t steps_ = 0;  ///< asked for
+  std::size_t steps_ = 0;  ///< requested by step()
   double rate_ = 1, position_ = 0;
-  std::optional<double> wanted_;  ///< s: to go there
-  std::optional<WallTime> at_;    ///< when position_ was right; none: the clock stands
+  std::optional<double> wanted_;  ///< s: requested by seek()
+  std::optional<WallTime> at_;    ///< instant of position_; none: paused
 };
 
 }  // namespace parhelion::runtime

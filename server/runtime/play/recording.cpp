@@ -20,15 +20,15 @@ namespace {
 struct Entry {
   std::uint64_t offset;  ///< of the payload
   std::int64_t arrival;  ///< ns
-  std::int64_t t;        ///< ns after the session began, never falling
+  std::int64_t t;        ///< ns since the session's start, does not decrease
   std::uint32_t size;
   std::uint16_t channel;
 };
 
-/// Where the messages of one channel are.
+/// Messages of one channel.
 struct Channel {
   std::string name;
-  bool adds_up = false;  ///< each message counts, not the newest alone
+  bool adds_up = false;  ///< every message counts, not only the newest
   std::vector<std::size_t> entries;
 };
 
@@ -86,7 +86,7 @@ struct Recording::State {
   std::uint16_t number_of(const std::string& channel);
 };
 
-/// The session's own names of the channels that add up.
+/// Looks up the session's names of the channels of which every message counts.
 Status Recording::State::begin(const Message& message) {
   if (message.channel != channel::mr_session) {
     return Error{path + ": its first message is on " + message.channel +
@@ -112,7 +112,7 @@ std::uint16_t Recording::State::number_of(const std::string& name) {
   return number;
 }
 
-/// Whether it is to be heard again after a seek.
+/// Whether it is repeated after a seek.
 bool Recording::State::take_event(const Message& message, double t) {
   Event event;
   if (!decode(message.channel, message.payload, event)) return true;

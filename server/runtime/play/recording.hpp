@@ -1,4 +1,4 @@
-// A session log that is read from anywhere: where each message lies, and what a place in it is made of.
+// Random access to a session log: the index of its messages, and the state at any position.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,19 @@
 
 namespace parhelion::runtime {
 
-/// An event worth a mark on a seek bar.
+/// An event to mark on a seek bar.
 struct RecordedMark {
-  double t = 0;      ///< s after the session began
-  std::string kind;  ///< EventKind in words, or "mark"
-  std::string text;  ///< who and what
-  bool bad = false;  ///< somebody got hurt, points were lost
+  double t = 0;      ///< s since the session's start
+  std::string kind;  ///< name of the EventKind, or "mark"
+  std::string text;  ///< description
+  bool bad = false;  ///< an injury or a deduction
 };
 
-/// Immutable after open(); one thread at a time reads messages.
+/// Immutable after open(); only one thread at a time may read messages.
 class Recording {
  public:
-  /// Reads the log once. Error: it cannot be read, or its first message is no MR_SESSION. A damaged place is
-  /// left out and counted. `progress`: bytes done and of all; may be empty; false stops.
+  /// Indexes the log. Error: it cannot be read, or its first message is not MR_SESSION. Damaged parts are
+  /// skipped and counted. `progress`: bytes done and in total; may be empty; false stops.
   static Result<Recording> open(const std::string& path,
                                 const std::function<bool(std::uint64_t, std::uint64_t)>& progress = {});
   Recording(Recording&&) noexcept;
@@ -36,16 +36,16 @@ class Recording {
   std::size_t size() const;  ///< messages
   ArrivalTime arrival(std::size_t i) const;
   const std::string& channel(std::size_t i) const;
-  /// s after the session began; never falls from one message to the next.
+  /// s since the session's start; does not decrease.
   double t(std::size_t i) const;
   double duration() const;  ///< s, to the last message
-  /// How many messages have come by `t` s.
+  /// Number of messages up to `t` s.
   std::size_t count_until(double t) const;
-  /// Into `message`, whose buffers are used again.
+  /// Reads into `message`, whose buffers are reused.
   Status read(std::size_t i, Message& message) const;
 
-  /// Messages, ascending, after which a listener knows what one knows that has heard all of [from, to):
-  /// commands to agents and events one by one (but for contacts that go on), of all else the newest.
+  /// Indices of the messages, ascending, that give a receiver the same state as all of [from, to): every
+  /// command to agents and every event (except collision_continued), and the newest of all others.
   std::vector<std::size_t> news(std::size_t from, std::size_t to) const;
 
   const std::vector<RecordedMark>& marks() const;

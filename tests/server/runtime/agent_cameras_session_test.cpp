@@ -1,4 +1,4 @@
-// The pictures of agents' cameras in live sessions: replay makes the same bytes, and a pause makes none.
+// Images of agents' cameras in live sessions: replay produces the same bytes, and a pause produces no images.
 #include <gtest/gtest.h>
 
 #include "tests/server/runtime/loop_fixture.hpp"

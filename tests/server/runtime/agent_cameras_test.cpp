@@ -1,4 +1,4 @@
-// What the camera of a virtual robot sees goes out on MR_AGENT_<name>_CAMERA.
+// Images of a virtual robot's camera are published on MR_AGENT_<name>_CAMERA.
 #include <gmock/gmock.h>
 
 #include <set>
@@ -16,7 +16,7 @@ using testing::HasSubstr;
 constexpr int width = 64, height = 48;
 const std::string pictures = "MR_AGENT_rover_1_CAMERA";
 
-/// The rover whose camera takes small pictures, looking along x from `x` on the map's x axis.
+/// The rover with small camera images, heading along x from `x` on the map's x axis.
 AgentDefinition rover(double x, double rate = 5) {
   AgentDefinition agent = test::agent("rover_1", AgentKind::robot, x, 0);
   agent.model = "rover";
@@ -34,7 +34,7 @@ tick::Configuration with_rovers(std::vector<AgentDefinition> agents, Scenario sc
 
 class AgentCamerasTest : public test::TickTest {
  protected:
-  /// Feeds messages; every frame is drawn at once, as in a replay on one thread.
+  /// Feeds messages; every frame is rendered at once, as in a replay on one thread.
   void watch(const std::vector<Message>& log) {
     if (!renderer_) renderer_.emplace(configuration_.model, true, 0);
     ASSERT_EQ(renderer_->fault(), "");
@@ -58,7 +58,7 @@ class AgentCamerasTest : public test::TickTest {
         out_[entry.channel].push_back(entry.payload);
     }
   }
-  /// What the first rover's camera sees at last of a scene with these agents.
+  /// The last image of the first rover's camera in a scene with these agents.
   std::vector<std::uint8_t> seen(std::vector<AgentDefinition> agents, SemanticModel model = test::room()) {
     tick::Configuration configuration = with_rovers(std::move(agents));
     configuration.model = std::move(model);
@@ -89,7 +89,7 @@ class AgentCamerasTest : public test::TickTest {
   Event order_camera(const std::string& name, double rate, double at) {
     return answer_to(CameraRate{.agent = name, .rate = rate}, at);
   }
-  /// Steps until `t` seconds after the start.
+  /// Does the steps until `t` seconds after the start.
   void run(double t) {
     outputs_.clear();
     tick::advance(configuration_,
@@ -107,7 +107,7 @@ int blue_of(const std::vector<std::uint8_t>& bgr, int u, int v) {
   return bgr[static_cast<std::size_t>(3 * (v * width + u))];
 }
 
-/// Columns and rows in which two pictures differ by more than noise and coding.
+/// Columns and rows in which two images differ by more than noise and coding.
 struct Differing {
   std::set<int> columns, rows;
 };
@@ -162,7 +162,7 @@ TEST_F(AgentCamerasTest, SeeAnAgentInFrontAndNoneBehindAWall) {
 }
 
 TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
-  // It drives about the origin; the first SLAM word puts it to (1.5, 0).
+  // The robot drives around the origin; the first SLAM estimate is (1.5, 0).
   auto small = with_rovers({rover(-0.5)});
   const auto with = seen(small);
   bool seen_body = false;
@@ -178,7 +178,7 @@ TEST_F(AgentCamerasTest, SeeTheTraineesRobotWhichIsReal) {
   watch(lost);
   std::vector<std::uint8_t> without;
   ASSERT_TRUE(render::JpegCodec().decode(decoded<Image>(pictures).back().bytes, without).ok());
-  EXPECT_FALSE(differing(with, without).columns.empty()) << "without a pose nobody knows where it is";
+  EXPECT_FALSE(differing(with, without).columns.empty()) << "without a pose its position is unknown";
 }
 
 TEST_F(AgentCamerasTest, AreOffAndCostNothingWhereNobodyAsksForThem) {

@@ -1,5 +1,5 @@
-// What an agent's laser publishes is what it would with every body of the world cast by one thread, not only
-// those that nothing hides.
+// An agent's laser scan is the same as with every body of the world cast by one thread, not only the visible
+// ones.
 #include <gmock/gmock.h>
 
 #include "server/runtime/thread_pool.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 class AgentLaser : public test::TickTest {
  protected:
-  /// The scan of `agent` that was taken at `end`, the `sequence`-th of the session, with all bodies.
+  /// The scan of `agent` at `end`, the `sequence`-th of the session, cast with all bodies.
   std::vector<std::uint8_t> with_all_bodies(const std::string& agent, SimulationTime end,
                                             std::uint64_t sequence) {
     LaserDescription laser = *load_laser_preset("lms-200");
@@ -63,7 +63,7 @@ tick::Configuration scene_with_lasers() {
                                     test::agent("low", AgentKind::box, 0, 0),
                                     test::agent("barrel", AgentKind::barrel, 0.6, -0.4)});
   scene.scenario.agents[0].laser = scene.scenario.agents[1].laser = "lms-200";
-  scene.scenario.agents[4].size = {0.4, 0.4, 0.29};  // its top is under the laser's plane by a centimetre
+  scene.scenario.agents[4].size = {0.4, 0.4, 0.29};  // its top is a centimetre below the laser's plane
   return scene;
 }
 
@@ -73,7 +73,7 @@ TEST_F(AgentLaser, SeesTheSameAsIfEveryBodyWereCast) {
   std::size_t compared = 0;
   for (const Message& input : test::drive(2)) {
     feed(input);
-    // Which step asked is not in the message: the scan's stamp is its sweep's start.
+    // The message does not identify the requesting step: the scan's stamp is its sweep's start.
     std::vector<const tick::Outputs::Entry*> scans;
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
       if (entry.channel.starts_with("MR_AGENT_")) scans.push_back(&entry);
@@ -85,7 +85,7 @@ TEST_F(AgentLaser, SeesTheSameAsIfEveryBodyWereCast) {
       const LaserDescription laser = *load_laser_preset("lms-200");
       std::vector<float> time;
       const scan::Sweep sweep = scan::beam_times(laser, static_cast<std::size_t>(laser.beams), time);
-      // On the wire are microseconds; the instant is that of the nearest step.
+      // Stamps have microseconds on the wire; use the nearest step's instant.
       const double rate = configuration_.scenario.physics_rate;
       const SimulationTime began = simulation_time(ArrivalTime::from_utime(test::start_us - 2000));
       const double since = (SimulationTime{scan.stamp.ns + sweep.end.ns} - began).seconds();

@@ -1,4 +1,4 @@
-// What IMU, POSE, JOINT_STATE and JOINT_CMD do: the tilt of the robot, its place, its camera head, its
+// Effects of IMU, POSE, JOINT_STATE and JOINT_CMD: the robot's tilt, its position, its camera head, its
 // joints.
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ RobotDescription robot_with_imu() {
   return robot;
 }
 
-/// IMU at 50 Hz from one instant to another, the robot pitched by `pitch` on its way round.
+/// IMU at 50 Hz from one instant to another, the robot pitched by `pitch` on its circle.
 std::vector<Message> imu_messages(double from, double to, double pitch) {
   std::vector<Message> log;
   for (double t = from; t < to; t += 0.02) {
@@ -51,7 +51,7 @@ std::size_t beams_on_agents(const std::vector<ScanInfo>& infos, std::size_t from
 
 TEST_F(TickTest, OnARampTheBeamsPassOverWhatTheyWouldHitOnTheLevel) {
   start(with_robot(robot_with_imu()));
-  // Nose up for a second; then the sensor is silent, and the attitude not known any more.
+  // Nose up for a second; then the sensor is silent, and the attitude unknown.
   feed(test::drive(2.5, imu_messages(0, 1, -0.3)));
   const auto infos = decoded<ScanInfo>(channel::mr_scan_info);
   ASSERT_EQ(infos.size(), 25U);
@@ -95,7 +95,7 @@ TEST_F(TickTest, WithoutAMountingInTheDescriptionThereIsNoAttitude) {
     EXPECT_FALSE(world.attitude_known);
 }
 
-/// POSE in place of POSE_COV.
+/// POSE instead of POSE_COV.
 std::vector<Message> with_plain_poses(std::vector<Message> log) {
   for (Message& each : log) {
     if (each.channel != channel::pose_cov) continue;
@@ -169,7 +169,7 @@ TEST_F(TickTest, ACameraOnAHeadLooksWhereTheEncodersSay) {
   ASSERT_EQ(outputs_.frames().size(), 1U);
   const tick::Outputs::Frame& frame = outputs_.frames().front();
   EXPECT_EQ(frame.reason, "");
-  // A turn of the head about the base's own axis is a turn of the robot for the camera.
+  // For the camera, a turn of the head about the base's own axis is a turn of the robot.
   const auto robot = *state_->robots.front().pose.track.at(SensorTime::from_utime(seen));
   const auto expected = robot.T_map_base * Transform<Base, Base>::planar(0, 0, 0.7) *
                         configuration_.robot.camera->T_base_optical;
@@ -207,7 +207,7 @@ TEST_F(TickTest, ARollingShutterShowsABodyAtTheInstantOfItsRow) {
       if (definition.entity == "box_1") shown[readout] = body.T_map_body;
     });
     if (readout == 0) continue;
-    // Seen from the camera of the row it is in, the box stands where it is.
+    // Seen from the camera's pose at its row, the box is at its true position.
     const CameraIntrinsics& lens = robot.camera->intrinsics;
     const Eigen::Vector3d centre(0, 0, 0.3);
     const Eigen::Vector3d p = job.T_map_optical.inverse() * (shown[0.0] * centre);
@@ -233,23 +233,23 @@ TEST_F(TickTest, JointCommandsPassAndStopBySilence) {
   auto said = decoded<Joints>(channel::mr_joint_cmd);
   ASSERT_EQ(said.size(), 1U);
   EXPECT_EQ(out_[channel::mr_joint_cmd].front(), message("", 0, command).payload);
-  // The encoders go on, the commands do not.
+  // The encoders continue, the commands stop.
   for (int t = 300; t <= 900; t += 100) {
     Joints now = measured;
     now.stamp = SensorTime::from_utime(at(t));
     feed(message(channel::joint_state, at(t), now));
   }
   said = decoded<Joints>(channel::mr_joint_cmd);
-  ASSERT_GE(said.size(), 3U) << "a stop is said again and again";
+  ASSERT_GE(said.size(), 3U) << "a stop is repeated";
   ASSERT_LE(said.size(), 5U);
   for (std::size_t i = 1; i < said.size(); ++i) {
     EXPECT_GE(said[i].stamp.utime(), at(600));
     EXPECT_EQ(said[i].names, command.names);
-    EXPECT_EQ(said[i].positions, (std::vector<double>{1.25, 0.1})) << "held where the encoders say";
+    EXPECT_EQ(said[i].positions, (std::vector<double>{1.25, 0.1})) << "held at the encoder positions";
     EXPECT_EQ(said[i].velocities, (std::vector<double>{0, 0}));
     EXPECT_EQ(said[i].efforts, (std::vector<double>{0, 0}));
   }
-  // A new command passes at once.
+  // A new command passes immediately.
   feed(message(channel::joint_cmd, at(950), command));
   EXPECT_EQ(out_[channel::mr_joint_cmd].back(), message("", 0, command).payload);
 }

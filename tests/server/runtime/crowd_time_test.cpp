@@ -1,4 +1,4 @@
-// A crowd that a machine cannot step in time.
+// A crowd that a machine cannot simulate in real time.
 #include "server/runtime/crowd_time.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Many sessions at once: the same table for any number of threads, and one bad log stops nothing.
+// Many sessions: the same table for any number of threads, and one bad log does not stop the rest.
 #include "server/runtime/grade_batch.hpp"
 
 #include <gmock/gmock.h>
@@ -77,7 +77,7 @@ TEST_F(GradeBatch, OneBadLogIsReportedAndTheRestIsGraded) {
   const auto json = nlohmann::json::parse(to_json(rows));
   EXPECT_TRUE(json[6].contains("error"));
   EXPECT_EQ(json[0]["tasks"], 2);
-  // As many fields in each line of the table.
+  // Each line of the table has the same number of fields.
   const std::string csv = to_csv(rows);
   EXPECT_EQ(std::count(csv.begin(), csv.begin() + static_cast<long>(csv.find('\r')), ','), 18);
 }

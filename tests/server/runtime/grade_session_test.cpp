@@ -1,4 +1,4 @@
-// A session log is graded by what it holds.
+// A session log is graded by its contents only.
 #include "server/runtime/grade_session.hpp"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ Condition on(EventKind kind, const std::string& object) {
   return condition;
 }
 
-/// The synthetic drive, with a barrel put in its way, as a session log.
+/// The synthetic drive, with a barrel on its path, as a session log.
 class GradeSession : public testing::Test {
  protected:
   std::string record(const std::string& name, const std::function<void(Scenario&)>& change = {}) {
@@ -121,7 +121,7 @@ TEST_F(GradeSession, TheSameBytesForAnyNumberOfThreadsScoreIncluded) {
 
 TEST_F(GradeSession, TheScoreThatWasSaidLastIsTheScoreOfTheLogAndOfTheReport) {
   const std::string path = record("a.lcm", [](Scenario& scenario) {
-    scenario.training->penalties[0].points = 0.1;  // no sum of these is exact
+    scenario.training->penalties[0].points = 0.1;  // sums of these are inexact
     scenario.training->penalties[0].per_impulse = 1.0 / 3;
   });
   std::vector<Event> said;

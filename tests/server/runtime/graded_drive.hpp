@@ -1,4 +1,4 @@
-// A scripted drive that is graded by what it publishes, as a session log of it would be.
+// A scripted drive, graded from its published messages like a session log.
 #pragma once
 
 #include "server/training/grader.hpp"
@@ -28,17 +28,17 @@ class GradedDrive : public ScriptedDrive {
       grader_->take(world_);
     }
   }
-  /// One place after the other.
+  /// Drives to one position after the other.
   void drive_by(const std::vector<Eigen::Vector2d>& places, double speed, double limit = 40) {
     for (const Eigen::Vector2d& place : places)
       EXPECT_TRUE(drive_to(place, speed, limit)) << place.transpose() << " was not reached";
   }
-  /// Waits until all tasks have ended, or for so long.
+  /// Waits until all tasks have ended, at most `limit` s.
   void stand(double limit) {
     drive(
         Twist2{}, [this] { return over(); }, limit);
   }
-  /// Turns on the spot until it looks at a place.
+  /// Turns on the spot towards a position.
   void look_at(const Eigen::Vector2d& place) {
     const auto ask = [&] { return towards(place, 0); };
     const auto looks = [&] { return std::abs(towards(place, 0).wz) < 0.05; };

@@ -14,7 +14,7 @@ namespace {
 
 std::vector<std::uint8_t> scan_bytes(std::uint8_t first) { return {first, 2, 3}; }
 
-/// Keeps the first byte of each scan that is sent, in order.
+/// Keeps the first byte of each published scan, in order.
 class Sent {
  public:
   Guard::Publish publisher() {
@@ -72,7 +72,7 @@ TEST(Guard, AnswersEachScanExactlyOnceAndInOrderHoweverTheThreadsRace) {
       const WallTime until = steady_now() + microseconds(40 + 60 * (i % 5));
       while (steady_now() < until) {
       }
-      // The loop is up to three scans behind, so that the guard's turn comes in the middle of its answers.
+      // The loop is up to three scans behind, so that the guard fires between its results.
       while (waiting.size() > static_cast<std::size_t>(i % 4)) {
         const std::uint64_t ticket = waiting.front();
         waiting.pop_front();

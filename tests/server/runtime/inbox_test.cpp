@@ -19,7 +19,7 @@ class InboxTest : public testing::Test {
                [this](std::span<const std::uint8_t> scan) { sent_raw_.push_back(scan.back()); }) {
     EXPECT_TRUE(server_->subscribe(".*", 2000).ok());
   }
-  /// Of a scan only what the inbox looks at.
+  /// Only the part of a scan that the inbox checks.
   void send_scan(std::uint8_t mark) {
     std::vector<std::uint8_t> bytes;
     encode(Scan{}, bytes);
@@ -30,7 +30,7 @@ class InboxTest : public testing::Test {
     const std::uint8_t bytes[] = {byte};
     ASSERT_TRUE(robot_->publish(channel, bytes).ok());
   }
-  /// All that was sent.
+  /// Takes everything that was sent.
   std::vector<Arrived> take_all(Inbox& inbox) {
     inbox.close();
     std::vector<Arrived> all;
@@ -110,7 +110,7 @@ TEST_F(InboxTest, InboxGivesTheOldestScansUpToTheGuardWhereTheyTakeTooMuchMemory
   const std::uint64_t given_up = inbox.take_given_up();
   EXPECT_EQ(given_up, 15U);
   EXPECT_EQ(taken.size(), 10U);
-  EXPECT_EQ(inbox.take_given_up(), 0U) << "said once";
+  EXPECT_EQ(inbox.take_given_up(), 0U) << "reported once";
   EXPECT_EQ(inbox.dropped(), given_up);
   ASSERT_EQ(sent_raw_.size(), given_up);
   for (std::size_t i = 0; i < sent_raw_.size(); ++i)
@@ -177,7 +177,7 @@ TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
   const std::uint8_t own[] = {7};
   sent.add("IMU", own);
   const WallTime start = steady_now();
-  // TELEOP comes after all that was sent before it.
+  // TELEOP arrives after everything sent before it.
   const auto taken_after = [&](double t, std::initializer_list<const char*> channels) {
     for (const char* channel : channels) send(channel);
     EXPECT_TRUE(robot_->publish("IMU", own).ok());
@@ -189,7 +189,7 @@ TEST_F(InboxTest, InboxTellsOfAForeignPublisherOnceAMinuteAndChannel) {
   EXPECT_EQ(taken_after(1, {"SCAN", "ODOMETRY"}), 1U) << "only the other channel is news";
   EXPECT_EQ(taken_after(59, {"SCAN"}), 0U);
   EXPECT_EQ(taken_after(61.5, {"SCAN", "ODOMETRY"}), 2U);
-  EXPECT_EQ(taken_after(200, {}), 0U) << "what is over is not told again";
+  EXPECT_EQ(taken_after(200, {}), 0U) << "not reported again";
 }
 
 }  // namespace

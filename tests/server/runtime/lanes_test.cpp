@@ -6,8 +6,7 @@ namespace {
 
 class Lanes : public test::GradedDrive {
  protected:
-  /// How the flippers are held, deg: up before what is to be climbed, pressed down once the robot pitches up
-  /// by more than `at`.
+  /// Flipper angles, deg: up before an obstacle, pressed down once the robot pitches up by more than `at`.
   struct Flippers {
     double up, down, at;
   };

@@ -1,4 +1,4 @@
-// The depth camera of a simulated robot: DEPTH as a real robot's depth camera sends it.
+// The depth camera of a simulated robot publishes DEPTH like a real one.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 
 using test::LevelsTest;
 
-/// The rover with a small depth camera where its camera is, of which it takes each third instant.
+/// The rover with a small depth camera at its camera's mount, at a third of its rate.
 tick::Configuration with_depth(std::vector<AgentDefinition> agents = {}) {
   tick::Configuration configuration = test::level_1(std::move(agents));
   DepthCameraDescription& depth = configuration.robot.depth.emplace();
@@ -28,7 +28,7 @@ tick::Configuration with_depth(std::vector<AgentDefinition> agents = {}) {
 
 class LevelsDepth : public LevelsTest {
  protected:
-  /// Steps for a time, s; every frame is drawn at once, as in a replay.
+  /// Steps for `duration` s; every frame is rendered at once, as in a replay.
   void watch(double duration) {
     RenderThread renderer(configuration_.model, true, 0);
     ASSERT_EQ(renderer.fault(), "");

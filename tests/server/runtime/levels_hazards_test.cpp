@@ -1,5 +1,5 @@
-// What ends a drive of a simulated robot: radio range, an empty battery, a lost console; and what its hazard
-// sensor reads.
+// What ends a drive of a simulated robot: radio range, an empty battery, a lost console; and the readings of
+// its hazard sensor.
 #include <gmock/gmock.h>
 
 #include "server/runtime/report.hpp"
@@ -96,7 +96,7 @@ TEST_F(LevelsTest, AnOperatorDrivesOneRobotAtATimeAndALostConsoleStopsIt) {
   EXPECT_EQ(switched[1].object, "robot_1");
   run(3);
   const auto lost = events(EventKind::console_lost);
-  ASSERT_EQ(lost.size(), 1U) << "nothing heard for a second";
+  ASSERT_EQ(lost.size(), 1U) << "no messages for a second";
   EXPECT_EQ(lost[0].object, "robot_1");
   says("trainee", OperatorWord::State::drives);
   run(3.5, Twist2{0.4, 0, 0});

@@ -1,4 +1,4 @@
-// A session of a simulated robot, live on a bus: its log replays to the same bytes, and as a real robot's.
+// A live session of a simulated robot on a bus: its log replays to the same bytes, also as a real robot's.
 #include <gtest/gtest.h>
 
 #include <atomic>

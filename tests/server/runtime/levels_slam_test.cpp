@@ -1,4 +1,4 @@
-// Level 1 with `slam: true`: MRPT's SLAM reads the simulated SCAN and ODOMETRY and says where the robot is.
+// Level 1 with `slam: true`: MRPT's SLAM estimates the pose from the simulated SCAN and ODOMETRY.
 #include <gmock/gmock.h>
 
 #include <deque>
@@ -28,7 +28,7 @@ class LevelsSlamTest : public test::TickTest {
     now_ = ArrivalTime{state_->simulation.now().ns};
   }
 
-  /// What came out goes to SLAM; its word comes back some time after the scan.
+  /// Passes the outputs to SLAM; its estimate arrives some time after the scan.
   void hear() {
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
       out_[entry.channel].push_back(entry.payload);
@@ -99,7 +99,7 @@ class LevelsSlamTest : public test::TickTest {
   int compared_ = 0;
 };
 
-/// Share of the map's occupied cells that lie within 0.1 m of something of the model.
+/// Fraction of the map's occupied cells within 0.1 m of the model.
 double explained(const pose::GridMap& map, const SemanticModel& model) {
   int occupied = 0, near = 0;
   for (int row = 0; row < map.height; ++row) {
@@ -131,7 +131,7 @@ TEST_F(LevelsSlamTest, TheRobotDrivesByWhatSlamSaysAndTheMapIsMade) {
   EXPECT_LT(worst_, 0.10);
   EXPECT_LT(worst_turn_, 0.07);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
-  EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "SLAM says it, and nobody else";
+  EXPECT_EQ(out_.count(channel::pose_cov), 0U) << "only SLAM publishes it";
   EXPECT_THAT(tick::slam_note(state_->robots.front().sensors.get()), testing::HasSubstr("poses, off by"));
   const auto path = slam_->finish();
   EXPECT_GT(path.size(), 900U);

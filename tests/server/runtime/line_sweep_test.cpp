@@ -1,5 +1,5 @@
-// A 2D laser that is swept over the site, nodding or on its side: its lines become cloud and model as depth
-// images do.
+// A 2D laser swept over the site, nodding or mounted on its side: its lines extend cloud and model like depth
+// images.
 #include "server/runtime/line_sweep.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ LineLaserDescription line_laser(bool nods) {
   line.laser.T_base_laser = Transform<Base, Laser>::planar(0.1, 0, 0, 0.6);
   if (nods) {
     line.head.push_back({"tilt", {0.1, 0, 0.6}, Eigen::Vector3d::UnitY()});
-  } else {  // on its side: the plane stands across the way, its middle upwards
+  } else {  // mounted on its side: the plane is perpendicular to the path, its middle upwards
     const Eigen::Quaterniond up(Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitY()));
     line.laser.T_base_laser = {up, {0.1, 0, 0.6}};
   }
@@ -74,7 +74,8 @@ Scan line_at(double t, const LineLaserDescription& line, const Tilt& tilt, const
   return scan;
 }
 
-/// What arrives, each with the lag of its driver: the encoder's word comes 60 ms after its moment.
+/// Messages in order of arrival, each with its driver's latency: encoder values arrive 60 ms after their
+/// stamp.
 std::vector<Message> drive(double duration, const LineLaserDescription& line, const Tilt& tilt) {
   std::vector<Message> log = test::drive(duration);
   const SemanticModel site = furnished_room();
@@ -131,8 +132,8 @@ double worst_of(const cloud::PointCloud<Map>& cloud) {
   return worst;
 }
 
-/// What one view after the other makes of a model that lacks one of the room's walls; the wall has to be
-/// found, and nothing else that would be a wall.
+/// Adds one view after the other to a model without one of the room's walls; the wall must be found, and
+/// nothing else that looks like a wall.
 void expect_the_missing_wall(const std::vector<LineView>& views, const std::string& missing) {
   SemanticModel known = furnished_room();
   const auto wall = std::find_if(known.entities.begin(), known.entities.end(),
@@ -181,7 +182,7 @@ TEST(LineSweep, ALaserOnItsSideFindsItByDriving) {
 TEST(LineSweep, HeldEncodersAreNotBelieved) {
   const auto line = line_laser(true);
   auto log = drive(4, line, nodding);
-  // The encoder falls silent after two seconds; its last word holds for 0.2 s elsewhere.
+  // The encoder stops after two seconds; elsewhere its last value is used for 0.2 s.
   std::erase_if(log, [](const Message& m) {
     return m.channel == channel::joint_state && m.arrival > ArrivalTime::from_utime(at(2.06));
   });

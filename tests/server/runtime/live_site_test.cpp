@@ -1,4 +1,4 @@
-// The site that grows while the server runs: what a depth camera sees is added, what is modelled stays.
+// Updates of the site at run time: depth images are added, modelled entities stay.
 #include "server/runtime/live_site.hpp"
 
 #include <gtest/gtest.h>
@@ -11,9 +11,9 @@
 namespace parhelion::runtime {
 namespace {
 
-constexpr double kWallX = 3, kSideY = -1.5, kHeight = 2.6;  // m, of the room that the camera looks at
+constexpr double kWallX = 3, kSideY = -1.5, kHeight = 2.6;  // m, of the room in front of the camera
 
-/// A camera 1 m over the floor, level, that looks along `yaw`.
+/// A camera 1 m over the floor, level, with heading `yaw`.
 Transform<Map, DepthOptical> camera_at(double x, double y, double yaw) {
   Eigen::Matrix3d R_map_optical;
   R_map_optical.col(0) = Eigen::Vector3d(std::sin(yaw), -std::cos(yaw), 0);
@@ -30,8 +30,8 @@ DepthCameraDescription depth_camera() {
   return camera;
 }
 
-/// What the camera measures of a floor, a wall across and a wall at its right, from `really`; the view says
-/// it was at `said`.
+/// A depth image of a floor, a wall ahead and a wall at the right, taken from `really`; the view's pose is
+/// `said`.
 PlacedDepth view(const Transform<Map, DepthOptical>& really, const Transform<Map, DepthOptical>& said) {
   PlacedDepth result{{}, depth_camera(), said};
   const CameraIntrinsics& lens = result.camera.intrinsics;
@@ -61,7 +61,7 @@ PlacedDepth view(const Transform<Map, DepthOptical>& really, const Transform<Map
   return result;
 }
 
-/// The floor and the wall at the right are known; the wall across is not.
+/// The floor and the wall at the right are known; the wall ahead is not.
 SemanticModel known() {
   SemanticModel model;
   model.map_id = "site";
@@ -103,7 +103,7 @@ TEST(LiveSite, PutsAViewRightWhosePoseIsOff) {
   const auto really = camera_at(0.2, 0.1, -0.5), said = camera_at(0.26, 0.06, -0.49);
   const auto model = site.add(view(really, said));
   ASSERT_TRUE(model.ok()) << model.error().message;
-  double worst = 0;  // of the cloud's points from the three planes
+  double worst = 0;  // largest distance of the cloud's points from the three planes
   for (const Eigen::Vector3f& p : site.cloud().points) {
     worst = std::max<double>(
         worst, std::min({std::abs(p.x() - kWallX), std::abs(p.y() - kSideY), std::abs(1.0 * p.z())}));
@@ -118,7 +118,7 @@ TEST(LiveSite, TheSameViewAgainIsNothingNew) {
   const std::size_t points = site.cloud().size();
   const auto again = site.add(view(at, at));
   ASSERT_TRUE(again.ok()) << again.error().message;
-  // Matching moves the view by a millimetre, and points that lay just within the spacing come in.
+  // Registration moves the view by a millimetre, which adds points that lay just within the spacing.
   EXPECT_LT(site.cloud().size() - points, points / 6);
 }
 

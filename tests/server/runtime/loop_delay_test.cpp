@@ -1,5 +1,5 @@
-// What holds the live server up: its own thread, its timer, its disk. The guard answers meanwhile, the log
-// says so, and replays to the same bytes.
+// Delays of the live server: by its own thread, its timer, its disk. The guard publishes meanwhile, the log
+// records it, and replays to the same bytes.
 #include <algorithm>
 
 #include "tests/server/runtime/loop_fixture.hpp"
@@ -59,7 +59,7 @@ TEST_F(LoopDelayTest, LoopWhoseDiskStallsAtAGuardedScanReplaysToTheSameBytes) {
     test::StalledDisk disk;
     open_gate();
     EXPECT_TRUE(disk.await_a_write());
-    std::this_thread::sleep_for(std::chrono::milliseconds(600));  // that the loop is to lag behind
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));  // delay of the loop
   }
   play({last_scan + 1, log.end()}, 1.0);
   stop();
@@ -100,7 +100,7 @@ TEST_F(LoopDelayTest, LoopWhoseDiskStallsAnswersEveryScanInOrderAndItsLogIsWhole
 }
 
 TEST_F(LoopDelayTest, LoopWithTooManyScansWaitingAnswersThemAndSaysWhatItsLogLacks) {
-  options_.inbox.bytes = 10'000;  // some ten scans
+  options_.inbox.bytes = 10'000;  // about ten scans
   serve_in_background(test::configuration({agent("barrel_1", AgentKind::barrel, 0, 0)}));
   const auto log = test::drive(8);
   const auto half = static_cast<std::ptrdiff_t>(log.size() / 2);

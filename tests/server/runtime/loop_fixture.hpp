@@ -1,4 +1,4 @@
-// A live session on a thread of its own, spoken to by a test over a memory bus.
+// A live session on its own thread, connected to a test by a memory bus.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace parhelion::test {
 
-/// A live session over a memory bus: the test is the robot on its other end.
+/// A live session over a memory bus: the test acts as the robot.
 class LoopTest : public testing::Test {
  protected:
   LoopTest() : server_bus_(hub_.connect()), robot_(hub_.connect()) {
@@ -59,7 +59,7 @@ class LoopTest : public testing::Test {
       ASSERT_TRUE(robot_->publish(each.channel, each.payload).ok());
     }
   }
-  /// Receives until `count` messages of a channel have come.
+  /// Receives until `count` messages of a channel have arrived.
   std::vector<Message> await(const std::string& channel, std::size_t count) {
     std::vector<Message> all;
     Message message;
@@ -71,7 +71,7 @@ class LoopTest : public testing::Test {
     return all;
   }
 
-  /// Receives until the last scan of a recording has gone out; keeps the scans.
+  /// Receives until the last scan of a recording was published; keeps the scans.
   bool await_scan(std::span<const Message> log) {
     const std::int64_t last = stamps({log.begin(), log.end()}, channel::scan).back();
     Message message;
@@ -83,13 +83,13 @@ class LoopTest : public testing::Test {
       if (leading_stamp(message.payload)->utime() == last) return true;
     }
   }
-  /// Holds the loop up until open_gate(). The guard and the inbox go on.
+  /// Blocks the loop until open_gate(). The guard and the inbox continue.
   void shut_gate() {
     gate_shut_ = true;
     while (!at_gate_) std::this_thread::yield();
   }
   void open_gate() { gate_shut_ = false; }
-  /// Receives until the physics has got so far beyond the input that came last.
+  /// Receives until the physics is this far beyond the last input.
   bool await_timer(Duration beyond) {
     const WallTime from = runtime::wall_now();
     Message message;
@@ -142,8 +142,8 @@ class LoopTest : public testing::Test {
   runtime::ServeOptions options_;
   std::atomic<bool> stop_ = false, started_ = false;
   std::atomic<bool> gate_shut_ = false, at_gate_ = false;
-  std::vector<Message> heard_;     ///< MR_SCAN, by await_scan()
-  std::vector<std::string> said_;  ///< to a person; whole after stop()
+  std::vector<Message> heard_;     ///< MR_SCAN, from await_scan()
+  std::vector<std::string> said_;  ///< messages for people; complete after stop()
   std::optional<Result<runtime::Report>> report_;
   std::thread thread_;
 };

@@ -1,4 +1,4 @@
-// The live server over a memory bus: every scan answered, and its session log replays to the same bytes.
+// The live server over a memory bus: every scan has a result, and its session log replays to the same bytes.
 #include "server/tick/foreign_publisher.hpp"
 #include "tests/server/runtime/loop_fixture.hpp"
 #include "tests/server/tick/level_1.hpp"
@@ -85,7 +85,7 @@ TEST_F(LoopTest, LoopAcknowledgesACommandOnlyAfterItIsInTheLog) {
     ASSERT_TRUE(decode(events[0].channel, events[0].payload, event).ok());
     accepted = event.request == 99 && event.kind == EventKind::command_accepted;
     if (!accepted) continue;
-    // The server still runs: what is in the file now is what a kill would leave.
+    // The server is still running: a kill would leave the current file.
     auto reader = LogReader::open(folder_ / "session.lcm");
     ASSERT_TRUE(reader.ok());
     bool found = false;
@@ -121,7 +121,7 @@ TEST_F(LoopTest, LoopPassesOnAScanThatItCannotReadAndNotWhatIsNoScan) {
     Message scan = test::message(channel::scan, 0, test::scan_at(0.1 * i));
     if (i % 2 == 0) scan.payload.resize(scan.payload.size() / 2);
     sent.push_back(scan);
-    if (i == 10) shut_gate();  // from here on it is the guard that answers
+    if (i == 10) shut_gate();  // from here on the guard publishes
     ASSERT_TRUE(robot_->publish(scan.channel, scan.payload).ok());
     const Message foreign =
         test::message(channel::scan, 0, Odometry{SensorTime::from_utime(test::start_us), {}});

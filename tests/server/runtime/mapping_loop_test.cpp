@@ -1,5 +1,4 @@
-// The live server that maps while it runs: the model grows, scans go on, and the session replays to the same
-// bytes.
+// A live server with mapping: the model grows, scans continue, and the session replays to the same bytes.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// A new version of the model takes the old one's place at a step, is an input of the log, and replay obeys
-// it.
+// A new version of the model replaces the old one at a step, is an input of the log, and is applied by
+// replay.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -54,7 +54,7 @@ class ModelChangeTest : public testing::Test {
     }
     return count;
   }
-  /// Range to the building along x from the middle of the room.
+  /// Range to the building along x from the centre of the room.
   float range_ahead() {
     const float time = 0;
     scan::RangeHit hit;

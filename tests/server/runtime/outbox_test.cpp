@@ -64,7 +64,7 @@ TEST(Outbox, OutboxWritesTheNoteOnAnAnswerTogetherWithIt) {
   EXPECT_EQ(log[4].channel, "MR_SCAN");
 }
 
-/// A bus on which `slow` takes until it is released.
+/// A bus on which sending on the channel `slow` blocks until it is released.
 class SlowBus : public Bus {
  public:
   Status publish(std::string_view channel, std::span<const std::uint8_t>) override {
@@ -89,7 +89,7 @@ TEST(Outbox, OutboxLetsTheGuardSpeakWhileASendIsHeldUp) {
   });
   while (!bus.entered) std::this_thread::yield();
   const std::uint8_t raw[] = {1};
-  outbox.publish_now("MR_SCAN", raw);  // returns, or this test never ends
+  outbox.publish_now("MR_SCAN", raw);  // must return, or this test never ends
   bus.released = true;
   loop.join();
 }

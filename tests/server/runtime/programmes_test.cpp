@@ -1,4 +1,4 @@
-// The shipped programmes of levels 1 and 2, driven by a script to a grade that is known: well, and badly.
+// The shipped programmes of levels 1 and 2, driven by scripts to a known grade: well, and badly.
 #include "tests/server/runtime/graded_drive.hpp"
 
 namespace parhelion::runtime {

@@ -1,4 +1,4 @@
-// Promise 4 (same log, same bytes), and logs that are not well-behaved.
+// Promise 4 (same log, same bytes), and malformed logs.
 #include "server/runtime/replay.hpp"
 
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST_F(ReplayTest, ReplayGivesTheSameBytesWhereverTheFilesLie) {
   EXPECT_EQ(bytes_of(elsewhere / "a.lcm"), bytes_of(folder_ / "a.lcm"));
 }
 
-/// PARHELION_HASHES names a file: the first build that is tested writes it, each later one must agree.
+/// PARHELION_HASHES names a file: the first tested build writes it, and each later one must agree.
 TEST_F(ReplayTest, ReplayGivesTheSameBytesInEveryBuild) {
   const char* path = std::getenv("PARHELION_HASHES");
   if (path == nullptr) GTEST_SKIP() << "PARHELION_HASHES names no file to compare with (tools/test does)";

@@ -1,5 +1,5 @@
-// A session of a shipped level 1 scenario, driven by a script as an operator drives: TELEOP and JOINT_CMD in,
-// events out. As fast as it goes.
+// A session of a shipped level 1 scenario, driven by a script like an operator: TELEOP and JOINT_CMD in,
+// events out. As fast as possible.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ class ScriptedDrive : public TickTest {
  protected:
   static constexpr double degree = std::numbers::pi / 180;
 
-  /// `change`: what the test has differently.
+  /// `change`: the test's changes to the scenario.
   void load(const std::string& scenario, const std::function<void(Scenario&)>& change = {}) {
     auto files = runtime::load_session_files(scenario, "");
     ASSERT_TRUE(files.ok()) << files.error().message;
@@ -31,7 +31,7 @@ class ScriptedDrive : public TickTest {
     now_ = ArrivalTime{state_->simulation.now().ns};
   }
 
-  /// What is asked of the robot, twenty times a second, until `done` or `limit` s have gone.
+  /// Commands `ask()` twenty times a second, until `done` or for `limit` s.
   bool drive(const std::function<Twist2()>& ask, const std::function<bool()>& done, double limit) {
     for (const ArrivalTime end = now_ + seconds(limit); now_ < end && !done();) {
       now_ = now_ + milliseconds(50);
@@ -46,7 +46,7 @@ class ScriptedDrive : public TickTest {
     drive(
         Twist2{}, [] { return false; }, duration);
   }
-  /// Towards a place: turns on the spot until it looks there, then drives.
+  /// Towards a position: turns on the spot first, then drives.
   Twist2 towards(const Eigen::Vector2d& place, double speed) {
     const Eigen::Vector2d way = place - motion().T_map_base.translation().head<2>();
     const Eigen::Matrix3d R = motion().T_map_base.rotation();
@@ -62,8 +62,8 @@ class ScriptedDrive : public TickTest {
     };
     return drive(ask, there, limit);
   }
-  /// The tracked robot up a flight of stairs: its flippers on the first step, then pressed down on its tread,
-  /// then in line with the tracks.
+  /// Drives the tracked robot up a flight of stairs: flippers on the first step, then pressed down on its
+  /// tread, then in line with the tracks.
   bool climb_to(const Eigen::Vector2d& place, double limit) {
     std::size_t phase = 0;
     ArrivalTime pressed;
@@ -71,7 +71,7 @@ class ScriptedDrive : public TickTest {
       const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
       if (phase == 0 && pitch > 6 * degree) phase = 1;
       if (phase == 1 && pitch > 22 * degree) phase = 2;
-      // A step alone, or the end of a flight: ready for the next one.
+      // A single step, or the end of a flight: ready for the next one.
       if (phase != 1) pressed = now_;
       if ((phase == 1 && now_ - pressed > seconds(4)) || (phase == 2 && pitch < 4 * degree)) phase = 0;
       const double angle = std::array{35, -20, -6}[phase] * degree;
@@ -85,20 +85,21 @@ class ScriptedDrive : public TickTest {
   void send_flippers(double angle) {
     send_joints({{"left_flipper_joint", angle}, {"right_flipper_joint", angle}});
   }
-  /// Joints to positions, and time for it.
+  /// Moves joints to positions, for `duration` s.
   void move_joints(const std::map<std::string, double>& positions, double duration) {
     for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) {
       now_ = now_ + milliseconds(50);
       send_joints(positions);
     }
   }
-  /// The crawler's arm: where its gripper is to be (crawler_reach).
+  /// Moves the crawler's gripper there (crawler_reach).
   void reach(double ahead, double z, double turned, double duration) {
     move_joints(crawler_reach(ahead, z, turned), duration);
   }
-  /// The part on the robot's right into the tub on its left, as the shipped scenarios place them.
+  /// Moves the part from the robot's right into the container on its left, as placed by the shipped
+  /// scenarios.
   void lift_part_into_tub() {
-    const double part = -90 * degree, tub = 90 * degree;  // beside the robot where it starts
+    const double part = -90 * degree, tub = 90 * degree;  // beside the robot at its start
     reach(0.68, 0.40, part, 5);
     reach(0.68, 0.11, part, 3);
     move_joints({{"left_finger_joint", 0.079}}, 1.5);
@@ -108,19 +109,19 @@ class ScriptedDrive : public TickTest {
     move_joints({{"left_finger_joint", 0.04}}, 0.5);
     move_joints({{"left_finger_joint", 0}}, 2);
   }
-  /// The trainee's word that something is found, and where.
+  /// The trainee's report of an object, with its position.
   void report(const std::string& what, const Eigen::Vector2d& place) {
     now_ = now_ + microseconds(1);
     const ObjectReport report{.stamp = SensorTime{now_.ns}, .object = what, .position = place};
     send(message(channel::mr_object_report, now_.utime(), report));
   }
-  /// What the server says, in order.
+  /// Receives the server's outputs, in order.
   virtual void heard(const tick::Outputs::Entry& /*entry*/) {}
 
   const simulation::RobotMotion& motion() {
     return *state_->simulation.robot_motion(configuration_.scenario.trainee->name);
   }
-  /// Since the start: about `object`, where it is named.
+  /// Since the start; with `object`, if given.
   bool happened(EventKind kind, const std::string& object = "") const {
     return std::any_of(events_.begin(), events_.end(), [&](const Event& event) {
       return event.kind == kind && (object.empty() || event.object == object || event.subject == object);
@@ -134,7 +135,7 @@ class ScriptedDrive : public TickTest {
     return text;
   }
 
-  /// The events of what has just come out.
+  /// Keeps the newest outputs' events.
   void take_events() {
     for (const tick::Outputs::Entry& entry : outputs_.entries()) {
       heard(entry);

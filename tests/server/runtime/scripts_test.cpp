@@ -1,5 +1,4 @@
-// Scripts of a scenario: set off by time, by what happens and by nearness, and the same when a session is
-// replayed.
+// A scenario's scripts: triggered by time, events and proximity, and the same in replay.
 #include "server/tick/scripts.hpp"
 
 #include <gmock/gmock.h>
@@ -53,7 +52,7 @@ Event happened(EventKind kind, double t, const std::string& subject, const std::
 
 std::optional<Eigen::Vector3d> nobody(const std::string&) { return std::nullopt; }
 
-/// Names of what is due at t.
+/// Names of the scripts due at t.
 std::vector<std::string> due(tick::Scripts& scripts, double t,
                              const tick::Scripts::PlaceOf& place_of = nobody) {
   scripts.update(kStart + seconds(t), place_of);
@@ -108,7 +107,7 @@ TEST(Scripts, AreSetOffByNameEvenThoseThatHaveRun) {
   ASSERT_TRUE(scripts.set_off("once", kStart + seconds(2)));
   ASSERT_TRUE(scripts.set_off("late", kStart + seconds(2)));
   EXPECT_THAT(due(scripts, 2), ElementsAre("once"));
-  EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits as long as it says";
+  EXPECT_THAT(due(scripts, 2.5), ElementsAre("late")) << "it waits for its delay";
   EXPECT_THAT(due(scripts, 60), IsEmpty());
   scripts.handle(happened(EventKind::agent_spawned, 61, "a"));
   EXPECT_THAT(due(scripts, 62), IsEmpty()) << "it has run";
@@ -129,7 +128,7 @@ TEST(Scripts, ThatSetEachOtherOffDoNotHoldUpAStep) {
   tick::Scripts scripts({again}, {}, kStart);
   for (int step = 1; step < 100; ++step) {
     const double t = step / 240.0;
-    // Each run of the script leads to two more events that set it off.
+    // Each run of the script causes two more events that trigger it.
     scripts.handle(happened(EventKind::command_refused, t, "a"));
     scripts.handle(happened(EventKind::command_refused, t, "a"));
     EXPECT_EQ(due(scripts, t).size(), 1U);
@@ -154,11 +153,10 @@ TEST(Scripts, NearnessBeginsOnceAndEndsAStepFartherAway) {
   distance = 1.9;
   EXPECT_THAT(due(scripts, 6, place), ElementsAre("near"));
   EXPECT_THAT(due(scripts, 7), IsEmpty());
-  EXPECT_THAT(due(scripts, 8, place), ElementsAre("near")) << "who is gone is not near";
+  EXPECT_THAT(due(scripts, 8, place), ElementsAre("near")) << "a removed agent is not near";
 }
 
-/// The room with a door across the circle that the robot drives: it is in the opening about 3 s after the
-/// start.
+/// The room with a door across the robot's circle: the robot is in the opening about 3 s after the start.
 tick::Configuration with_scripts(std::vector<Script> scripts) {
   Scenario scenario;
   scenario.name = "scripts";
@@ -238,7 +236,7 @@ TEST(ScriptNames, ThatNothingHasAreRefusedAtTheStart) {
   EXPECT_THAT(state.error().message, testing::HasSubstr("did you mean 'door 2'"));
 }
 
-/// A crowd with lasers, a drawn door that is pushed, scripts that send somebody through it.
+/// A crowd with lasers, a drawn door that is pushed, scripts that send an agent through it.
 tick::Configuration busy(const test::Folder& folder, int robots) {
   tick::Configuration configuration =
       with_scripts({visitor(), near("meet", "guide", 4), at_time("at 2 s", 2)});

@@ -1,4 +1,4 @@
-// The mapper's thread: newest view first, drops counted, a bad view costs nothing but itself.
+// The mapper's thread: newest view first, drops counted, a bad view affects nothing else.
 #include "server/runtime/site_mapper.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The same drive over and over, as one long session: memory and the time that a scan takes must stay flat.
+// The same drive repeated as one long session: memory and scan latency must stay constant.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ inline double resident() {
   return pages * 4096 / 1e6;
 }
 
-/// One lap after another: stamps move on, odometry goes on from where the lap before ended.
+/// Laps of a drive: stamps continue, and odometry continues from the end of the previous lap.
 class Laps {
  public:
   /// `lap`: the inputs of one lap, by arrival; `pause`: from its last input to the next lap's first.
@@ -78,7 +78,7 @@ class Laps {
 };
 
 /// Runs for `log_time`, in `parts`; prints memory and the scans' p99 after each. Memory must not grow after
-/// the first quarter; times are printed only.
+/// the first quarter; times are only printed.
 inline void soak(const tick::Configuration& configuration, Laps laps, Duration log_time, int parts) {
   auto made = tick::make_state(configuration, laps.first().front().arrival - milliseconds(1));
   ASSERT_TRUE(made.ok()) << made.error().message;
@@ -111,7 +111,7 @@ inline void soak(const tick::Configuration& configuration, Laps laps, Duration l
   EXPECT_EQ(state.tally.scans_out, state.tally.scans_in);
   EXPECT_EQ(state.tally.refused_inputs, 0U) << state.tally.last_refusal;
   EXPECT_GT(state.tally.beams_replaced, 0U);
-#ifndef PARHELION_ADDRESS_SANITIZER  // its quarantine keeps what was freed
+#ifndef PARHELION_ADDRESS_SANITIZER  // its quarantine keeps freed memory
   EXPECT_LT(resident(), after_warm_up + 4) << "MB";
 #endif
 }

@@ -1,4 +1,4 @@
-// A made-up drive over and over. The real one, which a long run takes, is in tests/tools/soak_test.cpp.
+// A synthetic drive, repeated. tests/tools/soak_test.cpp uses a real one, in a long run.
 #include "tests/server/runtime/soak.hpp"
 
 #include "tests/long_run.hpp"
@@ -14,7 +14,7 @@ TEST(Soak, MemoryStaysFlatOverManyLaps) {
       test::configuration({test::agent("robot_1", AgentKind::robot, 3, 0, BehaviourKind::wander),
                            test::agent("person_1", AgentKind::person, -3, 1, BehaviourKind::wander),
                            test::agent("box_1", AgentKind::box, 0, 0)});
-  auto log = test::drive(40);  // one turn of the circle, so that laps join without a leap
+  auto log = test::drive(40);  // one turn of the circle, so that laps join without a jump
   std::erase_if(log, [](const Message& m) { return m.channel == channel::robot; });
   test::soak(configuration, test::Laps(log, milliseconds(25)), seconds(stands_in ? 24 * 3600 : 320),
              stands_in ? 24 : 8);

@@ -50,7 +50,7 @@ TEST(RealTimeScope, HoldsWhereItIsAllowedAndEndsWithTheScope) {
 }
 
 TEST(RealTimeScope, SaysWhatToDoWhereItIsRefused) {
-  // In a process of its own, which may not: no capability, and no limit that allows it.
+  // In a separate process without permission: no capability, and no limit that allows it.
   const pid_t child = fork();
   if (child == 0) {
     const rlimit none{0, 0};

@@ -1,4 +1,4 @@
-// What a trainee does in the shipped level 1 scenario, by script: each of it is on MR_EVENTS.
+// A trainee's actions in the shipped level 1 scenario, by script: each one is on MR_EVENTS.
 #include "tests/server/runtime/scripted_drive.hpp"
 
 namespace parhelion::runtime {
@@ -43,7 +43,7 @@ TEST_F(WorkshopTest, ATraineeOpensTheDoorClimbsTheStairsAndTipsOver) {
   EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));
   EXPECT_FALSE(happened(EventKind::fell));
 
-  // Over the platform's open side.
+  // Over the open side of the platform.
   drive_to({11, 1.5}, 0.6, 20, [this] { return happened(EventKind::tipped_over, "trainee"); });
   wait(2);
   EXPECT_TRUE(happened(EventKind::fell));

@@ -19,7 +19,7 @@ SemanticModel furnished_room() {
   return model;
 }
 
-/// A real robot that is driven round the room on a circle, slowly, stopping now and then.
+/// A real robot driven slowly around the room on a circle, with stops.
 RealRobotState driven(double t) {
   const double angle = 0.05 * t, radius = 1.2;
   return real_at(radius * std::cos(angle), radius * std::sin(angle), angle + std::numbers::pi / 2,
@@ -85,7 +85,7 @@ TEST(Behaviour, APatrolVisitsItsWaypointsInTurnAroundAnObstacle) {
         if (there && (reached.empty() || reached.back() != w)) reached.push_back(w);
       }
     }
-    // It starts on its last waypoint.
+    // It starts at its last waypoint.
     ASSERT_GE(reached.size(), 7U) << to_string(kind);
     for (std::size_t i = 0; i < reached.size(); ++i) EXPECT_EQ(reached[i], static_cast<int>((i + 2) % 3));
     EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
@@ -107,7 +107,8 @@ TEST(Behaviour, AgentsStopForTheRealRobotThatStandsInTheirWay) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
 }
 
-// Its way lies behind the robot that presses it against the wall: it must not stand and turn until it is hit.
+// Its path leads behind the robot that pushes it against the wall: it must not turn on the spot until it is
+// hit.
 TEST(Behaviour, WhomTheRealRobotPressesAgainstAWallLeavesInTime) {
   for (int start = 0; start < 8; ++start) {
     Simulation simulation = make(room(12));
@@ -148,7 +149,7 @@ TEST(Behaviour, NothingReappearsInsideTheStoppingDistance) {
   run(simulation, 0.5, real);
   real.sensed = false;
   run(simulation, 0.5, real);
-  // Where it finds itself again the crate is half a metre ahead of 1 m/s.
+  // At its relocalization the crate is half a metre ahead at 1 m/s.
   real = real_at(0, 0, 0, {1, 0, 0});
   real.relocalized = true;
   std::vector<LaserRequest> requests;
@@ -211,7 +212,7 @@ TEST(Behaviour, ARobotWithALaserAsksForScansInTimeAndHeedsThem) {
       EXPECT_EQ(request.agent, "rover");
       EXPECT_EQ(request.own_bodies.size(), 3U);
       EXPECT_NEAR(request.T_map_laser.translation().z(), 0.30, 1e-9);
-      // A wall across its way at x = 3 that only its laser knows of.
+      // A wall across its path at x = 3, known only from its laser.
       Scan scan;
       scan.angle_first = static_cast<float>(request.laser.angle_first);
       scan.angle_step = static_cast<float>(request.laser.angle_step);

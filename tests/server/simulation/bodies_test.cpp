@@ -34,7 +34,7 @@ TEST(Bodies, FeetThatStandDoNotSlideAndNoneIsBelowTheFloor) {
   }
 }
 
-/// How often `foot` of the person is set down in `duration` s, and how far it swings to the front at most, m.
+/// Number of steps by `foot` of the person in `duration` s, and its largest forward swing, m.
 std::pair<int, double> steps_of(Simulation& simulation, const std::string& foot, double duration,
                                 const std::function<RealRobotState(double)>& robot_at) {
   std::vector<LaserRequest> requests;

@@ -22,7 +22,7 @@ std::vector<BodyState> links(const Simulation& simulation) {
   return states;
 }
 
-/// m by which ends of neighbours stand apart, at most.
+/// m, largest distance between the ends of neighbouring links.
 double gap(const std::vector<BodyState>& states, double pitch) {
   double most = 0;
   for (std::size_t i = 1; i < states.size(); ++i) {
@@ -45,7 +45,7 @@ TEST(Cable, LiesWhereItIsPutAndSleeps) {
 
 TEST(Cable, SlidesOffAPlatformWhereMostOfItHangsAndHoldsWhereLittleDoes) {
   for (const double over :
-       {0.25, 0.58}) {  // m of 1.2 over the edge at x = 0; with friction 0.7 it slides from 0.49 on
+       {0.25, 0.58}) {  // m of 1.2 m over the edge at x = 0; with friction 0.7 it slides from 0.49 m on
     SemanticModel model = floor_of(20);
     model.entities.push_back(model_box("platform", EntityLabel::floor, {-2, 0, 0.75}, {4, 4, 1.5}));
     Simulation simulation = make(model, {});

@@ -8,7 +8,7 @@ namespace {
 
 using namespace test;
 
-/// The slow twin: the footprint placed again and again along the arc, each time against all agents.
+/// Reference implementation: the footprint is placed repeatedly along the arc, each time against all agents.
 double dense_distance(const std::vector<Footprint>& agents, const Pose2& pose, const Twist2& twist,
                       double limit) {
   const Footprint local = make_polygon(robot().footprint);
@@ -52,8 +52,7 @@ TEST(Clearance, AgreesWithDenseSamplingAlongRandomArcs) {
       const auto fast =
           simulation.clearance(Transform<Map, Base>::planar(pose.x, pose.y, pose.yaw), twist, 2.0);
       EXPECT_LE(fast.distance, slow + 1e-9) << "never more than there is";
-      // Grazing: a gap of less than the millimetre that counts as contact is a hit for one and not for the
-      // other.
+      // Grazing: a gap of less than the contact distance of a millimetre may be a hit for only one of them.
       std::vector<Footprint> thicker = footprints;
       for (Footprint& footprint : thicker) footprint.radius += 0.002;
       EXPECT_GE(fast.distance, dense_distance(thicker, pose, twist, 2.0) - 0.004);

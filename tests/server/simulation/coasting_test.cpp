@@ -1,4 +1,4 @@
-// Agents that nothing can touch are moved without the solver: nobody can tell, and no event is lost.
+// Agents without possible contacts are moved outside the solver: with equal results, and without lost events.
 #include "worlds.hpp"
 
 namespace parhelion::simulation {
@@ -17,7 +17,7 @@ SimulationOptions with(bool solve_all) {
 struct Told {
   std::vector<Event> events;
   std::vector<BodyState> bodies;
-  std::size_t coasted = 0;  ///< agents and steps
+  std::size_t coasted = 0;  ///< number of unconstrained agents, summed over the steps
 };
 
 /// `agents` for `duration` s, with the real robot at `real(s)`.
@@ -68,7 +68,7 @@ TEST(Coasting, WalkersWhoMeetNobodyGoTheSameWayAndSayTheSame) {
       moving("rover", AgentKind::robot, 6, 6, BehaviourKind::wander), patrol,
       agent("crate", AgentKind::box, -8, 8), agent("stander", AgentKind::person, -8, 0)};
   const Told told = expect_twins(agents, 40, nobody, 1e-6);
-  EXPECT_GT(told.coasted, 40U * 240);  // one of the five, on the average, or the test shows nothing
+  EXPECT_GT(told.coasted, 40U * 240);  // one of the five on average; otherwise the test shows nothing
   EXPECT_GT(count(told.events, EventKind::zone_entered), 0U);
   EXPECT_GT(count(told.events, EventKind::zone_left), 0U);
   EXPECT_GT(count(told.events, EventKind::movement_started), 2U);
@@ -78,7 +78,7 @@ TEST(Coasting, WhomTheRealRobotRunsIntoIsBackInTheSolverBefore) {
   const auto drives = [](double t) {
     return std::optional(real_at(-6 + 2.5 * t, 0.05, 0, {t < 4 ? 2.5 : 0, 0, 0}));
   };
-  // What the solver remembers of the moment before a contact differs in the sixth digit.
+  // The solver's warm start before a contact changes the sixth digit.
   const Told told = expect_twins({agent("stander", AgentKind::person, 0, 0)}, 3.5, drives, 1e-4);
   EXPECT_GT(told.coasted, 240U);
   EXPECT_EQ(count(told.events, EventKind::collision_started), 1U);
@@ -89,7 +89,7 @@ TEST(Coasting, ARealRobotThatAppearsBesideAStanderPushesIt) {
   const auto appears = [](double t) {
     if (t < 1) return std::optional<RealRobotState>();
     std::optional<RealRobotState> real = real_at(-0.65 + (t - 1), 0, 0, {1, 0, 0});
-    real->sensed = false;  // or the stander would have been put out of its way
+    real->sensed = false;  // otherwise the stander would be moved away
     return real;
   };
   const Told told = expect_twins({agent("stander", AgentKind::person, 0, 0)}, 2.5, appears, 1e-4);

@@ -16,7 +16,7 @@ std::string refusal(Simulation& simulation, const AgentDefinition& definition,
   return status.ok() ? "(not refused)" : status.error().message;
 }
 
-/// The place that a refusal names.
+/// The position suggested by a refusal.
 Eigen::Vector2d suggested(const std::string& message) {
   const auto at = message.find("nearest free place is (");
   if (at == std::string::npos) return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());

@@ -35,7 +35,8 @@ Simulation crowded() {
   return simulation;
 }
 
-/// Of all states in ten simulated seconds in which crates are run over, agents come and go.
+/// Hash of all states in ten simulated seconds in which crates are run over and agents are spawned and
+/// removed.
 std::uint64_t hash_of_states() {
   Simulation simulation = crowded();
   std::uint64_t hash = kFnvBasis;
@@ -45,7 +46,7 @@ std::uint64_t hash_of_states() {
     if (i == 1000) {
       EXPECT_TRUE(simulation.command(AgentRemove{.agent = "crate3"}, driven(i)).ok());
     }
-    for (double y = -4.2; i == 1200 && y < 4.3; y += 0.5) {  // the first place where nobody walks
+    for (double y = -4.2; i == 1200 && y < 4.3; y += 0.5) {  // the first position where nobody walks
       if (simulation.spawn(agent("late", AgentKind::barrel, 4, y), driven(i)).ok()) break;
     }
     simulation.step(driven(i), requests);
@@ -61,8 +62,8 @@ std::uint64_t hash_of_states() {
 TEST(Determinism, TwoRunsGiveTheSameStatesBitForBit) {
   const std::uint64_t first = hash_of_states();
   EXPECT_EQ(first, hash_of_states());
-  // Seen in debug and release builds of Debian 12 (Bullet 3.24, glibc 2.36). Another version of either may
-  // have another; so has a CPU without FMA, for which glibc has other sines.
+  // Observed in debug and release builds of Debian 12 (Bullet 3.24, glibc 2.36). Other versions may differ;
+  // so does a CPU without FMA, for which glibc computes other sines.
   EXPECT_TRUE(first == 0x6e0dbf2a168b1c81ULL || !__builtin_cpu_supports("fma")) << std::hex << first;
 }
 
@@ -95,7 +96,7 @@ TEST(Determinism, SteppingAndLookingAllocateNothingOnceWarm) {
   ASSERT_TRUE(simulation.at(simulation.now() - milliseconds(3), world));
   simulation.take_events();
   simulation.clearance(real.T_map_base, {0.5, 0, 0.2}, 2);
-  // Bullet allocates with malloc, so what is counted is our own code.
+  // Bullet allocates with malloc, so only our own code is counted.
   std::size_t allocated = 0, quiet = 0;
   for (int i = 0; i < 1200; ++i) {
     const test::AllocationWatch watch;

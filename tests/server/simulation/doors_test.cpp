@@ -1,5 +1,5 @@
-// Doors: real ones that stand as they are said to, drawn ones and all of levels 1 and 2 that move by
-// themselves.
+// Doors: real ones at their reported angle; drawn ones, and all doors of levels 1 and 2, moved by the
+// physics.
 #include <gmock/gmock.h>
 
 #include "server/simulation/model_net.hpp"
@@ -12,7 +12,7 @@ using namespace test;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// A room of 8 m; a wall across it at x = 2 with a door 1 m wide about y = 0, hung at y = -0.5, that opens a
+/// A room of 8 m; a wall across it at x = 2 with a door 1 m wide at y = 0, hinged at y = -0.5, that opens a
 /// quarter turn towards -x and is drawn closed.
 SemanticModel two_rooms(bool is_virtual = false) {
   SemanticModel model = room(8);
@@ -73,7 +73,7 @@ TEST(RealDoor, FollowsWhatSensorsSayAndIsUnknownAgainWhenTheySayNothing) {
   simulation.observe_door("door 3", 60 * kDegree);
   run(simulation, 1);
   EXPECT_NEAR(state_of(simulation).opening, 60 * kDegree, 1e-12);
-  // Hung at (2, -0.5), half a metre to the leaf's middle, which turns from +y towards -x.
+  // Hinged at (2, -0.5), half a metre from the leaf's middle, which turns from +y towards -x.
   const Eigen::Vector3d middle = body(simulation, "door 3").T_map_body.translation();
   EXPECT_NEAR(middle.x(), 2 - 0.5 * std::sin(60 * kDegree), 1e-9);
   EXPECT_NEAR(middle.y(), -0.5 + 0.5 * std::cos(60 * kDegree), 1e-9);
@@ -163,7 +163,7 @@ TEST(RealDoor, PushesAnAgentThatStandsInItsWay) {
   EXPECT_GT((body(simulation, "crate").T_map_body.translation() - Eigen::Vector3d(1.5, 0.2, 0)).norm(), 0.1);
 }
 
-/// An agent that goes from the far side through the door, pushing it the way it opens.
+/// An agent that goes from the far side through the door, pushing it in its opening direction.
 AgentDefinition through_the_door(AgentKind kind) {
   AgentDefinition walker = moving("walker", kind, 3.3, 0.1, BehaviourKind::go, 0.8);
   walker.T_map_base = Transform<Map, Base>::planar(3.3, 0.1, std::numbers::pi);
@@ -261,7 +261,7 @@ TEST(HungDoor, LeavesItsHingeWhenItIsPushedHarderThanThatHolds) {
     DoorSettings settings;
     settings.break_impulse = holds;
     Simulation simulation = make(two_rooms(), with_door(settings));
-    // The real robot drives on, against the side to which the door does not open.
+    // The real robot continues against the side to which the door does not open.
     std::vector<LaserRequest> requests;
     for (int i = 0; i < 240; ++i)
       simulation.step(real_at(1.65 + 0.4 * i / 240, 0.2, 0, {0.4, 0, 0}), requests);

@@ -1,4 +1,4 @@
-// What is said of bodies by their names is what the simulation made them of.
+// Shapes looked up by the bodies' names equal those of the simulation.
 #include "server/simulation/entity_shapes.hpp"
 
 #include "tests/server/simulation/robots_world.hpp"
@@ -79,7 +79,7 @@ TEST(EntityShapes, ASpawnCountsWhenItIsDoneAndNotWhenItIsAsked) {
   shapes.take(spawned("late", 7));
   ASSERT_NE(shapes.find("late", "barrel"), nullptr);
 
-  // The name is taken: the server refuses, and it stays a barrel.
+  // The name exists already: the server refuses, and it stays a barrel.
   shapes.take(spawn_of(test::agent("late", AgentKind::box, 0, 0), 8));
   Event refused;
   refused.kind = EventKind::command_refused;

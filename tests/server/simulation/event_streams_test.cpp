@@ -1,5 +1,5 @@
-// Whatever is asked of a simulation, in whatever order: it goes on, what was started is stopped once or is
-// open at the end, and the same orders give the same events.
+// Any sequence of commands to a simulation: it continues, everything started is stopped once or still active
+// at the end, and the same commands give the same events.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
@@ -134,7 +134,7 @@ void check_streams(const std::vector<Event>& events) {
     else
       open.erase(key);
     if (stream != 3 || starts) continue;
-    // Who is gone has nothing open.
+    // Removed agents have nothing active.
     for (const auto& [number, subject, object] : open) {
       RC_ASSERT(subject != event.subject);
       RC_ASSERT(object != event.subject);

@@ -1,4 +1,4 @@
-// Agents that go somewhere, follow, flee, block the way and step aside.
+// Agents that go to a goal, follow, flee, block the path and step aside.
 #include "server/simulation/planar.hpp"
 #include "server/simulation/virtual_contact.hpp"
 #include "worlds.hpp"
@@ -59,7 +59,7 @@ TEST(Goals, AGoalBehindAClosedDoorIsUnreachableAndTheEventNamesTheDoor) {
   spawn(simulation, runner);
   run(simulation, 20);
   const auto events = simulation.take_events();
-  ASSERT_EQ(count(events, EventKind::goal_unreachable), 1U) << "said once";
+  ASSERT_EQ(count(events, EventKind::goal_unreachable), 1U) << "reported once";
   EXPECT_NE(find(events, EventKind::goal_unreachable)->text.find("door 1"), std::string::npos);
   EXPECT_LT(place_of(simulation, "runner").x(), 0);
 }
@@ -131,7 +131,7 @@ TEST(Goals, FleesWhatComesNearAndThenStands) {
   EXPECT_EQ(count(simulation.take_events(), EventKind::collision_started), 0U);
 }
 
-/// Where the robot cannot help but go: its footprint swept until it stands.
+/// Area that the robot cannot avoid: its footprint swept until it stands.
 bool inside_stopping_distance(const Simulation& simulation, const std::string& name,
                               const RealRobotState& real) {
   const Footprint person = make_disc(place_of(simulation, name), 0.25);
@@ -147,8 +147,8 @@ bool inside_stopping_distance(const Simulation& simulation, const std::string& n
   return false;
 }
 
-// The trainee drives along corridors and curves, held back by what MR_CMD allows; the blocker must be in the
-// way, and never where he could not stop.
+// The trainee drives along corridors and curves, limited by MR_CMD; the blocker must block the path, but
+// never within the stopping distance.
 TEST(Goals, BlocksTheWayAndIsNeverInsideTheStoppingDistance) {
   const ContactLimits contact;
   for (const double turn : {0.0, 0.15, -0.25}) {

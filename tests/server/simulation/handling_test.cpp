@@ -1,5 +1,4 @@
-// What a gripper does with things: each event by known answers, then with the crawler's arm, by JOINT_CMD
-// alone.
+// Gripper events: each with known answers, then with the crawler's arm by JOINT_CMD.
 #include "server/simulation/handling.hpp"
 
 #include <map>
@@ -15,14 +14,14 @@ using namespace test;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kStep = 1.0 / 240;
 
-/// A gripper, one load and what is said, step by step.
+/// A gripper, one load and the resulting events, step by step.
 class Handling : public testing::Test {
  protected:
   Handling() {
     at.T_map_body = Transform<Map, Body>(Eigen::Quaterniond::Identity(), {1, 0, 0});
     at.lowest = 0;
   }
-  /// Both fingers with `force`, the load raised to `height` and moving with `sinks` m/s downwards.
+  /// Both fingers with `force`, the load at `height` and sinking with `sinks` m/s.
   std::vector<Event> step(double force, double height, double sinks = 0) {
     now = now + seconds(kStep);
     at.T_map_body = Transform<Map, Body>(Eigen::Quaterniond::Identity(), {1, 0, height});
@@ -61,7 +60,7 @@ TEST_F(Handling, GrippedIsSaidWithTheSmallerForceInTheStepOfThePinch) {
   EXPECT_EQ(events[0].pair, PairKind::real_virtual);
   EXPECT_EQ(events[0].value, 5);
   EXPECT_TRUE(step(5, 0).empty());
-  // A finger that loses touch for less than kLetGo has not let go.
+  // A loss of contact shorter than kLetGo is not a release.
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(step(0, 0).empty());
   EXPECT_TRUE(step(5, 0).empty());
   for (int i = 0; i < 30; ++i) step(0, 0);
@@ -77,7 +76,7 @@ TEST_F(Handling, OneFingerGripsNothing) {
 }
 
 TEST_F(Handling, LiftedIsSaidAboveTwoCentimetresAndAgainOnlyAfterItWasDown) {
-  step(5, 0.1);  // it lay 0.1 m high
+  step(5, 0.1);  // it was 0.1 m high
   EXPECT_TRUE(step(5, 0.119).empty());
   const auto events = step(5, 0.121);
   ASSERT_EQ(kinds(events), Kinds{EventKind::lifted});
@@ -97,7 +96,7 @@ TEST_F(Handling, WhatFallsIsDroppedOnceWhatIsPutDownIsNot) {
   EXPECT_NEAR(events[0].value, 0.29, 1e-12);
   EXPECT_TRUE(step(0, 0.2, 1.5).empty());
   for (int i = 0; i < 240; ++i) EXPECT_TRUE(step(0, 0).empty());
-  // Put down gently: nothing more is said.
+  // Put down gently: no further events.
   step(5, 0);
   step(5, 0.3);
   step(5, 0.001);
@@ -112,7 +111,7 @@ TEST_F(Handling, WhatSlipsIsDroppedThoughItIsStillPressed) {
   slid = 0.041;
   EXPECT_EQ(kinds(step(5, 0.3)), Kinds{EventKind::dropped});
   slid = 0.1;
-  EXPECT_TRUE(step(0, 0.2, 2).empty()) << "said once";
+  EXPECT_TRUE(step(0, 0.2, 2).empty()) << "reported once";
 }
 
 TEST_F(Handling, WhatFallsIntoAContainerIsPlacedWhenItRests) {
@@ -121,7 +120,7 @@ TEST_F(Handling, WhatFallsIntoAContainerIsPlacedWhenItRests) {
   at.over = "tub";
   EXPECT_TRUE(step(0, 0.2, 1).empty()) << "it falls in, it is not dropped";
   at.in = "tub";
-  // kLetGo until it counts as let go of, then kRest; one step before it had lost touch already.
+  // kLetGo until it counts as released, then kRest; contact was lost one step earlier.
   int steps = 1;
   std::vector<Event> events;
   for (; events.empty() && steps < 200; ++steps) events = step(0, 0.015);
@@ -151,7 +150,7 @@ TEST_F(Handling, WhatIsTakenAwayIsForgotten) {
   EXPECT_TRUE(step(0, 0.3, 2).empty());
 }
 
-/// The crawler beside a load, and a container in reach of its turret.
+/// The crawler beside a load, and a container within reach of its arm.
 class Gripper : public testing::Test {
  protected:
   void start(double pads, AgentKind kind = AgentKind::box, const Eigen::Vector3d& size = {0.08, 0.08, 0.16}) {
@@ -197,7 +196,7 @@ class Gripper : public testing::Test {
     reach(0.66, 0.50, 0, 4);
   }
   Eigen::Vector3d load() const { return body(*world, "load").T_map_body.translation(); }
-  /// Events of handling, in their order.
+  /// Gripper events, in order.
   std::vector<Event> said() {
     std::vector<Event> found;
     for (const Event& event : world->take_events()) {

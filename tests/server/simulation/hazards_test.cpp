@@ -1,4 +1,4 @@
-// Devices that are set off, sources that are read, radio and battery: against closed formulas.
+// Triggered devices, readings of sources, radio and battery, against closed formulas.
 #include "server/simulation/hazards.hpp"
 
 #include "robots_world.hpp"
@@ -72,7 +72,7 @@ TEST(Hazards, TimeSetsOffADevice) {
 }
 
 TEST(Hazards, ABlowIsTheChangeOfItsMomentumAndRestIsNone) {
-  // A crate that a robot which does not give way hits at 1 m/s is as fast at once: m v.
+  // A crate hit at 1 m/s by a kinematic robot has that speed at once: m v.
   AgentDefinition crate = agent("crate", AgentKind::box, 1.5, 0);
   crate.size = {0.4, 0.4, 0.4};
   const double momentum = agent_form(crate).mass;
@@ -100,7 +100,7 @@ TEST(Hazards, ATiltSetsItOff) {
   post.size = {0.2, 0.2, 1.2};
   Simulation simulation = make(floor_of(20), options);
   spawn(simulation, post);
-  // Pushed under its middle at speed: it falls over.
+  // Pushed fast below its middle: it falls over.
   const auto events = follow(simulation, 3, [](double t) {
     return real_at(std::min(t, 1.5), 0, 0, {1, 0, 0});
   });
@@ -123,7 +123,7 @@ TEST(Hazards, TheDoseFallsWithTheSquareOfDistanceAndBehindWalls) {
 
 TEST(Hazards, GasGoesRoundWalls) {
   SemanticModel model = floor_of(30);
-  // A wall from y = -6 to 1 m between leak and robot: the way leads round its end at (2, 1).
+  // A wall from y = -6 to 1 m between leak and robot: the path leads around its end at (2, 1).
   model.entities.push_back(model_box("wall", EntityLabel::wall, {2, -2.5, 1}, {0.2, 7, 2}));
   SimulationOptions options;
   options.hazards = {source(HazardKind::gas, {0, 0, 0.3}, 1000)};
@@ -138,7 +138,7 @@ TEST(Hazards, GasGoesRoundWalls) {
 }
 
 TEST(Hazards, GasDoesNotPassAThinWallAskewNorAnyThatIsClosed) {
-  // A room on its corner, walls of 2 cm through the corners of the grid's cells.
+  // A room rotated by 45 degrees, with walls of 2 cm through the corners of the grid's cells.
   SemanticModel model = floor_of(30);
   const double side = 4, yaw = std::numbers::pi / 4;
   for (int i = 0; i < 4; ++i) {
@@ -166,7 +166,7 @@ TEST(Hazards, WithoutSourcesNothingIsRead) {
   EXPECT_FALSE(simulation.hazard_reading(reading));
 }
 
-/// The slow twin of crossing(): how many of many points on the line are in a box.
+/// Reference implementation of crossing(): the fraction of sample points on the line that are in a box.
 TEST(Hazards, ThicknessOfWallsIsThatOfPointsAlongTheLine) {
   const SemanticModel model = room(6);
   const auto building = Simulation::prepare_building(model);
@@ -187,7 +187,7 @@ TEST(Hazards, ThicknessOfWallsIsThatOfPointsAlongTheLine) {
     }
     const double expected = inside / samples * (b - a).norm();
     const double found = crossing(**building, doors, a, b).thickness;
-    // Grazes of less than 5 mm count for none.
+    // Intersections shorter than 5 mm do not count.
     EXPECT_NEAR(found, expected, 0.005 * 2 + (b - a).norm() / samples * 4) << i;
   }
 }
@@ -217,7 +217,7 @@ TEST(Radio, ARobotThatDrivesBehindAWallIsLostAndStops) {
   // The line from the console to its top passes the wall's end at (0, 3.1) or (0, 2.9).
   EXPECT_NEAR(lost[0].position.x(), 3, 0.3);
   EXPECT_EQ(count(events, EventKind::radio_restored), 0U);
-  EXPECT_LT(motion(simulation, "r").velocity.norm(), 1e-3) << "it hears nobody";
+  EXPECT_LT(motion(simulation, "r").velocity.norm(), 1e-3) << "out of range";
 }
 
 TEST(Battery, IdleAndWorkEmptyItAndThenItStands) {
@@ -234,7 +234,7 @@ TEST(Battery, IdleAndWorkEmptyItAndThenItStands) {
   const auto low = only(events, EventKind::battery_low), empty = only(events, EventKind::battery_empty);
   ASSERT_EQ(low.size(), 1U);
   ASSERT_EQ(empty.size(), 1U);
-  // 40 J idled away; getting up to speed takes m v^2 / 2, then rolling goes on.
+  // 40 J used idling; acceleration takes m v^2 / 2, then rolling continues.
   const double power = 20 + 0.03 * mass * 9.81 * v / 0.6, kinetic = mass * v * v / 2 / 0.6;
   EXPECT_NEAR(since_start(low[0]), 2 + (80 - 40 - kinetic) / power, 0.25);
   EXPECT_NEAR((empty[0].stamp - low[0].stamp).seconds(), 20 / power, 0.05);

@@ -21,7 +21,7 @@ TEST(History, AnyInstantIsTheInterpolationOfTheStepsAroundIt) {
   AgentDefinition tall = agent("tall", AgentKind::box, 0.8, 0);
   tall.size = {0.2, 0.2, 1.5};
   spawn(simulation, tall);
-  std::vector<WorldSnapshot> steps;  // the slow twin: all states, kept
+  std::vector<WorldSnapshot> steps;  // reference implementation: all states, kept
   std::vector<LaserRequest> requests;
   for (int i = 0; i < 960; ++i) {
     simulation.teleop("rover", {0.7, 0, 0.4});

@@ -1,4 +1,4 @@
-// A light link between a heavy base and a heavy load: what the joints bear is known from statics.
+// A light link between a heavy base and a heavy load: joint loads against statics.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStep = 1.0 / 240, kGravity = 9.81;
 constexpr double kLink = 0.05, kLoad = 3;  // kg
-constexpr double kReach = 0.5;             // m from either joint to the next, and to the load
+constexpr double kReach = 0.5;             // m from each joint to the next, and to the load
 // N m about the first joint, of both stretched out.
 constexpr double kTorque = kGravity * (kLink * kReach / 2 + kLoad * kReach);
 
@@ -31,7 +31,7 @@ Transform<Map, Body> at(double x, double z) {
   return Transform<Map, Body>(Eigen::Isometry3d(Eigen::Translation3d(x, 0, z)));
 }
 
-/// Turns about y, so that a positive angle lowers what is ahead.
+/// A hinge about y: a positive angle lowers the part ahead.
 Eigen::Isometry3d hinge_at(double x, double z) {
   return Eigen::Translation3d(x, 0, z) *
          Eigen::Isometry3d(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ()));
@@ -96,7 +96,7 @@ TEST(JointTree, AMotorThatIsTooWeakGivesAllItHasAndGivesWay) {
   Arm arm;
   arm.run(0.1, 5);
   EXPECT_NEAR(std::abs(arm.shoulder().effort), 5, 1e-9);
-  // About the shoulder: what is left of the weight's torque, against what turns.
+  // About the shoulder: the weight's remaining torque over the inertia.
   const double inertia = kLink * (0.3 * 0.3 + 0.02 * 0.02) / 12 + kLink * kReach * kReach / 4 +
                          kLoad * kReach * kReach + kLoad * 2 * 0.1 * 0.1 / 12;
   const double turned = (kTorque - 5) / inertia * 0.1;
@@ -112,10 +112,10 @@ TEST(JointTree, ALimitHoldsWhatNoMotorDoes) {
   EXPECT_NEAR(arm.shoulder().load, std::cos(0.2) * kTorque, 0.05 * kTorque);
 }
 
-/// Falls on the floor, pushes itself up, and is let go of: contacts, a motor that holds and one that gives
-/// way, in free motion and at a limit.
+/// Falls on the floor, pushes itself up, and is released: contacts, a holding motor and a yielding one, free
+/// motion and at a limit.
 TEST(JointTree, MovesAsManySweepsOverAllRowsWouldHaveIt) {
-  constexpr double weight = 1;  // kg; sweeps settle as slowly as masses differ
+  constexpr double weight = 1;  // kg; sweeps converge slowly for large mass ratios
   Arm exact(true, 0, weight, weight), swept(true, 2000, weight, weight);
   for (const double effort : {0.0, 60.0, 12.0}) {
     for (int i = 0; i < 24; ++i) {

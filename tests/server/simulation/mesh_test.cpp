@@ -1,5 +1,4 @@
-// A model's meshes and what is no longer there: the same to bodies, the real robot and placement as boxes
-// are.
+// A model's meshes, and removed entities: for bodies, the real robot and placement they behave like boxes.
 #include "server/simulation/mesh_parts.hpp"
 #include "tests/box_mesh.hpp"
 #include "worlds.hpp"
@@ -9,7 +8,7 @@ namespace {
 
 using namespace test;
 
-/// A room of 6 m with a shelf, and a table whose top is over the robots' heads.
+/// A room of 6 m with a shelf, and a table with its top above the robots.
 SemanticModel furnished() {
   SemanticModel model = room(6);
   model.entities.push_back(model_box("shelf", EntityLabel::unknown, {1.5, 0, 0.6}, {0.4, 1.5, 1.2}));
@@ -40,7 +39,7 @@ TEST(ModelMeshes, LeaveRoomBelowThem) {
   Simulation simulation = make(furnished());
   AgentDefinition crate = agent("crate", AgentKind::box, -1.5, 0.1);
   crate.size = {0.3, 0.3, 0.3};
-  spawn(simulation, crate);  // under the table: there is room
+  spawn(simulation, crate);  // under the table: free
   run(simulation, 1);
   EXPECT_NEAR(body(simulation, "crate").T_map_body.translation().z(), 0, 0.01);
 }

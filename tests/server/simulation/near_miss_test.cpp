@@ -1,4 +1,4 @@
-// Near misses: said once it is known that nothing was touched, with what geometry says of how near it was.
+// Near misses: reported once no contact is possible any more, with the geometrically correct distance.
 #include "server/simulation/near_miss.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ AgentDefinition crate(double x, double y) {
   return box;
 }
 
-/// Past a crate at (2, 0) at a speed, with a gap beside it.
+/// Passes a crate at (2, 0) at `speed`, with a lateral gap.
 std::vector<Event> pass(double gap, double speed, bool sensed = true) {
   Simulation simulation = make();
   spawn(simulation, crate(2, 0));
@@ -50,7 +50,7 @@ TEST(NearMiss, PassingTooNearIsSaidWhenItIsOverWithTheSmallestGap) {
   EXPECT_NEAR(misses[0].value, 0.12, 1e-3);
   EXPECT_NEAR(misses[0].position.y(), -0.25, 1e-6);
   EXPECT_FALSE(misses[0].unsensed);
-  // Its rear corner is kAway from the crate's, that much along x.
+  // Distance along x when its rear corner is kAway from the crate's.
   const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - 0.12 * 0.12);
   const double over = (2 + 0.25 + along + kFront) / 0.5 + NearMissWatch::kHold;
   EXPECT_NEAR((misses[0].stamp - kStart).seconds(), over, 0.04);
@@ -68,7 +68,8 @@ TEST(NearMiss, OfWhatTheRobotWasNotShownIsFlagged) {
 }
 
 TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
-  // Braking at 2 m/s^2 from 1 m/s, to a stand 0.35 m before the wall: until it brakes the time only falls.
+  // Braking at 2 m/s^2 from 1 m/s, to a stop 0.35 m before the wall: before it brakes the time decreases
+  // monotonically.
   Simulation simulation = make(room(6));
   const double brakes = 1.5, v = 1, a = 2;
   const auto misses = follow(simulation, brakes + v / a + 2, [=](double t) {
@@ -81,8 +82,8 @@ TEST(NearMiss, StoppingLateBeforeAWallIsOneByTime) {
   EXPECT_EQ(misses[0].object, "wall 1");
   EXPECT_EQ(misses[0].pair, PairKind::real_real);
   EXPECT_EQ(misses[0].text, "time");
-  // Of x(t) - wall over speed the least: where 0.35 + s^2 / (2 a) = gap, at s = sqrt(2 a 0.35) or when it
-  // begins.
+  // The minimum of distance over speed: where 0.35 + s^2 / (2 a) = gap, at s = sqrt(2 a 0.35) or at the start
+  // of braking.
   const double s = std::min(v, std::sqrt(2 * a * 0.35));
   EXPECT_NEAR(misses[0].value, (0.35 + s * s / (2 * a)) / s, 0.03);
 }
@@ -110,7 +111,7 @@ TEST(NearMiss, WhoStopsTooNearAndStaysIsToldSoWhateverItStandsBefore) {
 TEST(NearMiss, ATouchIsNoneNorIsDrivingAwayFromIt) {
   Simulation simulation = make(room(6));
   const auto misses = follow(simulation, 6, [](double t) {
-    const double at = 3 - kFront + 0.005;  // more than it drives in a step
+    const double at = 3 - kFront + 0.005;  // more than one step's travel
     if (t < 2) return real_at(at - 0.5 * (2 - t), 0, 0, {0.5, 0, 0});
     if (t < 3) return real_at(at, 0);
     return real_at(at - 0.5 * (t - 3), 0, 0, {-0.5, 0, 0});

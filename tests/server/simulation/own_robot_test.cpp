@@ -1,4 +1,4 @@
-// The guide "Add a simulated robot": its two files are a robot that drives, and it names each key there is.
+// The guide "Add a simulated robot": its two files define a robot that drives, and it names every key.
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -19,7 +19,7 @@ std::string text_of(const std::string& path) {
 
 std::string page() { return text_of("docs/add-a-robot.md"); }
 
-/// The first block of the page in that language.
+/// The first code block of the page in that language.
 std::string block(const std::string& language) {
   const std::string all = page(), open = "```" + language + "\n";
   const std::size_t begin = all.find(open), end = all.find("\n```", begin + open.size());

@@ -1,4 +1,4 @@
-// That the solver does what mechanics says, against figures worked out by hand.
+// The solver against mechanics computed by hand.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 constexpr double kStep = 1.0 / 240;
 constexpr double kGravity = 9.81;
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kFriction = 0.36;  // of two free or fixed things: 0.6 each, multiplied
+constexpr double kFriction = 0.36;  // of two free or fixed bodies: 0.6 each, multiplied
 
 Transform<Map, Body> at(double x, double y, double z) { return Transform<Map, Body>::planar(x, y, 0, z); }
 
@@ -51,12 +51,12 @@ TEST(PhysicalSanity, WhatSlidesGainsSpeedAsCoulombSays) {
   slope.run(1);
   const double before = slope.speed();
   slope.run(0.5);
-  // The air takes some: 2 % of the speed in a second.
+  // Air drag: 2 % of the speed in a second.
   const double expected = kGravity * (std::sin(angle) - kFriction * std::cos(angle));
   EXPECT_NEAR((slope.speed() - before) / 0.5, expected, 0.05 * expected);
 }
 
-/// What is pitched, rolled and high up as well; the first second moves none of it.
+/// Including pitched, rolled and elevated bodies; none moves in the first second.
 TEST(PhysicalSanity, EachBodyStartsAndStaysWhereTheModelHasIt) {
   SemanticModel model = test::room(8);
   model.entities.push_back(
@@ -119,7 +119,7 @@ TEST(PhysicalSanity, AThrownBodyFollowsTheParabola) {
     }
     const double t = (flying - 1) * kStep;
     const Eigen::Vector3d expected = p0 + v0 * t - Eigen::Vector3d(0, 0, kGravity * t * t / 2);
-    // A step of semi-implicit Euler is g t dt / 2 off, and the air takes 2 % of the speed in a second.
+    // A step of semi-implicit Euler is g t dt / 2 off, and air drag takes 2 % of the speed in a second.
     const double off = kGravity * t * kStep / 2 + 0.02 * v0.norm() * t * t;
     EXPECT_NEAR((p - expected).norm(), 0, off + 1e-6) << t;
   }
@@ -135,7 +135,7 @@ TEST(PhysicalSanity, AStackOfBoxesStandsForAMinuteAndGainsNoEnergy) {
   for (int i = 0; i < kBoxes; ++i) {
     boxes.push_back(
         physics.add_free(ShapeKind::box, {kSide, kSide, kSide}, kMass, at(0.01 * (i % 2), 0, kSide * i)));
-    physics.keep_awake(boxes.back(), true);  // put down asleep, it would prove nothing
+    physics.keep_awake(boxes.back(), true);  // placed asleep, it would prove nothing
   }
   const auto energy = [&] {
     double sum = 0;

@@ -86,7 +86,7 @@ TEST(Physics, ADrivenRobotReachesItsSpeedWithoutSlippingSidewaysOrTipping) {
   spawn(simulation, moving("rover", AgentKind::robot, -5, 0, BehaviourKind::teleop));
   std::vector<LaserRequest> requests;
   for (int i = 0; i < 960; ++i) {
-    simulation.teleop("rover", {0.5, 0.3, 0});  // a differential drive has no sideways
+    simulation.teleop("rover", {0.5, 0.3, 0});  // a differential drive cannot move sideways
     simulation.step({}, requests);
   }
   const BodyState state = body(simulation, "rover", "chassis");
@@ -178,7 +178,7 @@ TEST(Physics, TheRealRobotPushesAgentsAndIsNotPushed) {
 }
 
 TEST(Physics, TheRealRobotsVelocityIsOdometrysNotTheDifferenceOfCorrections) {
-  // Corrections carry its pose forward while odometry says that it stands: what it touches gets no speed from
+  // Corrections move its pose forward while odometry reports no motion: bodies in contact get no speed from
   // that.
   const auto pushed_speed = [](double twist) {
     Simulation simulation = make(room(20));
@@ -202,7 +202,7 @@ TEST(Physics, WhatRestsOnABodyFallsWhenThatGoesAway) {
     const auto at = [](double z) { return Transform<Map, Body>::planar(0, 0, 0, z); };
     const PhysicsHandle lower = physics.add_free(ShapeKind::box, {0.4, 0.4, 0.6}, 10, at(0));
     const PhysicsHandle upper = physics.add_free(ShapeKind::box, {0.4, 0.4, 0.4}, 10, at(0.6));
-    // A touch wakes them; then they settle on each other and sleep.
+    // A contact wakes them; then they come to rest on each other and sleep.
     const PhysicsHandle hand = physics.add_kinematic({{-0.1, -0.1}, {0.1, -0.1}, {0.1, 0.1}, {-0.1, 0.1}}, 1);
     physics.suspend(hand, false);
     physics.move_kinematic(hand, Transform<Map, Body>::planar(-0.301, 0, 0), {0, 0, 0}, {0, 0, 0});
@@ -231,7 +231,7 @@ TEST(Physics, WhatRestsIsNotMovedByWhatPassesNearIt) {
   for (int i = 0; i < 240 * 8; ++i) {
     run(simulation, 1.0 / 240);
     nearest = std::min(nearest, simulation.pose_of("walker")->translation().norm());
-    // What is near is awake: its contacts hold it to less than a laser can tell.
+    // Bodies nearby are awake: contacts hold them to less than a laser's resolution.
     ASSERT_LT(simulation.pose_of("crate")->translation().norm(), 1e-3) << "step " << i;
     ASSERT_LT((simulation.pose_of("barrel")->translation() - Eigen::Vector3d(0, 1.2, 0)).norm(), 1e-3)
         << "step " << i;

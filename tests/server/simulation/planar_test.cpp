@@ -19,7 +19,7 @@ Footprint random_footprint(std::mt19937& random) {
   return footprint;
 }
 
-/// The slow twin: points spread densely over one outline, each against dense points of the other.
+/// Reference implementation: dense points on each outline, against those of the other.
 double sampled_distance(const Footprint& a, const Footprint& b) {
   const auto outline = [](const Footprint& footprint) {
     std::vector<Eigen::Vector2d> points;
@@ -45,7 +45,7 @@ TEST(Planar, DistanceAgreesWithDenseSampling) {
     const double fast = signed_distance(a, b), slow = sampled_distance(a, b);
     EXPECT_NEAR(fast, signed_distance(b, a), 1e-12);
     EXPECT_LE(distance_bound(a, b), fast + 1e-12);
-    if (fast + a.radius + b.radius <= 0) continue;  // the hulls overlap: outlines cross or not
+    if (fast + a.radius + b.radius <= 0) continue;  // the hulls overlap, whether or not their outlines cross
     ++apart;
     EXPECT_LE(fast, slow + 1e-9);
     EXPECT_NEAR(fast, slow, 0.03);
@@ -60,7 +60,7 @@ TEST(Planar, MovingByThePenetrationPartsTwoOverlappingShapes) {
     const Footprint a = random_footprint(random), b = random_footprint(random);
     const double depth = -signed_distance(a, b);
     if (depth <= a.radius + b.radius) continue;
-    // No shorter way out in any direction.
+    // No shorter translation in any direction.
     for (int k = 0; k < 64; ++k) {
       const double direction = angle(random);
       const Eigen::Vector2d shift = 0.99 * depth * Eigen::Vector2d(std::cos(direction), std::sin(direction));

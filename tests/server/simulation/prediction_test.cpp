@@ -1,4 +1,4 @@
-// Warnings before the event: that they come when geometry says, and only then.
+// Warnings come at the time given by geometry, and only then.
 #include "server/simulation/prediction.hpp"
 
 #include "robots_world.hpp"
@@ -22,7 +22,7 @@ std::vector<Event> follow(Simulation& simulation, double duration, Motion robot_
 
 double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
 
-/// The slow twin: looks at every millisecond.
+/// Reference implementation: tests every millisecond.
 double first_contact(const MovingFootprint& a, const MovingFootprint& b, double touch, double horizon) {
   Footprint placed_a, placed_b;
   for (double t = 0; t <= horizon; t += 0.001) {
@@ -43,7 +43,7 @@ RC_GTEST_PROP(TimeToContact, AgreesWithLookingAtEveryMillisecond, ()) {
   const MovingFootprint mb{
       &b, {within(-3, 3), within(-3, 3), within(-3, 3)}, {within(-1, 1), 0, within(-1, 1)}};
   const double fast = time_to_contact(ma, mb, 0.01, 2.5), slow = first_contact(ma, mb, 0.01, 2.5);
-  // A pass that only grazes lies between two looks of either.
+  // A grazing contact may lie between two samples of either.
   const double grazes = time_to_contact(ma, mb, 0.02, 2.5);
   if (std::isfinite(slow)) {
     RC_ASSERT(fast <= slow + 0.006 || grazes <= slow);
@@ -81,7 +81,7 @@ TEST(CollisionPrediction, SaysNothingAlongAWallNorAwayFromIt) {
 
 TEST(CollisionPrediction, ComesAgainOnlyAfterTheDangerWasOver) {
   Simulation simulation = make(room(6));
-  // Towards the wall, which it warns of after 0.25 s; back; and towards it again.
+  // Towards the wall, with a warning after 0.25 s; back; and towards it again.
   const auto events = follow(simulation, 3.5, [](double t) {
     if (t < 1) return real_at(0.5 + t, 0, 0, {1, 0, 0});
     if (t < 2) return real_at(1.5 - (t - 1), 0, 0, {-1, 0, 0});
@@ -102,7 +102,7 @@ TEST(CollisionPrediction, SeesAnAgentComingWhileTheRobotStands) {
   events = simulation.take_events();
   const auto hit = only(events, EventKind::collision_started);
   ASSERT_FALSE(hit.empty());
-  // Both are warned: the one that stands and the one that comes.
+  // Both are warned: the standing and the approaching one.
   for (const std::string who : {"pioneer", "r"}) {
     const auto warned = only(events, EventKind::collision_predicted);
     const auto its =
@@ -125,7 +125,7 @@ TEST(Tipping, IsTheAngleToTheEdgeOverTheRateAboutIt) {
   EXPECT_NEAR(tipping.time, (level - roll) / rate, 1e-9);
   EXPECT_FALSE(std::isfinite(tipping_of(stance, R.row(2), {-rate, 0, 0}).time)) << "it comes back";
   EXPECT_NEAR(tipping_of(stance, {0, 0, 1}, {0, 0, 0}).share, 1, 1e-12);
-  // Past its edge it tips now.
+  // Past its edge it tips immediately.
   const Eigen::Matrix3d over = Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitX()).toRotationMatrix();
   EXPECT_EQ(tipping_of(stance, over.row(2), {0, 0, 0}).time, 0);
 }

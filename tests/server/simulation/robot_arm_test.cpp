@@ -1,5 +1,5 @@
-// The arm of the tracked robot: its joints keep to their limits and motors, break and stay broken, and its
-// gripper lifts by contact and friction alone.
+// The arm of the tracked robot: its joints respect their limits and motors, break and stay broken, and its
+// gripper lifts by contact and friction only.
 #include <map>
 
 #include "robots_world.hpp"
@@ -71,7 +71,7 @@ TEST(RobotArm, AJointThatIsTornOffStaysBrokenUntilItIsRestored) {
   spawn(simulation, articulated("r", "crawler", 0, 0));
   run(simulation, 1);
   EXPECT_FALSE(broken(simulation, "shoulder_joint"));
-  joints(simulation, {{"elbow_joint", 0}});  // stretched out it weighs more than 20 N m
+  joints(simulation, {{"elbow_joint", 0}});  // its torque exceeds 20 N m when stretched out
   run(simulation, 5);
   const auto events = only(simulation.take_events(), EventKind::joint_broken);
   ASSERT_EQ(events.size(), 1U);
@@ -135,10 +135,10 @@ TEST(RobotArm, AJointThatIsToldToStandStillDoesNotSinkUnderItsLoad) {
   EXPECT_NEAR(position(simulation, "shoulder_joint"), stood, 1e-3);
   keep(0.2, 1);
   keep(0, 5);
-  EXPECT_NEAR(position(simulation, "shoulder_joint"), stood + 0.2, 2e-3) << "as far as the command says";
+  EXPECT_NEAR(position(simulation, "shoulder_joint"), stood + 0.2, 2e-3) << "as commanded";
 }
 
-/// Sends the point between the finger pads to (x, z) of base_link, fingers pointing down.
+/// Moves the point between the finger pads to (x, z) of base_link, fingers down.
 void reach(Simulation& simulation, double x, double z) { joints(simulation, crawler_reach(x - kTurret, z)); }
 
 void fingers(Simulation& simulation, double way) {

@@ -1,5 +1,5 @@
-// The shipped robots, one of each kind: that each drives, turns and stops as its kind does, on level floors,
-// slopes and stairs.
+// The shipped robots, one of each kind: each drives, turns and stops as expected, on level floors, slopes and
+// stairs.
 #include "robots_world.hpp"
 
 namespace parhelion::simulation {
@@ -12,7 +12,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 struct Kind {
   const char* model;
   DriveKind drive;
-  double turn;  // share of the asked yaw rate that it must reach: what skids is less exact
+  double turn;  // fraction of the commanded yaw rate that it must reach: skid steering is less exact
 };
 constexpr Kind kKinds[] = {{"rover", DriveKind::differential, 0.05},
                            {"hauler", DriveKind::skid, 0.25},
@@ -75,8 +75,8 @@ TEST(RobotKinds, OnlyTheCarCannotTurnOnTheSpot) {
     } else {
       EXPECT_GT(at.T_map_base.yaw(), 0.8) << kind.model;
     }
-    // Surfaces that skid do not turn about the base: measured 0.27 m (hauler) and 0.39 m (crawler). What this
-    // excludes is a robot that drives off instead of turning.
+    // Skid-steered robots do not turn exactly about the base: measured 0.27 m (hauler) and 0.39 m (crawler).
+    // This excludes a robot that drives away instead of turning.
     EXPECT_LT(at.T_map_base.translation().norm(), 0.45) << kind.model;
   }
 }
@@ -84,7 +84,7 @@ TEST(RobotKinds, OnlyTheCarCannotTurnOnTheSpot) {
 TEST(RobotKinds, TheCarGoesOnTheCircleOfItsSteering) {
   Simulation simulation = make(floor_of(40), with_robots({"buggy"}));
   spawn(simulation, articulated("r", "buggy", 0, 0));
-  drive(simulation, "r", {0.5, 0, 10}, 3);  // as tight as it can
+  drive(simulation, "r", {0.5, 0, 10}, 3);  // at its tightest turn
   const RobotMotion& at = motion(simulation, "r");
   const auto angle = [&](const char* joint) {
     for (std::size_t i = 0; i < at.joints.names.size(); ++i) {
@@ -95,7 +95,7 @@ TEST(RobotKinds, TheCarGoesOnTheCircleOfItsSteering) {
   };
   const double inner = angle("left_steering"), outer = angle("right_steering");
   EXPECT_NEAR(inner, 0.6, 1e-3);
-  // Ackermann's condition: the cotangents differ by the distance of the pivots' wheels over the wheelbase.
+  // Ackermann's condition: the cotangents differ by the track over the wheelbase.
   EXPECT_NEAR(1 / std::tan(outer) - 1 / std::tan(inner), 0.44 / 0.56, 0.01);
   const double radius = 0.56 / std::tan(inner) + 0.22;  // of the middle of the rear axle
   EXPECT_NEAR(at.rotation_rate.z() * radius, 0.5, 0.05);
@@ -122,7 +122,7 @@ SemanticModel ramp(double angle) {
 }
 
 TEST(RobotKinds, TheTrackedOneClimbsSlopesUpToItsFrictionAngle) {
-  // Friction 0.75 is 36.9 degrees; climbing needs some of it for what slides within.
+  // Friction 0.75 is 36.9 degrees; climbing needs a margin for internal slip.
   for (const double angle : {20.0, 30.0}) {
     Simulation simulation = make(ramp(angle * kDegree), with_robots({"crawler"}));
     spawn(simulation, articulated("r", "crawler", -1, 0));

@@ -1,4 +1,4 @@
-// The defaults that the schema of a robot model states are those of the program.
+// The defaults in a robot model's schema are those of the program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using test::SchemaDefaults;
 
 const std::string folder = std::string(PARHELION_SOURCE_DIR) + "/server/robots/";
 
-/// All that a robot model's file can say, but for the robot description in it.
+/// All values of a robot model's file, except its robot description.
 std::string values_of(const RobotModel& model) {
   std::ostringstream text;
   text << model.drive.acceleration << ' ' << model.drive.force << ' ' << model.drive.friction << '\n';
@@ -43,7 +43,7 @@ TEST(RobotModelSchema, ItsDefaultsAreThoseOfTheProgram) {
     "drive": {"kind": "differential", "left": ["left_wheel"], "right": ["right_wheel"]},
     "robot": {"footprint": [["0 m", "0 m"], ["1 m", "0 m"], ["0 m", "1 m"]]}})"));
   std::set<std::string> missing = defaults.missing();
-  // tests/protocols/schema_defaults_test.cpp has these.
+  // Checked by tests/protocols/schema_defaults_test.cpp.
   std::erase_if(missing, [](const std::string& key) { return key.starts_with(".robot."); });
   EXPECT_THAT(missing, testing::IsEmpty());
   EXPECT_THAT(defaults.differences(), testing::IsEmpty());

@@ -1,4 +1,4 @@
-// Robot models that are wrong: each is refused by name and line.
+// Invalid robot models: each is refused with name and line.
 #include "server/simulation/robot_model.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,4 @@
-// Articulated robots: that they start where the model has them, drive as their wheels roll, and stop where
-// the world stops them.
+// Articulated robots start at the model's pose, drive as their wheels roll, and stop at obstacles.
 #include "robots_world.hpp"
 
 namespace parhelion::simulation {
@@ -31,7 +30,7 @@ TEST(Robots, WheelsThatRollCoverTheirCircumferenceInATurn) {
                way = motion(simulation, "r").T_map_base.translation().x();
   EXPECT_GT(way, 1.5);
   EXPECT_NEAR(rolled, way, 0.01 * way);
-  // What is seen: the wheel's body is turned by what it rolled, over its radius.
+  // The visible wheel is turned by its travel over its radius.
   const BodyState wheel = body(simulation, "r", "left_wheel");
   EXPECT_NEAR(std::remainder(rolled / 0.0975 - std::atan2(-wheel.T_map_body.rotation()(2, 0),
                                                           wheel.T_map_body.rotation()(0, 0)),
@@ -60,7 +59,7 @@ TEST(Robots, StopsWhenNobodyDrivesItAndAtWalls) {
   const RobotMotion& at = motion(simulation, "r");
   EXPECT_NEAR(at.T_map_base.translation().x(), 3 - 0.204, 0.02);
   EXPECT_GT(at.T_map_base.rotation()(2, 2), 0.99);
-  // Its motors are too weak for its wheels to slip: they stand, and the encoders say so.
+  // Its motors are too weak for the wheels to slip: they stop, and so do the encoders.
   EXPECT_NEAR(at.left, at.T_map_base.translation().x(), 0.05);
   ASSERT_EQ(at.touching.size(), 1U);
   EXPECT_EQ(at.touching.front(), "bumper");

@@ -39,7 +39,7 @@ inline SemanticModel floor_of(double side) {
   return model;
 }
 
-/// A flight of steps from x = 1 m on, and a landing behind it.
+/// A flight of steps starting at x = 1 m, with a landing behind it.
 inline SemanticModel flight(int steps, double rise, double run) {
   SemanticModel model = floor_of(30);
   for (int i = 0; i < steps; ++i) {
@@ -51,7 +51,7 @@ inline SemanticModel flight(int steps, double rise, double run) {
   return model;
 }
 
-/// Drives for a time, the twist said again at each step.
+/// Drives for a time, with the twist repeated at each step.
 inline void drive(simulation::Simulation& simulation, const std::string& name, const Twist2& twist,
                   double duration) {
   std::vector<simulation::LaserRequest> requests;

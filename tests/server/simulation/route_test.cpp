@@ -1,6 +1,6 @@
-// Ways over a building: A* against Dijkstra, and what a way promises.
+// Routes through a building: A* against Dijkstra, and the guarantees of a route.
 #include <gtest/gtest.h>
-// After gtest.h, which it does not include itself.
+// After gtest.h, which it needs but does not include.
 #include <rapidcheck/gtest.h>
 
 #include <map>
@@ -21,7 +21,7 @@ std::shared_ptr<const Building> building_of(const SemanticModel& model) {
   return *building;
 }
 
-/// A room of 6 m with pieces of furniture and walls anywhere.
+/// A room of 6 m with random furniture and walls.
 SemanticModel any_room() {
   SemanticModel model;
   const auto within = [](double low, double high) {
@@ -39,7 +39,7 @@ SemanticModel any_room() {
   return model;
 }
 
-/// The slow twin: all cells in the order of their cost, whatever their distance to the goal.
+/// Reference implementation: all cells in the order of their cost, without a heuristic.
 std::optional<std::uint32_t> dijkstra(RouteSearch& costs, const Eigen::Vector2d& from,
                                       const Eigen::Vector2d& to) {
   using Entry = std::pair<std::uint32_t, std::pair<int, int>>;
@@ -106,7 +106,7 @@ RC_GTEST_PROP(Route, CostsWhatDijkstraSaysAndKeepsItsDistance, ()) {
   RC_ASSERT(way.front() == query.start && way.back() == query.goal);
   for (std::size_t i = 1; i < way.size(); ++i) {
     const Footprint piece = make_segment(way[i - 1], way[i], 0);
-    // Between two neighbouring cells it is known at their centres only; the ends are anywhere in theirs.
+    // Between neighbouring cells clearance is known only at their centres; end points lie anywhere in theirs.
     const double loose = (way[i] - way[i - 1]).norm() < 0.15 ? 0.08 : 0.002;
     for (const FixedObstacle& obstacle : building->obstacles())
       RC_ASSERT(signed_distance(piece, obstacle.footprint) >= query.clearance - loose);

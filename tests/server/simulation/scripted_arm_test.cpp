@@ -1,6 +1,6 @@
-// Scripted runs of the crawler's arm. When a thing is gripped, lifted, dropped or placed and when a joint
-// breaks is reckoned beforehand, from the speeds that the joints are commanded, from the arm's measures and
-// from free fall; what else is said, of movement and touch, is read off the bodies' poses.
+// Scripted runs of the crawler's arm. The times when an object is gripped, lifted, dropped or placed and when
+// a joint breaks are computed beforehand, from commanded joint speeds, the arm's dimensions and free fall;
+// the other events, of movement and contact, are derived from the bodies' poses.
 #include <map>
 
 #include "scripted_robots.hpp"
@@ -12,8 +12,9 @@ namespace {
 using namespace test;
 
 constexpr double kDegree = std::numbers::pi / 180, kGravity = 9.81;
-constexpr double kLetGo = 0.1, kRest = 0.3, kLift = 0.02, kSink = 0.5;  // s, s, m, m/s: the rules of gripping
-constexpr double kSpeedUp = 0.2;        // s, of a joint's motor to its full speed
+constexpr double kLetGo = 0.1, kRest = 0.3, kLift = 0.02,
+                 kSink = 0.5;           // s, s, m, m/s: thresholds of gripper events
+constexpr double kSpeedUp = 0.2;        // s, for a joint's motor to reach its full speed
 constexpr double kPads = 0.08;          // m from the middle of the open gripper to either pad
 constexpr double kFinger = 0.006;       // m from a finger's origin to its pad's face
 constexpr double kFingerLength = 0.11;  // m
@@ -24,7 +25,7 @@ const Eigen::Vector3d kLoad(0.08, 0.08, 0.16);
 
 using Values = std::map<std::string, double>;
 
-/// Said ten times a second from `from` on, until the next one.
+/// Sent ten times a second starting at `from`, until the next one.
 struct Command {
   double from = 0;
   Values positions, speeds = {}, efforts = {};
@@ -54,19 +55,19 @@ const RobotJoint& joint_of(const RobotModel& model, const std::string& name) {
                        [&](const RobotJoint& each) { return each.name == name; });
 }
 
-/// When a joint that stands and is commanded `speed` at `t` has gone `way`: it speeds up evenly, and has each
-/// step's speed from the step's beginning on.
+/// When a joint at rest that is commanded `speed` at `t` has moved by `way`: it accelerates evenly, and moves
+/// with each step's new speed.
 double gone(const std::string& name, double t, double speed, double way) {
   const double acceleration = joint_of(*shipped("crawler"), name).velocity / kSpeedUp;
   return t - kStep + way / speed + speed / (2 * acceleration) - kStep / 2;
 }
 
-/// z over the floor of a point that the shoulder turns upwards by `angle`: ahead of it and above it.
+/// z over the floor of a point ahead of and above the shoulder, after a rotation upwards by `angle`.
 double raised(double ahead, double above, double angle) {
   return kShoulder + ahead * std::sin(angle) + above * std::cos(angle);
 }
 
-/// The angle at which f, which grows with it, is `value`.
+/// The angle at which f, an increasing function, is `value`.
 template <class F>
 double solve(const F& f, double value) {
   double low = 0, high = 1;
@@ -74,10 +75,10 @@ double solve(const F& f, double value) {
   return low;
 }
 
-/// All of the load, at a step.
+/// Expected events of the load, at a step.
 class LoadWitness {
  public:
-  /// After `lets_go` nothing presses on the load: it is placed once it has been still in the tub for a while.
+  /// After `lets_go` nothing presses on the load: it is placed after resting in the container for a while.
   explicit LoadWitness(double lets_go) : lets_go_(lets_go) {}
   void see(const Simulation& simulation, double t, std::vector<Expected>& expected) {
     WorldSnapshot world;
@@ -118,7 +119,7 @@ class LoadWitness {
     }
     return corners;
   }
-  /// m between the load and the face of a pad before it, which looks along `way` times its finger's y axis.
+  /// m between the load and the face of a pad, which points along `way` times its finger's y axis.
   static double gap(const BodyState& load, const BodyState& finger, double way) {
     const Eigen::Vector3d center = load.T_map_body * Eigen::Vector3d(0, 0, kLoad.z() / 2);
     const Eigen::Vector3d ahead = finger.T_map_body.inverse() * center;
@@ -135,7 +136,7 @@ class LoadWitness {
   ContactWitness pads_{"r", "load"}, landed_{"load", "tub"};
 };
 
-/// The crawler, a load before it and a tub on its left, where its turret takes the load.
+/// The crawler, a load in front of it and a container on its left, within the arm's reach.
 Run with_load(const std::string& name, double duration, std::vector<Command> script, double lets_go) {
   Run run = with_robot(*shipped("crawler"), floor_of(20), duration);
   run.name = name;
@@ -158,12 +159,12 @@ Run with_load(const std::string& name, double duration, std::vector<Command> scr
   return run;
 }
 
-/// How the load is taken: speeds of the fingers and of the shoulder, which goes up for `raises` s.
+/// How the load is gripped and lifted: speeds of the fingers and of the shoulder, which rises for `raises` s.
 struct Taking {
   double fingers = 0.06, shoulder = 0.25, raises = 0.3;
 };
 
-/// Down over the load, gripped from 6 s and raised from 9 s on.
+/// Down over the load, gripped from 6 s and lifted from 9 s on.
 constexpr double kGrips = 6, kRaises = 9;
 std::vector<Command> take(const Taking& taking) {
   const Values close{{"left_finger_joint", taking.fingers}};
@@ -179,17 +180,17 @@ std::vector<Command> take(const Taking& taking) {
           {kRaises + taking.raises, {}, still}};
 }
 std::vector<Expected> taken(const Taking& taking) {
-  const double inner = kAhead - kLoad.x() / 2;  // m: its lower edge that comes up last
+  const double inner = kAhead - kLoad.x() / 2;  // m: its lower edge that rises last
   const double angle = solve([&](double a) { return raised(inner, -kShoulder, a); }, kLift);
   return {{EventKind::gripped, gone("left_finger_joint", kGrips, taking.fingers, kPads - kLoad.y() / 2),
            "load", "r"},
           {EventKind::lifted, gone("shoulder_joint", kRaises, taking.shoulder, angle), "load", "r"}};
 }
 
-/// When fingers that are driven apart from `opens` on are felt last: in that step they come off.
+/// Last contact of fingers that are opened from `opens` on: they separate in that step.
 double let_go(double opens) { return opens; }
 
-/// Raised by less than what makes a fall of it, and let go of.
+/// Lifted by less than the threshold of a fall, and released.
 Run drops(const Taking& taking) {
   const double opens = 11;
   auto script = take(taking);
@@ -200,8 +201,8 @@ Run drops(const Taking& taking) {
   return run;
 }
 
-/// Raised, carried to the tub, and let go of `above` its bottom, from where it has landed and come to rest
-/// before it counts as let go of.
+/// Lifted, moved to the container, and released `above` its bottom; it lands and comes to rest before it
+/// counts as released.
 Run places(const Taking& taking, double above) {
   const double opens = 20, beside = 90 * kDegree;
   auto script = take(taking);
@@ -222,8 +223,8 @@ std::size_t index_of(const Joints& joints, const std::string& name) {
                                   joints.names.begin());
 }
 
-/// The stretched arm stands at an angle and is then driven with the torque of its shoulder. What tears at
-/// that, averaged over 20 ms, passes what it bears in the step after the one in which this is foreseen.
+/// The stretched arm is held at an angle and is then driven with its shoulder's torque. The load, averaged
+/// over 20 ms, exceeds the limit in the step after the one computed here.
 Run breaks(double angle, double effort, double break_effort) {
   RobotModel model = *shipped("crawler");
   for (RobotJoint& each : model.joints) {
@@ -247,7 +248,7 @@ Run breaks(double angle, double effort, double break_effort) {
     moves->see(now, t, expected);
     const double torque = std::abs(now.joints.efforts[index_of(now.joints, "shoulder_joint")]);
     *load += (torque - *load) * kStep / 0.02;
-    // In the step of the command the motor gives what is commanded, then what it gave before.
+    // In the step of the command the motor gives the commanded effort, then the previous one.
     const double next = std::abs(t + kStep - drives) < kStep / 2 ? std::abs(effort) : torque;
     if (*broken || *load + (next - *load) * kStep / 0.02 <= break_effort) return;
     *broken = true;
@@ -256,8 +257,8 @@ Run breaks(double angle, double effort, double break_effort) {
   return run;
 }
 
-/// The shoulder is sent up with a motor that is too weak for the stretched arm: half a second after it stands
-/// still under all its torque it is overloaded.
+/// The shoulder is raised with a motor that is too weak for the stretched arm: it is overloaded after half a
+/// second at full torque without motion.
 Run overloads_its_shoulder(double effort) {
   RobotModel model = *shipped("crawler");
   for (RobotJoint& each : model.joints) {

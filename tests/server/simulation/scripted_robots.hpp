@@ -1,5 +1,5 @@
-// Simulated robots in scripted runs. The physics moves them: what their motion alone shows is told by
-// witnesses, whose rules are those of the events, written down once more.
+// Simulated robots in scripted runs, moved by the physics: witnesses derive the expected events from the
+// motion, by an independent implementation of the rules.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,7 @@
 
 namespace parhelion::test {
 
-/// Moving from 0.05 m/s or 0.1 rad/s on, standing after a quarter of a second below 0.02 m/s and 0.04 rad/s.
+/// Moving above 0.05 m/s or 0.1 rad/s, standing after a quarter of a second below 0.02 m/s and 0.04 rad/s.
 class MovementWitness {
  public:
   explicit MovementWitness(std::string who = "r") : who_(std::move(who)) {}
@@ -38,7 +38,7 @@ class MovementWitness {
   int slow_ = 0;  // steps
 };
 
-/// A contact from its first touch on, each second that it goes on, and its end after a quarter of a second
+/// A contact from its first touch, each second of its duration, and its end after a quarter of a second
 /// without touch.
 class ContactWitness {
  public:

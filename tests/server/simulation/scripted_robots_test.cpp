@@ -1,4 +1,4 @@
-// Scripted runs of simulated robots on stairs: when a thing happens is read off their motion.
+// Scripted runs of simulated robots on stairs: the expected times are derived from their motion.
 #include "scripted_robots.hpp"
 
 namespace parhelion::simulation {
@@ -9,8 +9,8 @@ using namespace test;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTread = 0.29;
 
-/// base_link comes over the steps of a flight from x = 1 m on, not far below their tops; its nose goes up and
-/// down again.
+/// base_link moves over the steps of a flight that starts at x = 1 m, close above their tops; its nose
+/// pitches up and down again.
 class StairsWitness {
  public:
   StairsWitness(int steps, double rise) : steps_(steps), rise_(rise) {}
@@ -34,7 +34,7 @@ class StairsWitness {
   bool warned_ = false;
 };
 
-/// The tracked robot climbs a flight as an operator takes it up, and stands on top.
+/// The tracked robot climbs a flight as with an operator, and stops at the top.
 Run climbs(int steps, double rise, double speed) {
   RobotModel model = *shipped("crawler");
 

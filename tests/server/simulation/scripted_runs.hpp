@@ -1,5 +1,5 @@
-// Scripted runs, and how what was said in them is judged: precision, recall and onset. What is expected of a
-// run is all that may be said in it.
+// Scripted runs, and the scores of their events: precision, recall and onset. A run's expected events are
+// complete: any other event is wrong.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ inline constexpr double kStep = 1.0 / 240;
 
 struct Expected {
   EventKind kind;
-  double t;  ///< s from the start; the event is due at the first step from there on
+  double t;  ///< s from the start; the event is due at the first step at or after it
   std::string object = {};
   std::string subject = "pioneer";
 };
@@ -26,17 +26,16 @@ struct Run {
   std::vector<Expected> expected = {};
   SemanticModel model = {};
   simulation::SimulationOptions options = {};
-  /// What a run shows by itself, step by step: the facts that its events are about, by rules of its own.
+  /// Expected events derived from the run's motion step by step, by rules of its own.
   std::function<void(const simulation::Simulation&, double, std::vector<Expected>&)> witness = {};
-  bool limits = false;  ///< the robot has limits of attitude
+  bool limits = false;  ///< the robot has attitude limits
   std::function<void(simulation::Simulation&, double)> before_step = {};
-  /// When this happens hangs on how the solver pushes what fell out of the floor again: neither asked nor
-  /// counted.
+  /// Depends on how the solver corrects penetration of the floor: neither expected nor counted.
   std::optional<EventKind> uncounted = {};
-  bool on_stairs = false;  ///< what climbs touches steps: contacts with them are true, and not counted
+  bool on_stairs = false;  ///< a climbing robot touches steps: these contacts are true, and not counted
 };
 
-/// `expected`: what its witness adds.
+/// `expected`: extended by its witness.
 inline std::vector<Event> events_of(const Run& run, std::vector<Expected>& expected) {
   RobotDescription description = robot();
   if (run.limits) description.attitude = AttitudeLimits{};
@@ -60,8 +59,8 @@ struct Score {
   int said = 0, expected = 0, matched = 0, onset_late = 0, worst = 0;
 };
 
-/// Each event is matched with one that is expected of its kind and entities, the nearest; within half a
-/// second it is the same event, whose onset is then judged.
+/// Matches each event with the nearest expected one of its kind and entities; within half a second it is the
+/// same event, and its onset is scored.
 inline void judge(const Run& run, Score& score) {
   std::vector<Expected> expected = run.expected;
   const std::vector<Event> events = events_of(run, expected);

@@ -1,5 +1,5 @@
-// Scripted runs whose events are known beforehand, from geometry and kinematics alone: precision, recall and
-// onset. What is expected of a run is all that may be said in it.
+// Scripted runs with events known from geometry and kinematics: precision, recall and onset. A run's expected
+// events are complete: any other event is wrong.
 #include "scripted_runs.hpp"
 
 #include <algorithm>
@@ -15,11 +15,11 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kPause = 0.25;               // s, of a stop and of a contact's end
 constexpr double kFront = 0.25, kSide = 0.2;  // m, of the robot's outline
 constexpr double kWarning = 2.0;              // s before a collision
-constexpr double kZoneEdge = 0.05;            // m outside before a zone or a door's space is left
-constexpr double kRelease = 0.02;             // m over the margin where a contact ends
+constexpr double kZoneEdge = 0.05;            // m outside before a zone or a door's space counts as left
+constexpr double kRelease = 0.02;             // m in addition to the margin where a contact ends
 constexpr double kOpened = 10 * kDegree, kClosed = 3 * kDegree;
 
-/// Straight on along x from x0 at v until `until`, then it stands.
+/// Straight along x from x0 at v until `until`, then it stands.
 auto straight(double x0, double y, double v, double until, double sigma = 0) {
   return [=](double t) -> std::optional<RealRobotState> {
     RealRobotState state = real_at(x0 + v * std::min(t, until), y, 0, {t <= until ? v : 0, 0, 0});
@@ -28,7 +28,7 @@ auto straight(double x0, double y, double v, double until, double sigma = 0) {
   };
 }
 
-/// Up to speed v with acceleration a from t = 0.5 s, as long at it, and down again.
+/// Accelerates to v with a from t = 0.5 s, holds it for `hold`, and decelerates.
 Run trapezoid(double a, double v, double hold, bool turns) {
   const double up = 0.5, down = up + v / a + hold, end = down + v / a;
   const double start = turns ? 0.10 : 0.05, stop = turns ? 0.04 : 0.02;
@@ -61,7 +61,7 @@ Run tilt(bool pitch, double rate, double most) {
   run.expected = {{pitch ? EventKind::pitch_warning : EventKind::roll_warning, warning / size}};
   if (most > limit)
     run.expected.push_back({pitch ? EventKind::pitch_limit : EventKind::roll_limit, limit / size});
-  // A second before the limit would be reached at this rate; then more than half of it is used up.
+  // One second before the limit would be reached at this rate; more than half of the margin is used up then.
   run.expected.push_back({EventKind::tipping_predicted, limit / size - 1});
   return run;
 }
@@ -90,7 +90,7 @@ Zone box_zone(const std::string& name, double x0, double x1) {
   return {name, {{x0, -1}, {x1, -1}, {x1, 1}, {x0, 1}}, -1, 2};
 }
 
-/// Along x at v from x = 0 through zones.
+/// Moves along x at v from x = 0 through zones.
 Run through_zones(double v, const std::vector<Zone>& zones) {
   Run run{.name = "zones", .duration = 4 / v};
   run.options.zones = zones;
@@ -105,7 +105,7 @@ Run through_zones(double v, const std::vector<Zone>& zones) {
   return run;
 }
 
-/// Its pose is lost at one second, when it is in a zone and moves, and comes back a second later.
+/// Its pose is lost at one second, inside a zone and moving, and comes back a second later.
 Run loses_its_pose(double v) {
   Run run{.name = "pose lost", .duration = 3};
   run.options.zones = {box_zone("all", -5, 9)};
@@ -157,7 +157,7 @@ Run along_a_wall(double v, double gap) {
   return run;
 }
 
-/// The floor under a crate goes away: it falls by h.
+/// The floor under a crate is removed: it falls by h.
 Run crate_falls(double h) {
   const double away = 0.2, g = 9.81, lands = away + std::sqrt(2 * h / g);
   Run run{.name = "fall", .duration = lands + 0.6};
@@ -191,7 +191,7 @@ SemanticModel flight(int steps, double rise, double tread) {
   return model;
 }
 
-/// base_link on the line of the nosings, at v along x; at `turns` s it goes back, at twice that on again.
+/// base_link on the line of the nosings, at v along x; at `turns` s it reverses, and again at twice that.
 Run climbs(int steps, double rise, double tread, double v, double turns = 1e9) {
   const double end = 1 + steps * tread;
   const double all = turns < 1e9 ? 3 * turns : end / v;
@@ -215,7 +215,7 @@ Run climbs(int steps, double rise, double tread, double v, double turns = 1e9) {
   return run;
 }
 
-/// A wall across a room of 12 m at x = 2; in it a door 1 m wide about y = 0, drawn closed, hung at y = -0.5,
+/// A wall across a room of 12 m at x = 2, with a door 1 m wide at y = 0, drawn closed, hinged at y = -0.5,
 /// that opens towards -x.
 SemanticModel gateway() {
   SemanticModel model = room(12);
@@ -230,7 +230,7 @@ SemanticModel gateway() {
 }
 constexpr double kSpaceBegins = 1.85, kSpaceEnds = 2.15, kLeaf = 1.98;
 
-/// A real door that sensors see turn: closed until 0.5 s, then to 40 degrees and back at a rate, so often.
+/// A real door measured by sensors: closed until 0.5 s, then to 40 degrees and back at a rate, `times` times.
 Run door_turns(double rate, int times) {
   const double top = 40 * kDegree, period = 2 * top / rate, start = 0.5;
   Run run{.name = "door", .duration = start + period * times + 0.2};
@@ -249,7 +249,7 @@ Run door_turns(double rate, int times) {
   return run;
 }
 
-/// Through the opening of a door that stands open; `opening`: none where nobody knows how far.
+/// Through the opening of an open door; `opening`: none if unknown.
 Run passes_a_door(double v, double y, std::optional<double> opening) {
   Run run{.name = "passes a door", .duration = 3 / v};
   run.model = gateway();
@@ -258,7 +258,7 @@ Run passes_a_door(double v, double y, std::optional<double> opening) {
   run.expected = {{EventKind::movement_started, 0},
                   {EventKind::door_space_entered, (kSpaceBegins - kFront) / v, "door"},
                   {EventKind::door_space_left, (kSpaceEnds + kZoneEdge + kFront) / v, "door"}};
-  // Past the opening's side at y = 0.5, and past a leaf that does not stand quite open.
+  // Past the opening's side at y = 0.5, and past a leaf that is not completely open.
   const auto leaves = [&](const Eigen::Vector2d& last, double gap) {
     const double along = std::sqrt(NearMissWatch::kAway * NearMissWatch::kAway - gap * gap);
     return (last.x() + along + kFront) / v + NearMissWatch::kHold;

@@ -1,5 +1,5 @@
-// The tracked robot on stairs, as an operator takes it up: the flippers on the first step, then pressed down
-// on its tread, then in line with the tracks.
+// The tracked robot on stairs, as with an operator: flippers on the first step, then pressed down on its
+// tread, then in line with the tracks.
 #include "robots_world.hpp"
 
 namespace parhelion::simulation {
@@ -30,7 +30,7 @@ Eigen::Vector3d place(const Simulation& simulation) {
 class Operator {
  public:
   explicit Operator(Simulation& simulation) : simulation_(simulation) {}
-  /// Up the flight until base_link is at `x`, for at most `duration` s.
+  /// Climbs the flight until base_link is at `x`, for at most `duration` s.
   void climb(double x, double duration) {
     for (double t = 0; t < duration && place(simulation_).x() < x; t += 0.125) {
       const double pitch = pitch_up(simulation_);

@@ -11,7 +11,7 @@ using namespace test;
 
 constexpr double kStep = 1.0 / 240;
 
-/// Steps the simulation with the real robot as `robot_at(t)` has it, t in s from now; its events.
+/// Steps the simulation with the real robot at `robot_at(t)`, t in s from now; returns its events.
 template <class Motion>
 std::vector<Event> drive(Simulation& simulation, double duration, Motion robot_at) {
   std::vector<LaserRequest> requests;
@@ -22,7 +22,7 @@ std::vector<Event> drive(Simulation& simulation, double duration, Motion robot_a
 
 double since_start(const Event& event) { return (event.stamp - kStart).seconds(); }
 
-/// Warnings that come before have tests of their own.
+/// Without early warnings, which have their own tests.
 std::vector<Event> as_they_happen(std::vector<Event> events) {
   std::erase_if(events, [](const Event& event) { return event.kind == EventKind::tipping_predicted; });
   return events;
@@ -48,7 +48,7 @@ RealRobotState tilted(double roll, double pitch) {
 
 TEST(Supervision, MovementStartsAtOnceAndStopsAfterAPause) {
   Simulation simulation = make();
-  // Trapezoid: faster than 0.05 m/s from 1.1 s, slower than 0.02 m/s from 3.96 s on.
+  // Trapezoid: above 0.05 m/s from 1.1 s, below 0.02 m/s from 3.96 s on.
   const auto events = drive(simulation, 6, [](double t) {
     const double v = std::clamp(std::min((t - 1) * 0.5, (4 - t) * 0.5), 0.0, 1.0);
     return real_at(0, 0, 0, {v, 0, 0});
@@ -113,7 +113,7 @@ TEST(Supervision, ARobotThatTipsOverIsSaidOnce) {
 TEST(Supervision, YawRateNeedsNoInertialSensor) {
   Simulation simulation = with_limits();
   auto events = drive(simulation, 3, [](double t) { return real_at(0, 0, 0, {0, 0, -t}); });
-  events.erase(events.begin());  // that it moves
+  events.erase(events.begin());  // movement_started
   ASSERT_EQ(events.size(), 2U);
   EXPECT_EQ(events[0].kind, EventKind::yaw_rate_warning);
   EXPECT_NEAR(since_start(events[0]), 1.5, 1.001 * kStep);
@@ -158,7 +158,7 @@ TEST(Supervision, AZoneWithoutAreaIsRefused) {
   EXPECT_NE(simulation.error().message.find("'line'"), std::string::npos);
 }
 
-/// Five steps of 0.17 m, 0.3 m deep, from x = 1 m on.
+/// Five steps of 0.17 m, 0.3 m deep, starting at x = 1 m.
 SemanticModel flight() {
   SemanticModel model;
   model.entities.push_back(model_box("floor", EntityLabel::floor, {0, 0, -0.05}, {20, 20, 0.1}));
@@ -173,7 +173,7 @@ SemanticModel flight() {
 
 TEST(Supervision, EachStepThatIsClimbedIsSaidWithItsName) {
   Simulation simulation = make(flight());
-  // base_link rides on the line of the nosings, there and back and there again.
+  // base_link moves on the line of the nosings, up, down and up again.
   const auto on_stairs = [](double x) {
     RealRobotState state = real_at(x, 0);
     state.T_map_base = Transform<Map, Base>::planar(x, 0, 0, std::max(0.0, 0.17 + (x - 1) * 0.17 / 0.3));
@@ -234,7 +234,7 @@ TEST(Supervision, ARobotThatNodsOverAnEdgeDoesNotFall) {
   body.low = {-0.4, -0.3, 0};
   body.high = {0.4, 0.3, 0.4};
   std::vector<Event> events;
-  for (int i = 1; i < 240; ++i) {  // turns about the middle of its underside, 30 degrees in 0.1 s
+  for (int i = 1; i < 240; ++i) {  // rotates about the middle of its underside, 30 degrees in 0.1 s
     ObservedMotion motion;
     motion.T_map_base = Transform<Map, Base>(
         Eigen::Quaterniond(Eigen::AngleAxisd(std::min(0.5, 5 * i * kStep), Eigen::Vector3d::UnitY())),

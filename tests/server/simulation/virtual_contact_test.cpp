@@ -20,7 +20,7 @@ RobotDescription robot() {
   return description;
 }
 
-/// From -range to range, zero and both ends among them.
+/// From -range to range, including zero and both ends.
 double any(double range) {
   return range * *rc::gen::element(-1.0, 0.0, 1.0) * *rc::gen::inRange(0, 1001) / 1000.0;
 }
@@ -99,7 +99,7 @@ RC_GTEST_PROP(Promise3, WithoutAPoseTheRobotStopsAndAfterAReleaseCrawls, ()) {
   RC_ASSERT(limit({}, robot(), pressed(twist, false), state).scale == 0);
   RC_ASSERT(limit({}, robot(), pressed(twist, false), state).reason == HoldReason::pose_lost);
   RC_ASSERT(limit({}, robot(), pressed({}, false), state).scale <= 1);  // released
-  // Virtual contact must not keep it where SLAM cannot recover.
+  // Virtual contact must not trap it where SLAM cannot recover.
   const VirtualContactResult out = limit({}, robot(), pressed(twist, false, 0), state);
   RC_ASSERT(out.reason == HoldReason::crawl);
   RC_ASSERT(out.scale > 0);

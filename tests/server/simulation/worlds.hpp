@@ -1,4 +1,4 @@
-// Worlds that several tests of the simulation use.
+// Worlds for several tests of the simulation.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -83,7 +83,7 @@ inline void run(simulation::Simulation& simulation, double seconds_of_it,
   }
 }
 
-/// The body `part` of `entity` now; fails where there is none.
+/// The body `part` of `entity` now; fails if there is none.
 inline BodyState body(const simulation::Simulation& simulation, const std::string& entity,
                       const std::string& part = "") {
   WorldSnapshot world;

@@ -1,4 +1,4 @@
-// The scan path allocates nothing of its own once it is warm.
+// The scan path does not allocate after warm-up.
 #include <gtest/gtest.h>
 
 #include "server/tick/tick.hpp"

@@ -1,4 +1,4 @@
-// What the video shows, beside what the scans show.
+// The video shows the same agents as the scans.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,8 +18,7 @@ bool draws(const render::RenderJob& job, const std::string& entity) {
   return found;
 }
 
-/// A drive with an image between any two scans, whose words of SLAM are as uncertain as `sigma` (m, of the
-/// n-th) says.
+/// A drive with an image between any two scans; the n-th SLAM estimate has the uncertainty `sigma` (m).
 template <class Sigma>
 std::vector<Message> uncertain_drive(double duration, const Sigma& sigma) {
   std::vector<Message> images;
@@ -44,7 +43,7 @@ TEST_F(TickTest, AnAgentThatTheScanLeavesOutIsNotInTheVideoEither) {
   start(configuration);
   bool in_scan = false, in_frame = false;
   int scans_with = 0, frames_with = 0, frames = 0, changes = 0;
-  // Within a fifth of the limit of 0.10 m, to and fro.
+  // Within a fifth of the limit of 0.10 m, varying.
   for (const Message& each :
        uncertain_drive(5, [](int word) { return 0.095 + 0.012 * std::sin(0.9 * word); })) {
     feed(each);

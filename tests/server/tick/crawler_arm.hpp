@@ -1,4 +1,4 @@
-// The shipped crawler's arm, by its measures: where its joints are for a place of its gripper.
+// Inverse kinematics of the shipped crawler's arm.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,8 @@ namespace parhelion::test {
 /// over base_link, and how far in front of it the turret's axis is.
 inline constexpr double kUpperArm = 0.46, kForearm = 0.40, kHand = 0.1875, kShoulder = 0.355, kTurret = 0.12;
 
-/// The point between the pads to `ahead` m from the turret's axis and z of base_link, fingers downwards.
+/// Joint positions for the point between the pads at `ahead` m from the turret's axis and height z over
+/// base_link, fingers down.
 inline std::map<std::string, double> crawler_reach(double ahead, double z, double turned = 0) {
   const double dz = z + kHand - kShoulder, d2 = ahead * ahead + dz * dz;
   const double elbow =

@@ -1,4 +1,5 @@
-// Real doors of level 3 stand as the scans show them; moved doors are where lasers and cameras look.
+// At level 3 the angles of real doors follow the scans; at other levels lasers and cameras see moved doors at
+// their angle.
 #include <gmock/gmock.h>
 
 #include "protocols/door.hpp"
@@ -10,8 +11,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The room, and a door that stands free in it, 1 m wide at x = 2, closed across the x axis: hung at y =
-/// -0.5, it opens towards the origin.
+/// The room, with a free-standing door 1 m wide at x = 2, closed across the x axis: hinged at y = -0.5, it
+/// opens towards the origin.
 SemanticModel room_with_door() {
   SemanticModel model = test::room();
   ModelEntity door;
@@ -26,7 +27,7 @@ SemanticModel room_with_door() {
 
 class DoorSightTest : public test::TickTest {
  protected:
-  /// The robot stands in the origin and looks along x; `opening`: of the real door, none: taken away.
+  /// The robot stands at the origin, heading along x; `opening`: of the real door, none: removed.
   void look(std::optional<double> opening, double duration) {
     const SemanticModel site = with_leaf(opening);
     for (const double end = time_ + duration; time_ < end - 1e-9; time_ += 0.1) {
@@ -149,7 +150,7 @@ TEST_F(DoorSightTest, AVirtualRobotStopsAtItsLeafAndPassesWhereItStandsOpen) {
   }
 }
 
-/// The camera's picture is drawn with the leaf where it is, and what the scan shows of it is explained.
+/// The camera image is rendered with the leaf at its angle, and its scan returns are explained.
 TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
   start_at_level_3({}, test::robot_with_camera());
   look(0.0, 0.5);
@@ -166,11 +167,11 @@ TEST_F(DoorSightTest, ScanAndCameraSeeTheDoorWhereItWasTurned) {
     EXPECT_LT((body.T_map_body.translation() - expected.translation()).norm(), 0.03);
   });
   EXPECT_TRUE(seen);
-  // What explains real returns stands there too: the leaf is nobody who is in the way.
+  // The leaf at its new angle explains the returns: it is not an obstacle.
   EXPECT_TRUE(state_->robots.front().scan.obstacles.empty());
 }
 
-/// The rover stands at x = -2 and looks at the door.
+/// The rover stands at x = -2, heading towards the door.
 TEST_F(DoorSightTest, AtLevel1ScanAndCameraSeeTheDoorWhereItStands) {
   for (const double opening : {0.0, 80 * kDegree}) {
     Scenario scenario;

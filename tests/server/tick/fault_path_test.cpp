@@ -1,4 +1,4 @@
-// Faults and scripts that an instructor begins by command.
+// Faults and scripts started by an instructor's command.
 #include <gmock/gmock.h>
 
 #include "tests/server/tick/level_1.hpp"
@@ -18,7 +18,7 @@ class FaultPath : public test::TickTest {
     advance(configuration_, arrival(), *state_, outputs_, observer_);
     for (const Outputs::Entry& entry : outputs_.entries()) out_[entry.channel].push_back(entry.payload);
   }
-  /// What the server answers: empty where it does so.
+  /// The server's refusal; empty if it accepts.
   std::string order(InstructorCommand command) {
     time_ += 0.01;
     set_request(command, {arrival().ns}, ++request_);

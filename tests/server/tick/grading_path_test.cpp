@@ -1,4 +1,4 @@
-// What trainees say and do that is graded, lessons that go wrong on purpose, and zones that nobody can reach.
+// Graded reports and actions of trainees, simulated faults, and unreachable zones.
 #include "server/tick/grading_path.hpp"
 
 #include <gmock/gmock.h>
@@ -96,7 +96,7 @@ TEST_F(GradingPath, DropoutsTakeTheirShareOfTheBeamsWhileTheyLast) {
   const auto scans = decoded<Scan>(channel::mr_scan);
   const auto infos = decoded<ScanInfo>(channel::mr_scan_info);
   ASSERT_EQ(scans.size(), infos.size());
-  // Before, during, after: the walls leave gaps at the corners of the room.
+  // Before, during, after: the room's corners have gaps.
   std::array<double, 3> beams{}, nothing{};
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const double age = static_cast<double>(scans[k].stamp.utime() - us(-0.002)) * 1e-6;
@@ -159,7 +159,7 @@ TEST_F(GradingPath, ALowBatteryStartsWithWhatIsLeft) {
   ASSERT_EQ(events(EventKind::battery_low).size(), 1U);
 }
 
-/// A room from -4 to 4 both ways, the robot at (-2, 0).
+/// A room from -4 to 4 in x and y, the robot at (-2, 0).
 class ReachTest : public testing::Test {
  protected:
   std::string error_of(double x, double y, double side, bool walled_off = false) {
@@ -185,11 +185,11 @@ TEST_F(ReachTest, AZoneInTheRoomIsReachedOneInAWallOrBehindOneIsNot) {
   EXPECT_EQ(error_of(2, 0, 0.3), "");
   EXPECT_EQ(error_of(2, 0, 0.01), "") << "smaller than a cell of the search";
   EXPECT_THAT(error_of(2, 0, 0.3, true),
-              HasSubstr("task 'go': zone 'goal' cannot be reached: no way leads to it"));
+              HasSubstr("task 'go': zone 'goal' cannot be reached: no route leads to it"));
   EXPECT_THAT(error_of(1, 0, 0.04, true), HasSubstr("no room for the robot in it; it lies in 'fence'"));
 }
 
-/// What is wrong with a training of one task with this condition, about a person called guide.
+/// The error of a training of one task with this condition; there is a person called guide.
 std::string training_error(Condition condition) {
   Scenario scenario;
   Task task;
@@ -216,9 +216,9 @@ TEST(CheckTraining, WhatAConditionNamesMustBeThere) {
   EXPECT_THAT(training_error(condition), HasSubstr("there is no container 'gide', did you mean 'guide'?"));
   condition = {};
   condition.object = "guied";
-  EXPECT_THAT(training_error(condition), HasSubstr("collision_started of 'guied' will never be"));
+  EXPECT_THAT(training_error(condition), HasSubstr("collision_started of 'guied' can never occur"));
   condition.event = EventKind::near_miss;
-  EXPECT_THAT(training_error(condition), HasSubstr("near_miss of 'guied' will never be"));
+  EXPECT_THAT(training_error(condition), HasSubstr("near_miss of 'guied' can never occur"));
 }
 
 TEST(CheckTraining, ALimitOfANearMissSaysWhetherItIsADistanceOrATime) {
@@ -227,11 +227,11 @@ TEST(CheckTraining, ALimitOfANearMissSaysWhetherItIsADistanceOrATime) {
   condition.object = "guide";
   EXPECT_EQ(training_error(condition), "");
   condition.most = 0.1;
-  EXPECT_THAT(training_error(condition), HasSubstr("say 'text: gap' or 'text: time' beside the limit"));
+  EXPECT_THAT(training_error(condition), HasSubstr("add 'text: gap' or 'text: time' beside the limit"));
   condition.text = "gap";
   EXPECT_EQ(training_error(condition), "");
   condition.text = "distance";
-  EXPECT_THAT(training_error(condition), HasSubstr("never 'distance'"));
+  EXPECT_THAT(training_error(condition), HasSubstr("not 'distance'"));
 }
 
 }  // namespace

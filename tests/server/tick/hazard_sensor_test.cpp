@@ -1,4 +1,4 @@
-// The hazard sensor against closed formulas: how it lags, and how much it scatters.
+// The hazard sensor against closed formulas: its lag and its noise.
 #include "server/tick/hazard_sensor.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ constexpr double kPeriod = 0.1;  // s
 
 HazardSensor ideal() { return {0, 0, 0, 0}; }
 
-/// What `sensor` says of `truth`, of each time.
+/// Readings of `sensor` for `truth` over time.
 template <class Truth>
 std::vector<double> said(const HazardSensor& sensor, HazardKind kind, std::uint64_t seed, int count,
                          Truth truth) {

@@ -1,4 +1,4 @@
-// Whether an agent at the limit of what is known blinks, and where it comes back.
+// An agent at the limit of pose uncertainty does not flicker, and returns outside the stopping distance.
 #include "server/tick/injection_gate.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ class InjectionGateTest : public testing::Test {
     real_->T_map_base = Transform<Map, Base>::planar(-3, 0, 0);
     step();
   }
-  /// A scan every tenth of a second, and the physics up to it.
+  /// A scan every tenth of a second, with the physics steps before it.
   bool scan(double error) {
     const bool shown = gate_.admit("box_1", error, state_->simulation.now() - microseconds(100), limits_,
                                    state_->simulation);
@@ -43,7 +43,7 @@ class InjectionGateTest : public testing::Test {
   std::unique_ptr<State> state_ = *make_state(configuration_, ArrivalTime::from_utime(test::start_us));
   std::optional<simulation::RealRobotState> real_;
   std::vector<simulation::LaserRequest> requests_;
-  InjectionLimits limits_;  // 0.10 m, back below 0.08 m
+  InjectionLimits limits_;  // 0.10 m, restored below 0.08 m
   InjectionGate gate_;
 };
 
@@ -88,7 +88,7 @@ TEST_F(InjectionGateTest, NoAgentComesBackInsideTheStoppingDistance) {
   EXPECT_FALSE(scan(0.2));
   EXPECT_NEAR(distance(), 6, 0.1) << "while it is hidden it stays where it is";
   real_->T_map_base = Transform<Map, Base>::planar(1.9, 0, 0);
-  real_->twist = {1.0, 0, 0};  // it drives on towards what it is not shown
+  real_->twist = {1.0, 0, 0};  // drives on towards the withheld agent
   EXPECT_FALSE(scan(0.09));
   EXPECT_NEAR(distance(), 1.1, 0.1);
   const RobotLimits limits = configuration_.robot.limits;
@@ -99,7 +99,7 @@ TEST_F(InjectionGateTest, NoAgentComesBackInsideTheStoppingDistance) {
   bool moved = false;
   for (const Event& event : state_->simulation.take_events())
     moved = moved || (event.kind == EventKind::agent_moved && event.subject == "box_1");
-  EXPECT_TRUE(moved) << "and says so";
+  EXPECT_TRUE(moved) << "and reports it";
   const auto clear = state_->simulation.clearance(real_->T_map_base, real_->twist, 10);
   EXPECT_GT(clear.distance, way) << "the robot can stop before it";
 }

@@ -1,4 +1,4 @@
-// Nobody virtual is near whom the trainee could not see: who grades is told from the first moment on.
+// Events tell the grader from the start whether the trainee could see virtual agents.
 #include <gtest/gtest.h>
 
 #include "server/tick/grading_path.hpp"
@@ -9,7 +9,7 @@ namespace {
 
 using test::agent;
 
-/// The robot stands at (1.5, 0), and all that comes does so as in test::drive().
+/// The robot stands at (1.5, 0), with the messages of test::drive().
 class InjectionPath : public test::TickTest {
  protected:
   void start_beside_a_person() {

@@ -1,4 +1,4 @@
-// A session log with a grade, written down without a server.
+// A graded session log, written without a server.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace parhelion::test {
 
-/// "lesson" in the synthetic room: 50 points for the hall (reached at second 1), 50 for the yard (when
-/// `yard`), 7 off for each of `collisions`. `number` is its seed; `worlds` states of the world, 30 a second.
+/// "lesson" in the synthetic room: 50 points for the hall (reached at second 1), 50 for the yard (if `yard`),
+/// 7 deducted for each of `collisions`. `number` is its seed; `worlds` states of the world, 30 a second.
 inline std::vector<Message> lesson(int number, int collisions, bool yard, int worlds = 30) {
   Scenario scenario;
   scenario.name = "lesson";

@@ -5,7 +5,7 @@
 
 namespace parhelion::test {
 
-/// The rover at (-2, 0), looking along x; what else there is, `scenario` says.
+/// The rover at (-2, 0), heading along x, in addition to `scenario`.
 inline tick::Configuration level_1(std::vector<AgentDefinition> agents = {}, Scenario scenario = {},
                                    const SemanticModel& model = room()) {
   scenario.name = "practice";

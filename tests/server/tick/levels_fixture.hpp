@@ -14,7 +14,7 @@ inline Message teleop_at(double t, double vx, double wz = 0) {
   return message(channel::teleop, utime, TwistCommand{SensorTime::from_utime(utime), {vx, 0, wz}});
 }
 
-/// A source at (1, 0), a mine at (0, 0), a console at (-2.5, 0) that is heard 2 m far, a battery of 200 J.
+/// A source at (1, 0), a mine at (0, 0), a console at (-2.5, 0) with 2 m of range, a battery of 200 J.
 inline Scenario hazardous() {
   Scenario scenario;
   Hazard mine, source;
@@ -35,7 +35,7 @@ inline Scenario hazardous() {
 
 class LevelsTest : public TickTest {
  protected:
-  /// Until t (s after the start), with TELEOP at 20 Hz where it is given.
+  /// Runs until t (s after the start), with TELEOP at 20 Hz if given.
   void run(double until, std::optional<Twist2> twist = std::nullopt) {
     for (; time_ < until - 1e-9; time_ += 0.05) {
       if (twist) {

@@ -1,4 +1,4 @@
-// Levels 1 and 2: the trainee's robot is simulated, and its sensors speak as a real robot's do.
+// Levels 1 and 2: the simulated robot's sensors publish like a real robot's.
 #include <gmock/gmock.h>
 
 #include <set>
@@ -27,11 +27,11 @@ TEST_F(LevelsTest, SensorsOfASimulatedRobotSpeakAtTheirRatesAndTheServerTakesThe
   const auto description = parse_robot_description(robots.front().yaml, "ROBOT");
   ASSERT_TRUE(description) << description.error().message;
   EXPECT_EQ(description->name, "trainee");
-  // There is nothing to inject into what a simulated laser sees.
+  // Nothing is injected into a simulated laser's scan.
   EXPECT_EQ(out_[channel::mr_scan], out_[channel::scan]);
   EXPECT_EQ(out_[channel::mr_scan_info].size(), out_[channel::scan].size());
   EXPECT_TRUE(state_->robots.front().pose.at_step.has_value())
-      << "the server knows the pose by its own channels";
+      << "the server gets the pose on its own channels";
   EXPECT_EQ(events(EventKind::pose_recovered).size(), 1U);
   EXPECT_EQ(state_->tally.refused_inputs, 0U) << state_->tally.last_refusal;
 }

@@ -1,6 +1,6 @@
-// The other arrangement of level 3: the real robot drives itself on MR_SCAN, and the trainee drives a virtual
-// one. A simulated stand-in of the real robot stops for what it sees or goes round it; a hundred meetings end
-// at its goal and without a contact.
+// The other arrangement of level 3: the real robot drives autonomously on MR_SCAN, and the trainee drives a
+// virtual one. A simulated stand-in of the real robot stops for obstacles or drives around them; a hundred
+// meetings end at its goal without contact.
 #include <cstdio>
 #include <random>
 
@@ -17,7 +17,7 @@ constexpr double kPeriod = 0.05;  // s of odometry; each second one comes with a
 constexpr double kReached = 0.3;  // m
 constexpr double kPatience = 40;  // s
 const Eigen::Vector2d kGoal(3.2, 0);
-// Sanitizers make each meeting ten times as long.
+// Sanitizers slow each meeting down ten times.
 #if defined(PARHELION_ADDRESS_SANITIZER) || defined(PARHELION_THREAD_SANITIZER)
 constexpr unsigned kMeetings = 8;
 #else
@@ -28,12 +28,13 @@ constexpr unsigned kLongMeetings = 1000;
 enum class Kind { parked, crosses, ahead, head_on };
 constexpr const char* kNames[] = {"parked", "crosses", "ahead", "head on"};
 
-/// How a virtual robot comes into the way of a real one that drives along x from (-3.5, 0).
+/// Initial conditions of a meeting: a virtual robot on the path of a real one that drives along x from (-3.5,
+/// 0).
 struct Meeting {
   Kind kind = Kind::parked;
-  double speed = 0.5;       ///< m/s that the stand-in would like
+  double speed = 0.5;       ///< m/s, desired speed of the stand-in
   double trainee = 0;       ///< m/s
-  Transform<Map, Base> at;  ///< where the virtual robot starts
+  Transform<Map, Base> at;  ///< start of the virtual robot
 };
 
 Meeting meeting(unsigned n) {
@@ -75,7 +76,7 @@ class Meetings : public TickTest {
     double closest = 10, took = 0;  ///< m, s
   };
 
-  /// `sees`: it drives on MR_SCAN; else on its own SCAN, which shows nothing virtual.
+  /// `sees`: it uses MR_SCAN; else its own SCAN, without virtual agents.
   Outcome hold(const Meeting& one, bool sees) {
     AgentDefinition robot = test::agent("robot_1", AgentKind::robot, 0, 0, BehaviourKind::teleop);
     robot.T_map_base = one.at;
@@ -149,7 +150,7 @@ class Meetings : public TickTest {
     feed(test::message(channel::pose_cov, utime + 25000, estimate));
   }
 
-  /// The trainee keeps going until the other robot is right before them.
+  /// The trainee drives on until the other robot is directly in front.
   void drive_virtual(const Meeting& one, const Pose2& stand_in, std::int64_t utime) {
     WorldSnapshot world;
     ASSERT_TRUE(state_->simulation.at(state_->simulation.now(), world));

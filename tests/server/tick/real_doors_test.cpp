@@ -1,5 +1,5 @@
-// Real doors of a real building, which stand open while a robot with a laser drives by: how far is fitted to
-// single scans, and must be what all other scans together show.
+// Real doors of a real building, passed by a robot with a laser: their angles, fitted to single scans, must
+// agree with those from all other scans together.
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -17,7 +17,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct PlacedScan {
-  Eigen::Vector3d pose;  ///< m, m, rad: of the laser in the map, as a SLAM over the whole recording has it
+  Eigen::Vector3d pose;  ///< m, m, rad: of the laser in the map, from SLAM over the whole recording
   std::vector<float> ranges;
 };
 
@@ -51,19 +51,19 @@ LaserDescription sick() {
   return laser;
 }
 
-/// A door as one who looks at the plan would put it into the model: where it hangs, where it would close its
-/// opening, to which side it swings. Nothing of how far it is open.
+/// A door as modelled from a floor plan: its hinge, its closed angle, and its swing direction. Its opening is
+/// unknown.
 struct Plan {
   const char* name;
   double x, y;    ///< m, the hinge's axis in the map
-  double closed;  ///< rad, the way from there along the wall to the other jamb
+  double closed;  ///< rad, direction from the hinge along the wall to the other jamb
   int swings;     ///< 1: counter-clockwise
 };
 constexpr std::array<Plan, 4> kPlans{{{"meeting room, west", -2.378, -19.743, 3 * kDegree, -1},
                                       {"meeting room, east", 4.187, -19.518, 183 * kDegree, 1},
                                       {"upper office", -6.782, -9.216, -88 * kDegree, -1},
                                       {"lower office", -6.530, -15.831, 92 * kDegree, 1}}};
-/// The partition wall that each of them opens towards, as the same plan has it: from there along it.
+/// The partition wall that the doors open towards, from the same plan: from this point along it.
 struct Partition {
   double x, y, yaw, length;  ///< m, m, rad, m
 };
@@ -72,8 +72,8 @@ constexpr std::array<Partition, 4> kPartitions{{{-2.54, -20.17, -87 * kDegree, 2
                                                 {-6.79, -8.96, -177 * kDegree, 3},
                                                 {-6.55, -16.14, -178 * kDegree, 3}}};
 constexpr double kLeaf = 0.9;             // m
-constexpr double kSwing = 130 * kDegree;  // how far it may open
-constexpr double kPoseSigma = 0.03;       // m: what of one wall scans of several visits are apart
+constexpr double kSwing = 130 * kDegree;  // maximum opening
+constexpr double kPoseSigma = 0.03;       // m: spread of one wall in scans of several visits
 
 ModelEntity door_of(const Plan& plan) {
   ModelEntity door;
@@ -105,8 +105,8 @@ SemanticModel site() {
   return model;
 }
 
-/// How far a door is open by all scans of even number together, rad: the angle about its hinge at which most
-/// returns lie that are no wall's. Of leaves, beams that pass and single scans it knows nothing.
+/// A door's angle from all scans of even number together, rad: the angle about its hinge with most returns
+/// that are not from walls. Independent of leaf models, free beams and single scans.
 double densest_angle(const std::vector<PlacedScan>& scans, const Plan& plan, const SemanticModel& model) {
   std::vector<double> angles;
   for (std::size_t i = 0; i < scans.size(); i += 2) {
@@ -158,7 +158,7 @@ class RealDoors : public test::TickTest {
 
   const SemanticModel model_ = site();
   std::vector<PlacedScan> scans_;
-  std::array<double, kPlans.size()> shown_{};  ///< rad, by the scans of even number
+  std::array<double, kPlans.size()> shown_{};  ///< rad, from the scans of even number
 };
 
 TEST_F(RealDoors, EachScanThatSaysHowFarADoorIsOpenSaysWhatTheOtherScansShow) {

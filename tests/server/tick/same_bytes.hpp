@@ -1,4 +1,4 @@
-// Where two session logs differ that should hold the same bytes: which message, and which field.
+// Finds differences between two session logs that should be identical: which message, and which field.
 #pragma once
 
 #include <algorithm>
@@ -67,8 +67,8 @@ inline std::string payload_difference(const std::string& name, const std::vector
   return text;
 }
 
-/// In words, for the message of a test that failed; empty where there is none. The first messages that differ
-/// of each channel, and where one log has more than the other.
+/// For failure messages of tests; empty without a difference. The first differing messages of each channel,
+/// and extra messages of one log.
 inline std::string difference(const std::string& live_log, const std::string& replayed_log) {
   constexpr int most = 3;
   Payloads live = payloads_by_channel(live_log), replayed = payloads_by_channel(replayed_log);

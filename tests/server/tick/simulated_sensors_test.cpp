@@ -1,4 +1,4 @@
-// Wheel odometry and the inertial sensor of simulated robots against what geometry says.
+// Wheel odometry and the inertial sensor of simulated robots against geometry.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,7 +60,7 @@ TEST(WheelOdometry, DriftOverManySeedsIsWhatTheDescriptionSays) {
     const double arc = std::numbers::pi / 2 * track / 2;
     turned += std::pow(yaw_of(roll(spin, -arc, arc, 100)) - std::numbers::pi / 2, 2);
   }
-  // The systematic share is 1 / sqrt(2) of it; what the description says bounds it from above.
+  // The systematic part is 1 / sqrt(2) of it; the description is an upper bound.
   const double sigma_along = std::sqrt(along / seeds), sigma_turned = std::sqrt(turned / seeds);
   EXPECT_GT(sigma_along, 0.4 * translation * way);
   EXPECT_LT(sigma_along, 1.2 * translation * way);
@@ -78,7 +78,7 @@ TEST(WheelOdometry, TheSameSeedHasTheSameWheelsAndAnotherOthers) {
 }
 
 TEST(WheelOdometry, SlipShowsBecauseOnlyTheEncodersAreRead) {
-  // One side spins on the spot: the robot did not turn, its odometry did.
+  // One side slips on the spot: the robot did not turn, but its odometry did.
   WheelOdometry wheels(track, {}, 1);
   EXPECT_NEAR(yaw_of(roll(wheels, 0, 0.2, 20)), 0.2 / track, 1e-9);
 }

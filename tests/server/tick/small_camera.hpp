@@ -1,4 +1,4 @@
-// A shipped robot model whose camera takes small pictures: quick to draw.
+// A shipped robot model whose camera has small images: quick to render.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace parhelion::test {
 
-/// With the same view. Its texts say it too, so that a session that embeds them does.
+/// With the same field of view. Its source texts are changed too, for sessions that embed them.
 inline std::shared_ptr<const simulation::RobotModel> small_camera(const std::string& name, int width,
                                                                   int height) {
   auto model = simulation::load_robot_model(name);

@@ -9,19 +9,19 @@
 namespace parhelion::test {
 namespace {
 
-constexpr double kSight = 4.0;       // m
-constexpr double kMapped = 0.15;     // m from a wall of the map: a return is that wall's
-constexpr double kGoes = 0.25;       // m/s: what is slower counts as standing
-constexpr double kStood = 0.8;       // s that something stands before a way leads round it
-constexpr double kRoom = 0.14;       // m that a way keeps beyond the disc about the robot, of what stands...
-constexpr double kClosed = 0.04;     // ...and with less than this it is closed
+constexpr double kSight = 4.0;    // m
+constexpr double kMapped = 0.15;  // m from a wall of the map: a return belongs to that wall
+constexpr double kGoes = 0.25;    // m/s: slower objects count as standing
+constexpr double kStood = 0.8;    // s that an object stands before it is driven around
+constexpr double kRoom = 0.14;    // m of clearance from standing objects, in addition to the robot's disc...
+constexpr double kClosed = 0.04;  // ...and with less than this the path is blocked
 constexpr double kFromMoving = 0.3;  // m between the outlines
 constexpr double kFromStanding = 0.10, kLeast = 0.08;
 constexpr double kYawRate = 0.9;  // rad/s
 constexpr double kCell = 0.08;    // m
 constexpr double kHorizon = 2.5;  // s
 
-/// Of the polyline `way`: how far p is from it, and the point `ahead` m further on from the one nearest to p.
+/// Distance of p from the polyline `way`, and the point `ahead` m further on from the nearest point.
 std::pair<double, Eigen::Vector2d> ahead_on(const std::vector<Eigen::Vector2d>& way, const Eigen::Vector2d& p,
                                             double ahead) {
   double nearest = std::numeric_limits<double>::infinity(), part = 0;
@@ -68,8 +68,8 @@ StandIn::Points StandIn::unmapped(const Pose2& pose, const Scan& scan) {
   return seen;
 }
 
-/// Whether what is seen moves: both of its edges do, while the one of a thing that stands may be one that
-/// comes into sight or leaves it.
+/// Whether a seen object moves: both of its edges move, while a single moving edge of a standing object may
+/// be due to occlusion.
 void StandIn::watch(const Points& seen) {
   velocity_.setZero();
   moves_ = false;
@@ -91,7 +91,7 @@ void StandIn::watch(const Points& seen) {
   stood_since_ = t_;
 }
 
-/// What stands is kept in mind when it is out of sight, until a beam goes through its place.
+/// Standing objects are remembered out of sight, until a beam passes through their position.
 void StandIn::remember(const Pose2& pose, const Scan& scan, const Points& seen) {
   if (moves_) {
     remembered_.clear();
@@ -130,7 +130,7 @@ bool StandIn::way_is_closed(const Pose2& pose) const {
   return false;
 }
 
-/// Pure pursuit (Coulter 1992), with a turn on the spot where the way leads elsewhere.
+/// Pure pursuit (Coulter 1992), with a turn on the spot where the path leads elsewhere.
 Twist2 StandIn::along_way(const Pose2& pose, double speed) const {
   if (speed <= 0 || way_.size() < 2) return {};
   const Eigen::Vector2d to = ahead_on(way_, pose.position(), 0.45).second - pose.position();
@@ -142,7 +142,7 @@ Twist2 StandIn::along_way(const Pose2& pose, double speed) const {
   return {v, 0, kappa * v};
 }
 
-/// m from the outline at `pose` to the nearest of `things`, each `moved` on.
+/// m from the outline at `pose` to the nearest of `things`, each displaced by `moved`.
 double StandIn::gap(const Pose2& pose, const Points& things, const Eigen::Vector2d& moved) const {
   double nearest = kSight;
   const Eigen::Rotation2Dd R_base_map(-pose.yaw);
@@ -152,7 +152,7 @@ double StandIn::gap(const Pose2& pose, const Points& things, const Eigen::Vector
   return nearest;
 }
 
-/// The least gap of the next seconds if it goes on along its way with `speed`, or brakes.
+/// The smallest gap of the next seconds if it continues along its path with `speed`, or brakes.
 double StandIn::least_gap(Pose2 pose, Twist2 now, double speed, const Points& things) const {
   constexpr double dt = 0.1;
   double least = kSight;
@@ -178,7 +178,7 @@ Twist2 StandIn::drive(const Pose2& pose, const Twist2& now, const Scan& scan) {
   const double here = gap(pose, things, {0, 0});
   const double needed =
       standing || seen.empty() ? std::clamp(0.8 * here, kLeast, kFromStanding) : kFromMoving;
-  // Where no speed keeps far enough from all, it brakes.
+  // It brakes if no speed keeps enough distance.
   for (const double speed : {speed_, speed_ / 2, 0.15}) {
     if (least_gap(pose, now, speed, things) >= needed) return along_way(pose, speed);
   }

@@ -1,5 +1,5 @@
-// A stand-in of a real robot that drives itself: all that it knows is its map, its pose and its scans. It
-// keeps to a way until that is closed, stops for what moves across it, and goes round what stands on it.
+// A stand-in of a real autonomous robot: it knows only its map, its pose and its scans. It follows a path
+// until that is blocked, stops for crossing objects, and drives around standing ones.
 #pragma once
 
 #include <deque>
@@ -19,11 +19,11 @@ class StandIn {
   static constexpr double kAcceleration = 1.0;  ///< m/s^2
   static constexpr double kPeriod = 0.1;        ///< s between two scans
 
-  /// `speed`, m/s, is what it drives where nothing is in its way.
+  /// `speed`: m/s on a free path.
   StandIn(const RobotDescription& robot, const std::shared_ptr<const simulation::Building>& building,
           const Eigen::Vector2d& goal, double speed);
 
-  /// What it does next, from a scan taken at `pose`, while it moves with `now`.
+  /// Its next command, from a scan taken at `pose`, while it moves with `now`.
   Twist2 drive(const Pose2& pose, const Twist2& now, const Scan& scan);
 
  private:
@@ -49,7 +49,7 @@ class StandIn {
     double t;
     Eigen::Vector2d first, last;
   };
-  std::deque<Edges> edges_;                             // of what is seen, in the half second before
+  std::deque<Edges> edges_;                             // of seen objects, in the last half second
   Eigen::Vector2d velocity_ = Eigen::Vector2d::Zero();  // m/s, of what moves
   bool moves_ = false;
   std::map<std::pair<long, long>, Eigen::Vector2d> remembered_;  // one point of each cell

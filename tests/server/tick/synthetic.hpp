@@ -1,5 +1,4 @@
-// A recording made of known parts: a robot that drives a circle in a furnished room, with scans cast from the
-// room itself.
+// A synthetic recording: a robot that drives a circle in a furnished room, with scans cast in that room.
 #pragma once
 
 #include <gtest/gtest.h>

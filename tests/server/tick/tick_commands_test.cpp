@@ -1,4 +1,4 @@
-// What the tick makes of commands: the instructor's, the trainee's, and an emergency stop (promise 3).
+// How the tick processes commands: the instructor's, the trainee's, and an emergency stop (promise 3).
 #include <gtest/gtest.h>
 
 #include <random>
@@ -18,7 +18,7 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   feed(test::message(channel::mr_spawn, test::start_us + 2'000'000, command));
   command.request = 43;  // the same name again
   feed(test::message(channel::mr_spawn, test::start_us + 2'000'100, command));
-  command.request = 44;  // cannot be read
+  command.request = 44;  // unreadable
   command.agent.name = "box/2";
   feed(test::message(channel::mr_spawn, test::start_us + 2'000'200, command));
   feed(test::message(channel::mr_freeze, test::start_us + 2'000'300,  // on the channel of another type
@@ -34,7 +34,7 @@ TEST_F(TickTest, TickAnswersEachAgentCommandWithAnEvent) {
   EXPECT_EQ(answers[43], EventKind::command_refused);
   EXPECT_EQ(answers[44], EventKind::command_refused);
   EXPECT_NE(reasons[44].find("name"), std::string::npos) << reasons[44];
-  EXPECT_FALSE(answers.contains(45)) << "what it says cannot be read";
+  EXPECT_FALSE(answers.contains(45)) << "unreadable";
   EXPECT_TRUE(state_->simulation.pose_of("box_1"));
 }
 
@@ -102,7 +102,8 @@ TEST_F(TickTest, TickStopsTheRobotWhenTeleopFallsSilent) {
   EXPECT_EQ(given.back().twist.wz, 0);
 }
 
-/// Whoever goes on driving: a stopped robot stands until it is let go and the dead-man was released.
+/// A robot in emergency stop stands, whatever is commanded, until the stop is released and the dead-man was
+/// released.
 TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
   start(test::configuration({}));
   auto log = test::drive(8);
@@ -117,14 +118,14 @@ TEST_F(TickTest, TickHoldsAnEmergencyStopAgainstWhoeverDrives) {
                                        engaged};
     log.push_back(test::message(channel::mr_emergency_stop, utime, command));
   };
-  for (int i = 20; i < 60; ++i) add(0.1 * i, 0.3);  // a stick that is held all the time
+  for (int i = 20; i < 60; ++i) add(0.1 * i, 0.3);  // a stick held all the time
   add(6.0, 0);
   for (int i = 61; i < 70; ++i) add(0.1 * i, 0.3);
   order(3, true, 7);
   order(5, false, 8);
   std::stable_sort(log.begin(), log.end(),
                    [](const auto& a, const auto& b) { return a.arrival < b.arrival; });
-  double moved[4] = {};  // before, while it holds, until the stick is let go, afterwards
+  double moved[4] = {};  // before, during the stop, until the dead-man is released, afterwards
   for (const Message& each : log) {
     out_.clear();
     feed(each);

@@ -1,4 +1,4 @@
-// A tick that is fed messages, for the tests of the ways of the data.
+// A tick with input messages, for tests of the paths.
 #pragma once
 
 #include <map>
@@ -33,7 +33,7 @@ inline Message image_at(std::int64_t us) {
   return message(channel::camera, us + 5000, image);
 }
 
-/// Feeds messages to a tick and keeps what comes out.
+/// Feeds messages to a tick and keeps its outputs.
 class TickTest : public testing::Test {
  protected:
   void start(tick::Configuration configuration) {

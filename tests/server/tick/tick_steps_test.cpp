@@ -1,4 +1,4 @@
-// The same bytes whenever the loop did its steps: with a timer, late, or with physics that fails.
+// The same bytes independent of when the loop does its steps: with a timer, late, or with failing physics.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -15,7 +15,7 @@ namespace {
 using test::agent;
 using test::TickTest;
 
-/// A tick driven by messages and by a timer; keeps what goes out on each channel, in order.
+/// A tick driven by messages and by a timer; keeps the outputs of each channel, in order.
 class TimedTick {
  public:
   using Sent = std::map<std::string, std::vector<std::vector<std::uint8_t>>>;
@@ -71,9 +71,8 @@ TEST_F(TickTest, TickGivesTheSameBytesHoweverOftenTheTimerTicks) {
   EXPECT_TRUE(run(false) == run(true));
 }
 
-/// A drive whose loop falls 0.6 s behind after 1 s.
-/// `live`: the timer had done all steps until then, and how a scan was answered is noted when the disk lets
-/// it. Otherwise from the log alone.
+/// A drive whose loop falls 0.6 s behind after 1 s. `live`: the timer had done all steps until then, and the
+/// result of a scan is noted when the disk permits. Otherwise only from the log.
 TimedTick::Sent sent_by_a_late_loop(bool live) {
   StageObserver observer;
   TimedTick ticks(agent("robot_1", AgentKind::robot, 0, 3, BehaviourKind::wander), observer);
@@ -119,7 +118,7 @@ TEST_F(TickTest, TickSaysThatNoScanCameBeforeItHearsThatSomeWereLeftOut) {
   EXPECT_TRUE(run(false) == sent);
 }
 
-/// Fails in each seventh physics step.
+/// Fails in every seventh physics step.
 class FaultyPhysics : public StageObserver {
  public:
   void ended(Stage stage) override {

@@ -52,7 +52,7 @@ TEST_F(TickTest, TickPutsAVirtualBarrelIntoTheScanAndLeavesTheOtherBeams) {
   EXPECT_GT(replaced, 50U);
 }
 
-/// Keeps each MR_SCAN, and what the server had learnt by then.
+/// Keeps each MR_SCAN, and the server's state at that time.
 class KeptScans : public ScanSink {
  public:
   explicit KeptScans(const std::unique_ptr<State>& state) : state_(state) {}
@@ -64,7 +64,7 @@ class KeptScans : public ScanSink {
     return {.sent = true, .raw = false};
   }
   std::vector<std::vector<std::uint8_t>> scans;
-  bool learnt = false;  ///< anything from the scan that was not published yet
+  bool learnt = false;  ///< something from the scan before its publication
 
  private:
   const std::unique_ptr<State>& state_;
@@ -90,7 +90,7 @@ TEST_F(TickTest, TickPublishesEachScanBeforeItLearnsFromThatScan) {
       << "nothing was learnt at all";
 }
 
-/// The guard is first each time.
+/// The guard always fires first.
 class LateSink : public ScanSink {
  public:
   Receipt publish(std::uint64_t, std::span<const std::uint8_t>) override {
@@ -208,7 +208,7 @@ TEST_F(TickTest, TickPassesOnAScanThatCannotBeReadWithTheReason) {
   EXPECT_EQ(state_->tally.scans_out, state_->tally.scans_in);
   EXPECT_EQ(out_[channel::mr_scan].size(), state_->tally.scans_in);
   EXPECT_EQ(state_->tally.scans_degraded[static_cast<std::size_t>(Degraded::unreadable)], count);
-  // What follows is answered as ever.
+  // Later scans are processed normally.
   Message next = test::message(channel::scan, test::start_us + 2'106'000, test::scan_at(2.1));
   feed(test::message(
       channel::odometry, test::start_us + 2'102'000,

@@ -1,4 +1,4 @@
-// The briefing says everything that is graded.
+// The briefing lists everything that is graded.
 #include "server/training/briefing.hpp"
 
 #include <gmock/gmock.h>
@@ -38,7 +38,7 @@ TEST(Briefing, SaysTasksTimeScaleAndEveryPenalty) {
   ASSERT_TRUE(scenario.ok()) << scenario.error().message;
   EXPECT_EQ(briefing(*scenario, "rover"), R"(Stairs (level 1), with rover
 Up to the gallery.
-Time: 5 min for the whole.
+Time: 5 min in total.
 Tasks, one after the other:
   1. door: 20 points, required, at most 60 s
      Mind the frame.
@@ -46,7 +46,7 @@ Tasks, one after the other:
   2. crate: 40 points
      done:   (grip crate, then (place crate in box or be within 1 m of dock for 3 s))
      failed: dropped, 2 times
-Points: 60 for all tasks, less penalties; passed from 60 %.
+Points: 60 for all tasks, less penalties; passed with 60 % or more.
   grade A from 90 %
   grade B from 60 %
 Penalties, each time:

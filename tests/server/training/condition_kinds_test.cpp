@@ -1,5 +1,4 @@
-// Finding, following, keeping away, handling, leaning: what a condition about each counts, and what it does
-// not.
+// Finding, following, keeping away, handling, leaning: what each condition counts, and what it does not.
 #include "tests/server/training/grader_fixture.hpp"
 
 namespace parhelion::training {
@@ -58,7 +57,7 @@ TEST_F(ConditionKinds, AReportCountsForWhatIsNamedAndWhereItIsAsked) {
   EXPECT_EQ(outcome(0), TaskOutcome::open) << "something else";
   report(2, "gauge", -1);
   EXPECT_EQ(outcome(0), TaskOutcome::done);
-  EXPECT_EQ(outcome(1), TaskOutcome::open) << "no place was said";
+  EXPECT_EQ(outcome(1), TaskOutcome::open) << "no position was reported";
   report(3, "gauge", 1.01);
   EXPECT_EQ(outcome(1), TaskOutcome::open) << "too far off";
   report(4, "gauge", 1);
@@ -218,7 +217,7 @@ TEST_F(ConditionKinds, WhatChangesIsSaidAsItChangesAndIsNotGradedItself) {
   EXPECT_EQ(said[1].value, 43);
   EXPECT_EQ(said[1].text, "43 of 100 points (43.0 %), passed");
   grader_->close(at(8));
-  EXPECT_TRUE(grader_->take_events().empty()) << "said once";
+  EXPECT_TRUE(grader_->take_events().empty()) << "reported once";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Small scenarios as a user writes them, each with its score worked out by hand: what each kind of condition
-// counts, alone and joined to others.
+// Small scenarios as a user writes them, each with its score computed by hand: each kind of condition, alone
+// and combined.
 #include "tests/server/training/told_session.hpp"
 
 namespace parhelion::training {
@@ -81,7 +81,7 @@ TEST(ConditionsByHand, ADoorIsPassedThereAndBack) {
   };
   crosses(1, 0.5, -0.5, "rover");
   crosses(3, -0.5, 0.5, "robot_2");
-  crosses(5, -0.5, -0.5, "rover");  // looked in, and went back
+  crosses(5, -0.5, -0.5, "rover");  // entered, and went back
   EXPECT_EQ(session.score(), 0);
   crosses(7, -0.5, 0.5, "rover");
   EXPECT_EQ(session.score(), 6);
@@ -125,7 +125,7 @@ TEST(ConditionsByHand, FollowingEndsWhereWhoIsFollowedIsTakenAway) {
 
 TEST(ConditionsByHand, StandingStillCountsFromWhenItIsItsTurn) {
   ToldSession session("  tasks: [{name: t, points: 4, done: {then: [{reach: dock}, {still: 3 s}]}}]\n");
-  session.world(1).world(9);  // it has not moved at all yet
+  session.world(1).world(9);  // no motion yet
   session.says(10, movement_started).says(12, movement_stopped).says(14, zone_entered, {.object = "dock"});
   session.world(15).world(17.75);
   EXPECT_EQ(session.score(), 0) << "looked at from 15 s on";
@@ -138,8 +138,8 @@ TEST(ConditionsByHand, InspectingStartsAnewWhenItLookedAway) {
     session.world(t, {{"rover", -5, 0, yaw}, {"gauge", -3, 0}});
   };
   looks(0, 0);
-  looks(1.5, 0.5);  // 28.6 degrees off: in the picture
-  looks(1.75, 1);   // 57.3 degrees off: not
+  looks(1.5, 0.5);  // 28.6 degrees off: in the image
+  looks(1.75, 1);   // 57.3 degrees off: not in the image
   looks(2, 0);
   looks(3.75, 0);
   EXPECT_EQ(session.score(), 0);

@@ -1,4 +1,4 @@
-// What of the records counts as a try at a course's task.
+// Which records count as tries at a course's task.
 #include "server/training/course_advice.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ TEST(CourseAdvice, ATaskThatWasNeverBegunIsNoFailure) {
     if (begun) task.began = SimulationTime{0};
   };
   went("first", TaskOutcome::failed, true);
-  went("second", TaskOutcome::out_of_time, false);  // the session ended before it
+  went("second", TaskOutcome::out_of_time, false);  // the session ended before this task
   went("third", TaskOutcome::open, true);
   went("of another course", TaskOutcome::done, true);
   session.grade.tasks.push_back(session.grade.tasks[1]);

@@ -1,4 +1,4 @@
-// Records as text, there and back.
+// Export and import of records.
 #include "server/training/exchange.hpp"
 
 #include <gmock/gmock.h>
@@ -97,7 +97,7 @@ TEST(Exchange, ALineThatSaysNoTraineeIsRefused) {
   const std::string csv = to_csv({{{"", "", ""}, {test::recorded_session(1)}}});
   const auto read = histories_from_csv(csv, "a.csv");
   ASSERT_FALSE(read.ok());
-  EXPECT_THAT(read.error().message, HasSubstr("a.csv:2: it says no trainee"));
+  EXPECT_THAT(read.error().message, HasSubstr("a.csv:2: it names no trainee"));
 }
 
 TEST(Exchange, BadJsonSaysWhere) {
@@ -188,11 +188,11 @@ TEST(Exchange, OurStatementsReadBackAsTheSameSessions) {
   auto expected = group();
   expected.pop_back();
   expected[0].trainee.name = "";
-  expected[1].trainee.pseudonym = "";  // known by the mail's hash
+  expected[1].trainee.pseudonym = "";  // identified by the mail's hash
   for (TraineeHistory& history : expected)
     for (SessionRecord& session : history.sessions) {
       session.damaged_bytes = 0;
-      session.grade.tasks.pop_back();  // it was not begun
+      session.grade.tasks.pop_back();  // not started
       session.skills.pop_back();
       for (TaskGrade& task : session.grade.tasks) task.cause.reset();
       session.grade.charges.clear();

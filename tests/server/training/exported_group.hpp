@@ -1,4 +1,4 @@
-// Three trainees as they are exported: with a name, with a mail's hash alone, without a session.
+// Three trainees as exported: with a name, with only a mail's hash, without a session.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A grader that is told what happens, and where things stand.
+// A grader with events and world states from the test.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Scores worked out by hand.
+// Scores computed by hand.
 #include "tests/server/training/grader_fixture.hpp"
 
 namespace parhelion::training {
@@ -31,7 +31,7 @@ TEST_F(GraderTest, PointsAreThoseOfTasksDoneLessPenalties) {
   EXPECT_TRUE(grade.passed);
   EXPECT_TRUE(grade.ended);
   EXPECT_TRUE(grade.complete);
-  // Each point has its event, rule and second.
+  // Each deduction has its event, rule and instant.
   ASSERT_EQ(grade.charges.size(), 1U);
   EXPECT_EQ(grade.charges[0].at, at(3));
   EXPECT_EQ(grade.charges[0].rule, "collision");
@@ -59,7 +59,7 @@ TEST_F(GraderTest, AContactIsOfBothWhoeverIsNamedFirst) {
   training_.penalties = {penalty("person", 20, on(EventKind::collision_started, "person_1"))};
   start();
   say(1, EventKind::collision_started, "rover", 1, 0, "person_1");
-  say(2, EventKind::collision_started, "crate", 1, 0, "person_1");  // none of ours
+  say(2, EventKind::collision_started, "crate", 1, 0, "person_1");  // not the graded robot's
   ASSERT_EQ(grader_->grade().charges.size(), 1U);
   EXPECT_EQ(grader_->grade().charges[0].at, at(1));
 }

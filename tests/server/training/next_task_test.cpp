@@ -105,7 +105,7 @@ TEST(NextTask, ABeginnerIsGivenSomethingEasyAndIsToldWhy) {
   EXPECT_EQ(next.kind, Kind::task);
   EXPECT_EQ(offers()[next.offer].level, 1);
   EXPECT_THAT(next.reason, HasSubstr("'" + offers()[next.offer].name + "' of programme trains "));
-  EXPECT_THAT(next.reason, HasSubstr("should go well with"));
+  EXPECT_THAT(next.reason, HasSubstr("should succeed with"));
 }
 
 TEST(NextTask, WhatIsMasteredIsNotGivenAgain) {

@@ -1,4 +1,4 @@
-// What can be charged for: each kind of event, told apart by its text and its value.
+// All kinds of penalties: each kind of event, distinguished by its text and its value.
 #include "server/training/words.hpp"
 #include "tests/server/training/grader_fixture.hpp"
 
@@ -62,7 +62,7 @@ TEST_F(PenaltyKinds, ANearMissIsChargedByItsDistanceAndByItsTime) {
   EXPECT_EQ(event_text(grader_->grade().charges.front().cause), "near_miss rover - person_1 (0.12 m)");
 }
 
-/// Each in an event of its own kind, as the server says it.
+/// Each as an event of its own kind, as published by the server.
 TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
   const EventKind kinds[] = {
       EventKind::collision_predicted, EventKind::near_miss,        EventKind::pitch_limit,
@@ -90,7 +90,7 @@ TEST_F(PenaltyKinds, EveryPenaltyThatIsAskedForIsExpressible) {
   say(1, EventKind::hazard_set_off, "other_robot", 0, 0, "mine");
   EXPECT_EQ(charges(), 0U);
   say(2, EventKind::hazard_set_off, "rover", 0, 0, "mine");
-  EXPECT_EQ(charges(), 1U) << "the device is the event's subject, who came near its object";
+  EXPECT_EQ(charges(), 1U) << "the event's subject is the device, its object the approaching body";
 }
 
 }  // namespace

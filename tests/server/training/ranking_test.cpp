@@ -1,4 +1,4 @@
-// Who stands where.
+// Rankings of trainees.
 #include "server/training/ranking.hpp"
 
 #include <gtest/gtest.h>

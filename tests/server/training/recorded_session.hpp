@@ -1,4 +1,4 @@
-// Sessions for the records, each with something of everything that a grade can hold.
+// Sessions for the records, which use every field of a grade.
 #pragma once
 
 #include <iomanip>
@@ -25,7 +25,7 @@ inline Event recorded_event(int number) {
   return event;
 }
 
-/// `number` is its identity.
+/// `number` determines its identity.
 inline training::SessionRecord recorded_session(int number) {
   training::SessionRecord session;
   session.identity = std::to_string(number);
@@ -74,7 +74,7 @@ inline std::string text_of(const std::optional<Event>& event) {
   return text.str();
 }
 
-/// Everything, numbers to the bit.
+/// All fields, numbers to the bit.
 inline std::string text_of(const training::SessionRecord& session) {
   const auto at = [](const std::optional<SimulationTime>& t) { return t ? std::to_string(t->ns) : "-"; };
   const training::Grade& grade = session.grade;

@@ -1,4 +1,4 @@
-// Records of trainees: nothing acknowledged is lost, nothing erased is left.
+// Records of trainees: acknowledged data is never lost, erased data is never left.
 #include <gmock/gmock.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
@@ -26,7 +26,7 @@ using testing::HasSubstr;
 using testing::Not;
 using Stored = Records::Stored;
 
-/// Some 100 ns a call, until the child has ended by itself.
+/// About 100 ns per call, until the child has ended.
 void pass_time(unsigned calls, pid_t child) {
   for (unsigned i = 0; i < calls; ++i) {
     siginfo_t ended{};
@@ -62,7 +62,7 @@ TEST_F(RecordsTest, AnErasureThatAReaderHoldsUpIsFinishedByTheNext) {
   Records records = open();
   const std::string erased = add(records, name).pseudonym;
   {
-    // Another program, in the middle of reading what is to be erased.
+    // Another program is reading the data to be erased.
     auto reader = Database::open(path_, false, 0);
     ASSERT_TRUE(reader.ok());
     Status held;
@@ -106,7 +106,7 @@ TEST_F(RecordsTest, AnErasureThatIsKilledIsWholeOrNotBegun) {
     }
     char letter = 0;
     ASSERT_EQ(read(begun[0], &letter, 1), 1);
-    // From at once to about as long as it takes, so that kills fall everywhere in it.
+    // From zero to about the duration of the operation, so that kills hit every part of it.
     pass_time(1U << random() % 18, child);
     kill(child, SIGKILL);
     int status = 0;
@@ -130,7 +130,7 @@ TEST_F(RecordsTest, AnErasureThatIsKilledIsWholeOrNotBegun) {
   EXPECT_GT(cut_off, 0);
 }
 
-/// Stores sessions until it is killed; each one's number goes through the pipe after it was stored.
+/// Stores sessions until it is killed; writes each session's number to the pipe after it was stored.
 [[noreturn]] void store_forever(const std::string& path, const std::string& pseudonym, int first,
                                 int acknowledge) {
   auto records = Records::open(path, false);
@@ -147,7 +147,7 @@ TEST_F(RecordsTest, AKillAtAnyMomentLosesNothingAcknowledged) {
   const std::string anna = add(*std::make_unique<Records>(open()), "Anna").pseudonym;
   int acknowledged = -1;
   for (int round = 0; round < kills; ++round) {
-    const int first = acknowledged + 2;  // one more than acknowledged may be there
+    const int first = acknowledged + 2;  // one more than acknowledged may be stored
     std::array<int, 2> ends{};
     ASSERT_EQ(pipe(ends.data()), 0);
     const pid_t child = fork();
@@ -164,7 +164,7 @@ TEST_F(RecordsTest, AKillAtAnyMomentLosesNothingAcknowledged) {
     int status = 0;
     ASSERT_EQ(waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFSIGNALED(status)) << "it ended by itself with " << WEXITSTATUS(status);
-    // As text, as most of all that is stored is in it; whole or not at all.
+    // Compared as text, which covers most fields; a session is complete or absent.
     Records records = open(false);
     const auto sessions = records.sessions(anna);
     ASSERT_TRUE(sessions.ok()) << sessions.error().message;
@@ -175,7 +175,7 @@ TEST_F(RecordsTest, AKillAtAnyMomentLosesNothingAcknowledged) {
       if (number >= first && number <= acknowledged) ++found;
     }
     ASSERT_EQ(found, static_cast<std::size_t>(acknowledged - first + 1)) << "kill " << round;
-    // Kept short, so that the thousandth round takes no longer than the first.
+    // Kept short, so that later rounds take no longer.
     if (sessions->size() > 100) {
       ASSERT_TRUE(records.erase(anna).ok());
       ASSERT_TRUE(records.add({anna, "Anna", ""}).ok());
@@ -227,7 +227,8 @@ TEST_F(RecordsTest, WhoWaitsTooLongForAnotherIsTold) {
   EXPECT_EQ(*impatient->store(anna, test::recorded_session(1)), Stored::added) << "afterwards it can";
 }
 
-/// Stores until an error, then checks that all that was acknowledged is there and that it goes on with room.
+/// Stores until an error, then checks that all acknowledged sessions exist and that storing works again with
+/// free space.
 void fill_up(Records& records, const std::string& pseudonym, const std::string& says,
              const std::function<void()>& make_room) {
   int stored = 0;
@@ -238,7 +239,7 @@ void fill_up(Records& records, const std::string& pseudonym, const std::string& 
   }
   --stored;
   EXPECT_THAT(error, HasSubstr(says));
-  EXPECT_THAT(error, HasSubstr("nothing of this was stored"));
+  EXPECT_THAT(error, HasSubstr("nothing was stored"));
   make_room();
   EXPECT_EQ(records.sessions(pseudonym)->size(), static_cast<std::size_t>(stored));
   EXPECT_EQ(*records.store(pseudonym, test::recorded_session(stored)), Stored::added);

@@ -1,4 +1,4 @@
-// Records in a folder of the test's own.
+// Records in the test's own folder.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Records of trainees: what they keep, whom they find, what is no records of theirs.
+// Records of trainees: storing, finding, and files that are not records.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -53,7 +53,7 @@ TEST_F(RecordsTest, ASessionOfAnotherTraineeIsRefusedAndSaysWhose) {
     const auto stored = records.store(ben, session, again);
     ASSERT_FALSE(stored.ok()) << again;
     EXPECT_THAT(stored.error().message,
-                HasSubstr("another trainee's: of " + anna + "; was the right trainee named?"));
+                HasSubstr("belongs to another trainee: " + anna + "; was the right trainee named?"));
   }
   EXPECT_TRUE(records.sessions(ben)->empty());
   EXPECT_EQ(records.sessions(anna)->size(), 1U);
@@ -146,7 +146,7 @@ TEST_F(RecordsTest, WhatIsNoRecordsIsRefusedAndLeftAlone) {
   EXPECT_FALSE(fs::exists(path_));
   const std::string text(5000, 'x');
   std::ofstream(path_) << text;
-  EXPECT_THAT(Records::open(path_, true).error().message, HasSubstr("is no SQLite database"));
+  EXPECT_THAT(Records::open(path_, true).error().message, HasSubstr("is not an SQLite database"));
   EXPECT_EQ(bytes(), text);
   EXPECT_FALSE(Records::open((folder_ / "no" / "records.db").string(), true).ok());
   fs::remove(path_);
@@ -162,7 +162,7 @@ TEST_F(RecordsTest, EveryOlderSchemaBecomesTheNewest) {
       auto old = Database::open(path_, true, 0);
       ASSERT_TRUE(migrate(*old, schema));
       EXPECT_EQ(**old->number("PRAGMA user_version"), schema);
-      // As that schema's program wrote it.
+      // As written by that schema's program.
       ASSERT_TRUE(old->execute(
           "INSERT INTO trainees(pseudonym, name) VALUES('t-1', 'Anna');"
           "INSERT INTO sessions(trainee, identity, scenario, programme, level, robot, log, damaged_bytes, "
@@ -189,7 +189,7 @@ TEST_F(RecordsTest, WhatAnEventCausedIsFoundWithoutLookingAtAll) {
   auto database = Database::open(path_, false, 0);
   for (const std::string table : {"tasks", "charges"}) {
     std::string plan;
-    // As SQLite asks it of itself for each event that is erased.
+    // The query that SQLite runs for each erased event.
     ASSERT_TRUE(database->each("EXPLAIN QUERY PLAN SELECT 1 FROM " + table + " WHERE cause = 1", {},
                                [&](const SqlRow& row) {
                                  plan += row.text(3);
@@ -202,7 +202,7 @@ TEST_F(RecordsTest, WhatAnEventCausedIsFoundWithoutLookingAtAll) {
 TEST_F(RecordsTest, AMigrationThatFailsChangesNothing) {
   auto old = Database::open(path_, true, 0);
   ASSERT_TRUE(migrate(*old, 1));
-  ASSERT_TRUE(old->execute("CREATE TABLE skills(mine TEXT)"));  // stands in the way of the next step
+  ASSERT_TRUE(old->execute("CREATE TABLE skills(mine TEXT)"));  // blocks the next migration step
   EXPECT_FALSE(Records::open(path_, false).ok());
   EXPECT_EQ(**old->number("PRAGMA user_version"), 1);
   ASSERT_TRUE(old->execute("DROP TABLE skills"));

@@ -1,5 +1,5 @@
-// Small scenarios as a user writes them, each with its score worked out by hand: penalties, limits, order,
-// pass marks, and logs that stop.
+// Small scenarios as a user writes them, each with its score computed by hand: penalties, limits, order, pass
+// marks, and truncated logs.
 #include "tests/server/training/told_session.hpp"
 
 namespace parhelion::training {

@@ -1,8 +1,8 @@
-// Learners with known abilities, to judge the choice of tasks by. They are not what the estimator believes of
-// people: abilities are continuous, those of one person go together, they meet a task through a normal curve
-// (the estimator: states, independent of each other, and a logistic curve), form varies from day to day, more
-// is learnt where a task is near the ability and by quick learners, what is not practised is forgotten, and
-// tasks are harder or easier than their place in the order says.
+// Learners with known abilities, to evaluate the choice of tasks. They deliberately differ from the
+// estimator's model: abilities are continuous and correlated within a person, success follows a normal curve
+// (the estimator: independent discrete states, and a logistic curve), form varies from day to day, learning
+// is stronger near the ability and for quick learners, skills without practice are forgotten, and tasks are
+// harder or easier than their position in the order.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace parhelion::test {
 
-/// Six skills at three levels, in rising order; true difficulties lie about those of the order.
+/// Six skills at three levels, in rising order; true difficulties vary around those of the order.
 struct Curriculum {
   std::vector<training::TaskOffer> offers;
   std::vector<double> true_difficulty;
@@ -46,11 +46,12 @@ struct Curriculum {
   }
 };
 
-/// How a group of learners is made.
+/// Parameters of a group of learners.
 struct Population {
-  double ability = -1, ability_spread = 1, own_spread = 1;  ///< at the beginning; of people, of their skills
-  double rate = 0.35, rate_spread = 0.4;                    ///< median gain by a task; of its logarithm
-  double forgets = 0.004;                                   ///< by each task that does not practise it
+  double ability = -1, ability_spread = 1, own_spread = 1;  ///< at the beginning; spread over people, and
+                                                            ///< over one person's skills
+  double rate = 0.35, rate_spread = 0.4;                    ///< median gain per task; spread of its logarithm
+  double forgets = 0.004;                                   ///< per task that does not practise it
   double form = 0.3;                                        ///< sigma of the day's form
 };
 
@@ -66,7 +67,7 @@ class SimulatedLearner {
           ability_[skill] = person + population.own_spread * normal_(random_);
   }
 
-  /// Does the task (and learns); whether it was a success.
+  /// Attempts the task (and learns); returns whether it was a success.
   bool attempt(std::size_t task) {
     const training::TaskOffer& offer = curriculum_.offers[task];
     form_ = 0.8 * form_ + population_.form * 0.6 * normal_(random_);
@@ -81,7 +82,7 @@ class SimulatedLearner {
     }
     return done;
   }
-  /// The hardest task of each skill would go well `share` of the time.
+  /// The hardest task of each skill would succeed with the probability `share`.
   bool mastered(double share) const {
     for (const auto& [skill, ability] : ability_) {
       double hardest = -10;
@@ -111,12 +112,12 @@ class SimulatedLearner {
   double rate_ = 0, form_ = 0;
 };
 
-/// One learner's way, by choice or in the fixed order.
+/// One learner's course, by choice or in the fixed order.
 struct Course {
   int until_mastered = 0;  ///< tasks until truly mastered, or `most`
-  int until_complete = 0;  ///< until said to be complete, or `most`
-  double confidence = 0;   ///< that was said then
-  bool truly = false;      ///< mastered at that moment
+  int until_complete = 0;  ///< tasks until reported as complete, or `most`
+  double confidence = 0;   ///< reported then
+  bool truly = false;      ///< mastered at that time
 };
 
 struct Calibration {
@@ -128,7 +129,7 @@ struct Calibration {
     came[bin] += done ? 1 : 0;
     ++count[bin];
   }
-  /// Expected calibration error: mean over all predictions of |said - came| of their tenth.
+  /// Expected calibration error: mean over all predictions of |predicted - observed| in their tenth.
   double error() const {
     double sum = 0;
     int all = 0;
@@ -142,12 +143,11 @@ struct Calibration {
 
 enum class Order {
   chosen,   ///< by next_task()
-  repeated  ///< the fixed order: each task until it is done, then the next, from the first again after the
-            ///< last
+  repeated  ///< the fixed order: each task until it is completed, then the next, starting again after the
+            ///< last last
 };
 
-/// What `learners` did in the fixed order, at most `most` tasks each: what the choice learns difficulties
-/// from.
+/// Attempts of `learners` in the fixed order, at most `most` tasks each: used to learn difficulties.
 inline std::vector<std::vector<training::Attempt>> history(const Curriculum& curriculum,
                                                            const Population& population, std::uint64_t seed,
                                                            int learners, int most = 150) {
@@ -185,7 +185,7 @@ inline Course run_course(const Curriculum& curriculum, const Population& populat
       course.confidence = next.confidence;
       course.truly = learner.mastered(choice.able);
     }
-    // Who is said to be complete without being so goes on in the order.
+    // Learners wrongly reported as complete continue in the fixed order.
     const bool by_choice = order == Order::chosen && next.kind != training::NextTask::Kind::complete;
     const std::size_t task = by_choice ? next.offer : place;
     const training::TaskOffer& offer = curriculum.offers[task];

@@ -1,4 +1,4 @@
-// Records taken in from text: once, whole or not at all.
+// Import of records: once, all or nothing.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -44,7 +44,7 @@ TEST_F(Taking, TakingTwiceTakesOnceAndAFaultTakesNothing) {
   EXPECT_EQ(second->trainees, 0U);
   EXPECT_EQ(second->sessions, 0U);
   EXPECT_EQ(second->present, 3U);
-  // What was exported elsewhere in another form is the same.
+  // An export in another format is the same.
   const auto statements = histories_from_xapi(to_xapi(group(), "https://school.example"), "a");
   EXPECT_EQ(take(*records_, *statements)->present, 3U);
 }
@@ -69,7 +69,7 @@ TEST_F(Taking, ASessionOfAnotherTraineeTakesNothing) {
   trainees[0].trainee = {"t-999999999999", "", ""};
   const auto taken = take(*records_, {trainees, 0});
   ASSERT_FALSE(taken.ok());
-  EXPECT_THAT(taken.error().message, HasSubstr("another trainee's: of t-0123456789ab"));
+  EXPECT_THAT(taken.error().message, HasSubstr("belongs to another trainee: t-0123456789ab"));
   EXPECT_FALSE(records_->find("t-999999999999").ok());
 }
 }  // namespace

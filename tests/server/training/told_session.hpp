@@ -1,4 +1,4 @@
-// A small scenario whose training is written as a user writes it, and what is told to its grader.
+// A small scenario with a training as a user writes it, and the inputs of its grader.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,17 +14,17 @@
 
 namespace parhelion::test {
 
-/// Of an event, what differs from "by the rover, about nothing".
+/// An event's differences from "by the rover, about nothing".
 struct Told {
   std::string object = {};
   double impulse = 0;  // N s
   double value = 0;
-  double x = 0;  // m, where
+  double x = 0;  // m, position
   std::string subject = "rover";
   bool unsensed = false;
 };
 
-/// Where somebody stands.
+/// An agent's pose.
 struct Stands {
   std::string who;
   double x = 0, y = 0, yaw = 0;  // m, rad
@@ -94,7 +94,7 @@ class ToldSession {
     }
     return model;
   }
-  /// With a camera half a metre above the floor that sees 90 degrees ahead.
+  /// With a camera half a metre above the floor and a field of view of 90 degrees ahead.
   static RobotDescription rover() {
     RobotDescription description;
     description.name = "rover";

@@ -1,4 +1,4 @@
-// A recording is played in its time, and a place in it is the same however one came there.
+// A recording plays in real time, and its state at a position does not depend on how it was reached.
 #include "server/runtime/play/player.hpp"
 
 #include <map>
@@ -8,7 +8,7 @@
 namespace parhelion::runtime {
 namespace {
 
-/// What somebody knows who listens: the newest of each channel, and all events and commands.
+/// A receiver's state: the newest message of each channel, and all events and commands.
 struct Listener {
   std::map<std::string, std::vector<std::uint8_t>> newest;
   std::vector<std::vector<std::uint8_t>> events, commands;
@@ -75,7 +75,7 @@ TEST_F(PlayerTest, SeekingToAPlaceLeadsToTheSameAsPlayingToIt) {
       const auto plays = player({}, playing);
       run(*plays, t);
       EXPECT_TRUE(seeking.knows_the_same_as(playing)) << "seed " << seed << ", to " << t << " s";
-      if (i % 3 == 0) run(*jumps, 0.1 * duration);  // from there on as if nothing had been
+      if (i % 3 == 0) run(*jumps, 0.1 * duration);  // continues normally from there
     }
   }
 }
@@ -106,7 +106,7 @@ TEST_F(PlayerTest, PausedItStandsAndGoesOnMessageByMessage) {
   Listener listener;
   const auto paused = player({.paused = true}, listener);
   run(*paused, 1);
-  EXPECT_EQ(listener.heard, 1U);  // MR_SESSION: what is there at the start
+  EXPECT_EQ(listener.heard, 1U);  // MR_SESSION: the state at the start
   EXPECT_EQ(paused->state().position, 0);
   for (std::size_t i = 0; i < 5; ++i) {
     ASSERT_TRUE(paused->step().ok());

@@ -1,4 +1,4 @@
-// A session log of many channels, as a seed makes it.
+// A random session log of many channels, from a seed.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace parhelion::test {
 
-/// A folder of its own, gone with the object.
+/// A temporary folder, removed with the object.
 class PlayFolder {
  public:
   PlayFolder() {
@@ -77,7 +77,7 @@ inline void write_random_session(const std::string& path, std::uint64_t seed, in
         break;
       }
       default: {
-        // What is in it is nobody's business here: the newest of a channel is told by its bytes.
+        // The contents do not matter: the newest message of a channel is identified by its bytes.
         const std::string payload = "message " + std::to_string(i);
         bytes.assign(payload.begin(), payload.end());
         const char* channels[] = {channel::mr_world, channel::mr_scan, channel::pose_cov, "MR_AGENT_a_SCAN"};
