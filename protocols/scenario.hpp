@@ -68,10 +68,9 @@ struct Scenario {
   InjectionLimits injection;
   ContactLimits contact;
   std::optional<Trainee> trainee;
-  std::optional<PoseInput> pose;  ///< none: POSE is not consumed, POSE_COV is
-  std::uint64_t most_agents =
-      1000;  ///< more are rejected: limit of what this machine can simulate and send in time
-  double most_agent_pictures = 10;  ///< Hz, of the cameras of all agents together; more are rejected
+  std::optional<PoseInput> pose;     ///< none: POSE is not consumed, POSE_COV is
+  std::uint64_t most_agents = 1000;  ///< limit of what this machine can simulate; more are rejected
+  double most_agent_pictures = 10;   ///< Hz, of the cameras of all agents together; more are rejected
   std::vector<AgentDefinition> agents;
   std::vector<Zone> zones;
   std::vector<Script> scripts;

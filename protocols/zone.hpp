@@ -11,10 +11,9 @@ namespace parhelion {
 
 /// An upright prism in the map.
 struct Zone {
-  std::string name;  ///< unique among the zones
-  std::vector<Eigen::Vector2d>
-      outline;  ///< m, map frame; a polygon that does not intersect itself, in either direction
-  double bottom = -1e4, top = 1e4;  ///< m, z
+  std::string name;                      ///< unique among the zones
+  std::vector<Eigen::Vector2d> outline;  ///< m, map frame; does not intersect itself; either direction
+  double bottom = -1e4, top = 1e4;       ///< m, z
 };
 
 /// Why a zone is invalid, or success: no name, fewer than three corners, no area, intersecting sides, a top

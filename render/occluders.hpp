@@ -46,9 +46,9 @@ std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription
                                         const Eigen::Vector3d& p_map_camera, double farthest,
                                         const std::vector<OccluderBox>& building);
 
-/// Adds to the list what may stand before its bodies. A box of the building whose name is that of a real body
-/// of the scene (a door on its hinge) is replaced by that body as it stands now, and by nothing where nobody
-/// knows how far it is open; other real robots hide too, the one that carries the camera does not.
+/// Adds to the list the occluders in front of its bodies. A box of the building with the name of a real body
+/// of the scene (a door on its hinge) is replaced by that body in its current pose, and omitted where the
+/// door's angle is unknown. Other real robots occlude too, but not the one that carries the camera.
 void add_occluders(DrawList& list, const CameraProjection& projection,
                    const Transform<Map, CameraOptical>& T_map_optical,
                    const std::vector<OccluderBox>& building, const WorldSnapshot& world);

@@ -18,8 +18,7 @@ struct Node {
   bool binary = false;  ///< a scalar tagged !!binary: base64
   int line = 0;         ///< from 1
   std::string text;     ///< of a scalar
-  double number =
-      0;  ///< of a scalar that the schema defines as a number; SI where it has a unit. Set by check()
+  double number = 0;    ///< of a scalar that is a number in the schema; SI if it has a unit. Set by check()
   bool is_number = false;
   std::vector<Node> items;        ///< of a list; of a map, in file order
   std::vector<std::string> keys;  ///< of a map: one per item
