@@ -48,7 +48,7 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
   return std::string(text, static_cast<std::size_t>(std::min<int>(std::max(length, 0), sizeof text - 1)));
 }
 
-/// In quotes, cut at 120 characters; what a terminal would obey is written as \xNN.
+/// In quotes, truncated at 120 characters; terminal control characters are written as \xNN.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text.substr(0, 120)) {

@@ -1,4 +1,4 @@
-// What an instructor asks for: agent_spawn_t to emergency_stop_t.
+// Commands of an instructor: agent_spawn_t to emergency_stop_t.
 #include "parhelion/agent_behaviour_t.hpp"
 #include "parhelion/agent_freeze_t.hpp"
 #include "parhelion/agent_move_t.hpp"
@@ -56,7 +56,7 @@ void read_agent_or_all(wire::Reader& reader, Command& command) {
   }
 }
 
-/// Doors, objects and scripts have names of the model or the scenario, which may be of any bytes.
+/// Names of doors, objects and scripts come from the model or the scenario and may contain any bytes.
 void read_entity_name(wire::Reader& reader, const char* field, std::string& name) {
   reader.text(field, name);
   reader.check(!name.empty() && name.size() <= kMaxEntityName, field, "empty or too long",

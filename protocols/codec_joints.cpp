@@ -20,7 +20,7 @@ Eigen::Vector3d float_vector(wire::Reader& reader, const char* field) {
   return v;
 }
 
-/// Yaw, pitch, roll in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as REP-103 has them.
+/// Yaw, pitch, roll in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as in REP-103.
 Eigen::Quaterniond from_roll_pitch_yaw(const Eigen::Vector3d& angles) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   return AngleAxisd(angles.z(), Vector3d::UnitZ()) * AngleAxisd(angles.y(), Vector3d::UnitY()) *

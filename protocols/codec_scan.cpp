@@ -7,7 +7,7 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t max_beams = 100'000;
-constexpr double max_angle = 100;  // rad: some turns; more is a broken field
+constexpr double max_angle = 100;  // rad: several turns; more indicates a corrupt field
 
 }  // namespace
 

@@ -7,7 +7,7 @@
 namespace parhelion {
 namespace {
 
-constexpr double most_reach = 10;  // m: what the simulation's grid of a gas covers
+constexpr double most_reach = 10;  // m: extent of the simulation's gas grid
 
 bool positive(const std::optional<double>& value) { return !value || (std::isfinite(*value) && *value > 0); }
 

@@ -96,7 +96,7 @@ DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
   return depth;
 }
 
-/// Every corner turns left, and all of them turn once around.
+/// Every corner turns left, and together they make one full turn.
 void check_footprint(const std::vector<Eigen::Vector2d>& corners, const Node& list,
                      yaml::Problems& problems) {
   const std::size_t n = corners.size();

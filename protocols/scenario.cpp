@@ -78,8 +78,8 @@ void check_agent_names(const std::vector<AgentDefinition>& agents, const Node& l
   }
 }
 
-/// Two canonical channels must not meet on the bus: an output that is an input would feed the server its own
-/// words.
+/// Two canonical channels must not have one name on the bus: an output that is an input would feed the server
+/// its own messages.
 void check_meetings(const Scenario& scenario, const Node& node, const std::vector<std::string>& inputs,
                     const std::vector<std::string>& outputs, yaml::Problems& problems) {
   std::map<std::string, std::string> taken;  // name on the bus -> canonical
@@ -140,8 +140,7 @@ void read_contact(const Node& node, ContactLimits& contact, yaml::Problems& prob
   }
 }
 
-/// At level 3 the trainee's robot is real: how far its radio reaches and how long its battery lasts is
-/// nobody's to say.
+/// At level 3 the trainee's robot is real: its radio range and its battery cannot be configured.
 void check_supply(const Scenario& scenario, const Node& node, const char* key, yaml::Problems& problems) {
   if (scenario.level < 3) return;
   const auto simulated = [](const AgentDefinition& agent) { return !agent.model.empty(); };
@@ -159,7 +158,7 @@ void check_supply(const Scenario& scenario, const Node& node, const char* key, y
                    "its own; remove it, or give an agent a 'model'");
 }
 
-/// In the line of the first agent whose pictures are too many.
+/// Reported at the line of the first agent whose picture rate exceeds the limit.
 void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Problems& problems) {
   double asked = 0;
   std::optional<int> line;
@@ -243,7 +242,7 @@ void write_door(yaml::Writer& writer, const DoorSettings& door) {
   writer.end_item();
 }
 
-/// What cannot be read as one is refused by the schema.
+/// A value of another type is rejected by the schema.
 std::uint64_t written_seed(const Node& document) {
   std::uint64_t seed = Scenario{}.seed;
   if (const Node* node = document.kind == Node::Kind::map ? document.find("seed") : nullptr)
@@ -281,7 +280,7 @@ Result<Scenario> load_scenario(const std::string& path, std::optional<std::uint6
   const auto folder = std::filesystem::path(path).parent_path();
   resolve(scenario->model, folder);
   resolve(scenario->robot, folder);
-  // Models without an ending are shipped ones, by their names.
+  // Models without a file extension are installed ones, by name.
   for (AgentDefinition& agent : scenario->agents) {
     if (agent.model.ends_with(".yaml")) resolve(agent.model, folder);
   }

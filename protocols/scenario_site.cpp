@@ -103,7 +103,7 @@ void write(const Hazard& hazard, yaml::Writer& writer) {
   writer.end_item();
 }
 
-/// Each name once.
+/// Rejects duplicate names.
 template <class Named>
 void check_names(const std::vector<Named>& all, const Node& list, const char* what,
                  yaml::Problems& problems) {

@@ -5,7 +5,7 @@
 namespace parhelion::cloud {
 namespace {
 
-/// A stream that is being unpacked; every step checks both ends.
+/// A stream that is being decompressed; every step checks both buffers.
 struct Stream {
   std::string_view in;
   std::string& out;
@@ -18,7 +18,7 @@ struct Stream {
     written += count;
     return true;
   }
-  /// Copies from `distance` back; may overlap what it writes.
+  /// Copies from `distance` back; source and destination may overlap.
   bool repeat(std::size_t distance, std::size_t count) {
     if (distance > written || count > out.size() - written) return false;
     char* to = out.data() + written;

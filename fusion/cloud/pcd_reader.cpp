@@ -1,4 +1,4 @@
-// PCD files (Point Cloud Library, format 0.7 and its relatives).
+// PCD files (Point Cloud Library, format 0.7 and similar).
 #include <bit>
 #include <limits>
 
@@ -61,7 +61,7 @@ std::optional<Scalar> scalar_of(char type, std::uint64_t size) {
   return std::nullopt;
 }
 
-/// One word for each field; false where there are too few or `set` refuses one.
+/// One word for each field; false where there are too few or `set` rejects one.
 template <class Set>
 bool each_field(PcdHeader& header, std::string_view words, Set set) {
   for (PcdField& field : header.fields) {
@@ -76,7 +76,7 @@ bool take_count(std::string_view word, std::uint64_t& count) {
   return number.has_value();
 }
 
-/// Empty where the line was understood; else what was expected.
+/// Empty where the line was parsed; else what was expected.
 std::string take_header_line(PcdHeader& header, std::string_view line) {
   const std::string_view keyword = take_word(line);
   if (keyword.empty() || keyword.front() == '#' || keyword == "VERSION") return "";
@@ -126,7 +126,7 @@ std::string take_header_line(PcdHeader& header, std::string_view line) {
   return "expected a line of a PCD header, not " + in_quotes(keyword);
 }
 
-/// What its lines say taken together; empty where they fit.
+/// Checks the header's lines against each other; empty where they are consistent.
 std::string check_header(PcdHeader& header) {
   if (header.width != 0 && header.height > std::numeric_limits<std::uint64_t>::max() / header.width) {
     return "WIDTH times HEIGHT is no number of points";
@@ -143,7 +143,7 @@ std::string check_header(PcdHeader& header) {
       return "TYPE " + std::string(1, field.type) + " of SIZE " + std::to_string(field.size) +
              " is no number: expected F 4 8, I or U 1 2 4 8";
     }
-    // A colour is three bytes in an integer, whatever its type is called.
+    // A colour is three bytes in an integer, whatever its declared type.
     field.scalar = field.column != Column::packed_colour ? *scalar : Scalar::u32;
     if (field.column == Column::packed_colour && field.size != 4) field.column = Column::ignored;
     if (field.count != 1) field.column = Column::ignored;
@@ -169,7 +169,7 @@ Result<PcdHeader> parse_header(std::string_view bytes, const std::string& name) 
   return header;
 }
 
-/// Point i of field f lies at base[f] + i * step[f].
+/// Point i of field f is at base[f] + i * step[f].
 void add_binary(const PcdHeader& header, const char* data, bool by_field, CloudBuilder& builder) {
   struct Source {
     const char* at;

@@ -9,8 +9,7 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr double surfels_a_radius =
-    25;  // fine enough for furniture, with a dozen points in each of a usual scan's
+constexpr double surfels_a_radius = 25;  // resolves furniture, with a dozen points per surfel in a usual scan
 
 template <class Frame>
 Status check(const PointCloud<Frame>& cloud, const char* name) {

@@ -70,7 +70,7 @@ Result<Pgm> read_pgm(const std::string& path) {
     return Error{path + ": offset " + std::to_string(at) +
                  ": expected width, height (1 or more) and a maximum of 1..255"};
   }
-  ++at;  // one white space between header and pixels
+  ++at;  // one white-space character between header and pixels
   const std::size_t size = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
   if (bytes.size() < at + size) {
     return Error{path + ": offset " + std::to_string(bytes.size()) + ": the file ends, expected " +

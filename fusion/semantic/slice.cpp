@@ -6,7 +6,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kFloor = 0.05;  ///< m, points this near to the floor's height are of it
+constexpr double kFloor = 0.05;  ///< m, points this near to the floor's height belong to it
 constexpr std::size_t kMostRays = 4'000'000;
 
 struct Evidence {
@@ -28,7 +28,7 @@ class Slicer {
     if (std::abs(z) <= kFloor) cell->floor = true;
   }
 
-  /// The part of a line of sight that lies in the band, short of its end by a cell.
+  /// The part of a line of sight within the band, shortened by a cell at its end.
   void cross(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
     const double low = options_.floor + options_.height - options_.band, high = low + 2 * options_.band;
     const Eigen::Vector3d way = p - eye;

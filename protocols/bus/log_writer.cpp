@@ -1,4 +1,4 @@
-// Appends whole events with one write(2) each; what cannot be written whole is cut off again.
+// Appends whole events with one write(2) each; a partial write is truncated.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t sync_word = 0xEDA1DA01;
 constexpr std::size_t header_size = 28;
 constexpr std::size_t max_data = std::size_t{1}
-                                 << 28;  // liblcm's own limit of a message, which LogReader holds to
+                                 << 28;  // liblcm's own limit of a message, also checked by LogReader
 
 }  // namespace
 
@@ -28,7 +28,7 @@ struct LogWriter::State {
   std::string path;
   std::uint64_t size = 0;   ///< of the file: whole events only
   std::int64_t number = 0;  ///< of the next event
-  bool broken = false;      ///< the end of the file could not be cut off
+  bool broken = false;      ///< the end of the file could not be truncated
   bool directory_synced = false;
   std::vector<std::uint8_t> buffer;
 

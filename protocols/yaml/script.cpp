@@ -42,7 +42,7 @@ class Reader {
   }
 
  private:
-  /// Those who appear later can be named in any script.
+  /// Agents that are spawned later can be named in any script.
   void learn_agents(const Node& actions) {
     for (const Node& action : actions.items) {
       const Node* spawn = action.find("spawn");

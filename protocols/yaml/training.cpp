@@ -17,7 +17,7 @@ constexpr std::array<const char*, 20> kinds{
     "event", "reach", "pass",  "climb", "near", "still",    "inspect", "follow", "avoid", "report",
     "grip",  "lift",  "place", "pitch", "roll", "yaw_rate", "speed",   "all",    "any",   "then"};
 
-/// What the kind's own number measures, of those that have one.
+/// Quantity of the kind's own number, for kinds that have one.
 std::optional<Quantity> quantity_of(Kind kind) {
   switch (kind) {
     case Kind::still:
@@ -43,7 +43,7 @@ bool takes_duration(Kind kind) {
   return (takes_distance(kind) && kind != Kind::report) || (quantity_of(kind) && kind != Kind::still);
 }
 
-/// Which keys go with a kind, besides its own, `within` and `never`.
+/// Keys allowed for a kind, besides its own, `within` and `never`.
 bool goes_with(Kind kind, const std::string& key) {
   const auto one_of = [&key](std::initializer_list<const char*> keys) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
@@ -58,7 +58,7 @@ void read_optional(const Node& node, const char* key, std::optional<double>& out
   if (node.find(key)) read(node, key, out.emplace());
 }
 
-/// s that it takes at least to hold.
+/// s, minimum time until it can hold.
 double least_time(const Condition& condition) {
   double time = condition.duration;
   for (const Condition& part : condition.parts) {
@@ -77,7 +77,7 @@ double least_time(const Condition& condition) {
 
 std::string seconds_text(double time) { return format_quantity(time, Quantity::time); }
 
-/// What cannot be passed in time, whatever the trainee does.
+/// Reports conditions that cannot be met in time, whatever the trainee does.
 void check_times(const Training& training, const Node& tasks, Problems& problems) {
   double before = 0;
   for (std::size_t i = 0; i < training.tasks.size(); ++i) {
