@@ -190,8 +190,8 @@ Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3
   return pivot;
 }
 
-/// Ratio of hanging to standing points above which a cloud counts as upside down; scanners are usually low,
-/// and one mounted high changes the ratio too.
+/// Ratio of hanging to standing points above which a cloud counts as upside down. Scanners usually stand low,
+/// so viewpoints in the upper half of the room lower the ratio.
 double needed_share(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen::Vector3d& up, double low,
                     double high) {
   if (viewpoints.empty()) return 1.5;

@@ -199,7 +199,7 @@ struct Opened {
   std::string url;
 };
 
-/// Sends; receives only after the first subscription.
+/// Opens LCM for sending; receiving starts with the first subscription.
 Result<Opened> open_lcm(const std::string& url) {
   const std::string chosen = chosen_url(url);
   if (!chosen.starts_with("udpm://")) {

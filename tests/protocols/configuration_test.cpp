@@ -1,4 +1,4 @@
-// What a person reads who got a scenario, a model or a robot description wrong.
+// Error messages for mistakes in a scenario, a model or a robot description.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Courses: what their files may say, and what rank a trainee has in one.
+// Courses: valid and invalid files, and the rank of a trainee.
 #include "protocols/course.hpp"
 
 #include <gmock/gmock.h>

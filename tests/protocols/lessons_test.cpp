@@ -1,4 +1,4 @@
-// Lessons and ranges of a scenario.
+// Faults and ranges of a scenario.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Tasks and grading in a scenario: what they may say, and what is said of a mistake.
+// Tasks and grading in a scenario: valid ones, and error messages for mistakes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
