@@ -172,7 +172,7 @@ std::string say(const AgentFreeze& command) {
 
 std::string say(const DoorCommand& command) {
   return head(command.request, "door") + quoted(command.door) +
-         (command.opening ? format(" open %.4f rad", *command.opening) : " as the sensors see it");
+         (command.opening ? format(" open %.4f rad", *command.opening) : " determined by the sensors");
 }
 
 std::string say(const FaultCommand& command) {
@@ -190,7 +190,7 @@ std::string say(const CameraRate& command) {
 std::string say(const ObjectReport& command) {
   return head(command.request, "report") + quoted(command.object) +
          (command.position ? format(" at %.3f %.3f m", command.position->x(), command.position->y())
-                           : " at no place");
+                           : " without a position");
 }
 
 std::string say(const ScriptStart& command) {

@@ -42,7 +42,7 @@ void check_joint_names(wire::Reader& reader, const std::vector<std::string>& nam
   for (auto name = names.begin(); reader.ok() && name != names.end(); ++name) {
     reader.check(!name->empty() && name->size() <= max_joint_name, "names",
                  "a name that is empty or too long", "1 to 64 bytes");
-    reader.check(std::find(names.begin(), name, *name) == name, "names", "a joint that is named twice",
+    reader.check(std::find(names.begin(), name, *name) == name, "names", "a duplicate joint name",
                  "each joint once");
   }
 }

@@ -69,7 +69,7 @@ class Reader {
   template <class T = double>
   T bounded(const char* field, double limit) {
     const T value = number<T>(field);
-    if (!(std::abs(value) <= limit)) fail_value(field, value, "a finite number of sensible size");
+    if (!(std::abs(value) <= limit)) fail_value(field, value, "a finite number within limits");
     return value;
   }
   Eigen::Vector3d vector(const char* field, double limit);

@@ -96,7 +96,7 @@ void check_overlap(const std::vector<ModelEntity>& entities, const Node& list, y
                    "' (line " + std::to_string(list.items[pair->first].line) + ", both " +
                    to_string(a.label) + "): share " +
                    yaml::format_number(std::round(overlap_share(a, b) * 1000) / 1000) +
-                   " of the smaller one's volume, expected share <= 0.5");
+                   " of the smaller one's volume, expected fraction <= 0.5");
 }
 
 std::vector<Relation> read_relations(const Node& list, const std::vector<ModelEntity>& entities,

@@ -56,8 +56,8 @@ void read_doors(const Node& list, std::vector<DoorSettings>& doors, yaml::Proble
     doors.push_back(read_door(node));
     const auto [known, inserted] = first.emplace(doors.back().name, node.line);
     if (!inserted) {
-      problems.add(node.line, "door '" + yaml::printable(doors.back().name) +
-                                  "' is in the list already, in line " + std::to_string(known->second));
+      problems.add(node.line, "door '" + yaml::printable(doors.back().name) + "' is a duplicate of line " +
+                                  std::to_string(known->second));
     }
   }
 }
@@ -100,7 +100,7 @@ void check_meetings(const Scenario& scenario, const Node& node, const std::vecto
       problems.add(std::max(line_of(canonical), line_of(other->second)),
                    std::string("'channels': ")
                        .append(what)
-                       .append(" would both be '")
+                       .append(" would both be named '")
                        .append(name)
                        .append("' on the bus: give one of them another name"));
     }
@@ -170,7 +170,7 @@ void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Prob
   problems.add(*line, "'camera': the agents' cameras take " + yaml::format_quantity(asked, Quantity::rate) +
                           " together, more than most_agent_pictures, " +
                           yaml::format_quantity(scenario.most_agent_pictures, Quantity::rate) +
-                          "; lower some, or raise that where the machine can draw as many");
+                          "; lower some rates, or raise the limit if the machine can render as many");
 }
 
 Scenario read_scenario(Node& node, yaml::Problems& problems) {
@@ -205,7 +205,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
     scenario.trainee = read_trainee(*trainee, problems);
     for (const AgentDefinition& agent : scenario.agents) {
       if (agent.name == scenario.trainee->name)
-        problems.add(trainee->line, "'trainee': an agent has the name '" + agent.name + "' as well");
+        problems.add(trainee->line, "'trainee': an agent has the same name '" + agent.name + "'");
     }
   }
   if (const Node* scripts = node.find("scripts"))

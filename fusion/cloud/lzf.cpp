@@ -47,7 +47,7 @@ Result<std::string> lzf_decompress(std::string_view compressed, std::size_t size
   while (stream.read < compressed.size()) {
     const std::size_t at = stream.read;
     if (!step(stream)) {
-      return Error{"LZF: byte " + std::to_string(at) + " of the compressed block leads outside of it"};
+      return Error{"LZF: byte " + std::to_string(at) + " of the compressed block refers outside of it"};
     }
   }
   if (stream.written != size) {

@@ -128,7 +128,7 @@ Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& na
     if (!wrong.empty()) return error_at_line(name, lines.number(), wrong);
   }
   if (!line) return error_at_line(name, lines.number(), "the header ends without end_header");
-  if (!taken.has_format()) return error_at_line(name, lines.number(), "the header names no format");
+  if (!taken.has_format()) return error_at_line(name, lines.number(), "the header has no format");
   header.body = lines.offset();
   header.lines = lines.number();
   while (!header.elements.empty() && header.elements.back().name != "vertex") header.elements.pop_back();

@@ -65,7 +65,7 @@ class PlyBody {
  private:
   Error too_many(const PlyElement& element) const {
     return error_at_byte(builder_.name(), bytes_.size(),
-                         "the file ends; its header promises " + std::to_string(element.count) +
+                         "the file ends; its header declares " + std::to_string(element.count) +
                              " elements " + in_quotes(element.name) + " of at least " +
                              std::to_string(element.min_bytes()) + " bytes from byte " + std::to_string(at_));
   }

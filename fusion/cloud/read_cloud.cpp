@@ -141,7 +141,7 @@ Result<ScanFile> read_scan(const std::filesystem::path& path, const ReadOptions&
   const auto format = format_of(file->content(), path);
   if (!format) {
     return Error{path.string() +
-                 ": no known kind of 3D scan: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv"};
+                 ": unknown 3D scan format: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv"};
   }
   auto scan = parse_scan(file->content(), path.string(), *format, options);
   std::filesystem::path pose_path = path;

@@ -178,7 +178,7 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
 
 std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
   if (evidence.overlap < min_overlap) {
-    return format("only %.0f %% of the source lies on the target, of %.0f %% asked for",
+    return format("only %.0f %% of the source lies on the target, %.0f %% are required",
                   100 * evidence.overlap, 100 * min_overlap);
   }
   if (evidence.ambiguity > most_ambiguous) {
@@ -188,7 +188,8 @@ std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
   }
   if (evidence.contradiction > most_contradicted * evidence.overlap) {
     return format(
-        "%.0f %% of the surfaces would stand where the other scanner saw through, with %.0f %% explained",
+        "%.0f %% of the surfaces would be in space that the other scanner saw through, with %.0f %% "
+        "explained",
         100 * evidence.contradiction, 100 * evidence.overlap);
   }
   if (!evidence.undetermined.empty()) return "the surfaces do not determine " + evidence.undetermined;

@@ -57,7 +57,7 @@ class Localizer final : public Slam {
   std::vector<PoseEstimate> finish() override { return {}; }
   GridMap grid_map() const override { return map_.grid; }
   Status save_simplemap(const std::string& path) const override {
-    return Error{path + ": localization makes no map; leave --map away to build one"};
+    return Error{path + ": localization does not build a map; omit --map to build one"};
   }
 
  private:

@@ -116,7 +116,7 @@ Result<std::vector<MappedScan>> read_simplemap(const std::string& path) {
       if (scan) scans.push_back(from_mrpt(*scan, mean));
     }
   }
-  if (scans.empty()) return Error{path + ": holds no 2D range scan, expected at least one"};
+  if (scans.empty()) return Error{path + ": contains no 2D range scan, expected at least one"};
   return scans;
 }
 

@@ -136,7 +136,8 @@ void BuildingTree::Scene::build() {
   }
   middle = (low + high) / 2;
   device.reset(rtcNewDevice("threads=1"));
-  if (!device) throw std::runtime_error("Embree gives no device; is libembree3 complete for this CPU?");
+  if (!device)
+    throw std::runtime_error("Embree cannot create a device; is libembree3 complete for this CPU?");
   scene.reset(rtcNewScene(device.get()));
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);

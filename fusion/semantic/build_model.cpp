@@ -41,7 +41,7 @@ Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vec
   if (size.maxCoeff() > max_extent || size.z() > kHighestRoom) {
     return Error{"the cloud is " + length_text(size.x()) + " by " + length_text(size.y()) + " and " +
                  length_text(size.z()) +
-                 " high: were millimetres or centimetres taken for metres? Say --unit mm or --unit cm"};
+                 " high: is its unit millimetres or centimetres? Use --unit mm or --unit cm"};
   }
   if (size.z() < kLowestRoom && size.maxCoeff() < 10 * kLowestRoom) {
     notes.push_back("the cloud is only " + length_text(size.maxCoeff()) + " large and " +
@@ -140,7 +140,7 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   built.model.entities = std::move(built.net.entities);
   built.model.relations = std::move(built.net.relations);
   if (const std::size_t doubles = drop_doubles(built.model); doubles > 0)
-    built.notes.push_back(std::to_string(doubles) + " entities left out: in the place of surer ones");
+    built.notes.push_back(std::to_string(doubles) + " entities left out: duplicates of more certain ones");
   built.cloud.labels = std::move(built.net.labels);
   join_sagging_floors(built.cloud, built.model);
   begin("mesh", 3);
@@ -148,8 +148,8 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh);
   if (!mesh) return mesh.error();
   if (mesh->cube > options.mesh.cube * 1.001)
-    built.notes.push_back("the mesh of what is unknown has cubes of " + length_text(mesh->cube) +
-                          " to stay small");
+    built.notes.push_back("the mesh of unknown objects has cubes of " + length_text(mesh->cube) +
+                          " to limit its size");
   if (!mesh->mesh.empty()) built.model.meshes.push_back(std::move(mesh->mesh));
   begin("finish", 4);
   const auto floor = ground_floor(built.model);

@@ -226,8 +226,8 @@ std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eige
   }
   if (hanging < 20 || hanging < needed_share(viewpoints, up, low, high) * standing) return "";
   std::ostringstream words;
-  words << "the cloud seems to be upside down: " << hanging << " patches of things hang from its top and "
-        << standing << " stand on its bottom; expected the reverse: say which way is up";
+  words << "the cloud seems to be upside down: " << hanging << " patches close below its top, " << standing
+        << " close above its bottom; expected fewer at the top: give the up direction";
   return words.str();
 }
 

@@ -94,7 +94,7 @@ MainPart main_part(const SemanticModel& model) {
   });
   for (ModelMesh& mesh : shown.model.meshes) keep_inside(part, mesh);
   shown.left_out =
-      beyond == 0 ? "what is farther out is not shown"
+      beyond == 0 ? "distant parts are not shown"
                   : std::to_string(beyond) + (beyond == 1 ? " part" : " parts") + " farther out not shown";
   return shown;
 }

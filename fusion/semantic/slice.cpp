@@ -82,7 +82,7 @@ Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOpti
     const double z = static_cast<double>(p.z()) - options.floor;
     if (z > -kFloor && z < options.height + options.band) extent.extend(Eigen::Vector2d(p.x(), p.y()));
   }
-  if (extent.isEmpty()) return Error{"slice: no point lies between the floor and the laser's height"};
+  if (extent.isEmpty()) return Error{"slice: no point between the floor and the laser's height"};
   pose::GridMap map;
   map.resolution = options.resolution;
   const Eigen::Vector2d low = (extent.min() / map.resolution).array().floor() - 2;
@@ -103,7 +103,7 @@ Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOpti
     if (scan < cloud.viewpoints.size()) slicer.cross(cloud.viewpoints[scan], cloud.points[i].cast<double>());
   }
   if (slicer.write() == 0)
-    return Error{"slice: nothing stands at the laser's height of " + std::to_string(options.height) +
+    return Error{"slice: no surface at the laser's height of " + std::to_string(options.height) +
                  " m over the floor"};
   return map;
 }

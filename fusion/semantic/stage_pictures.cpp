@@ -32,8 +32,9 @@ constexpr std::array<const char*, 3> projection_names{"oxy", "oxz", "oyz"};
 constexpr std::array<const char*, 3> axes{"x, y", "x, z", "y, z"};
 constexpr std::array<const char*, 5> stage_names{"input", "threshold", "filtered", "dilated", "skeleton"};
 constexpr std::array<const char*, 5> stage_titles{
-    "Input: layers that are hit, per pixel", "Threshold: something stands here",
-    "Filtered: isolated pixels gone (eq. 3)", "Dilated: neighbours joined", "Skeleton: lines one pixel wide"};
+    "Input: occupied layers per pixel", "Threshold: enough layers",
+    "Filtered: isolated pixels removed (eq. 3)", "Dilated: neighbours joined",
+    "Skeleton: lines one pixel wide"};
 
 /// From zero (white) over blue to many layers (dark).
 Colour shade(int value) {

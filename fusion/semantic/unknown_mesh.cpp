@@ -191,12 +191,12 @@ ModelMesh Mesher::surface() const {
 Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
                                  const UnknownMeshOptions& options) {
   if (labels.size() != cloud.size()) {
-    return Error{"mesh of what is unknown: " + std::to_string(labels.size()) + " labels for " +
+    return Error{"mesh of unknown objects: " + std::to_string(labels.size()) + " labels for " +
                  std::to_string(cloud.size()) + " points"};
   }
   if (!(options.cube > 0 && options.cube <= 10) || options.most_triangles < 100 ||
       !(options.triangles_per_m2 >= 0))
-    return Error{"mesh of what is unknown: expected 0 m < cube <= 10 m and at least 100 triangles"};
+    return Error{"mesh of unknown objects: expected 0 m < cube <= 10 m and at least 100 triangles"};
   for (double cube = options.cube;; cube *= 1.25) {
     Mesher mesher(cube, options);
     UnknownMesh result;

@@ -164,7 +164,7 @@ Result<std::optional<Message>> LogReader::State::next() {
   const auto plausible = plausible_end(event_size);
   if (!plausible) return plausible.error();
   if (!*plausible) {
-    return damaged("an event of " + std::to_string(event_size) + " bytes that swallows the next one",
+    return damaged("an event of " + std::to_string(event_size) + " bytes that covers the next one",
                    at + sizeof sync_bytes);
   }
   if (header.utime < 0 || header.utime >= utime_of_2200) {

@@ -54,7 +54,7 @@ Status check_route(const std::string& url) {
   const int reason = errno;
   close(probe);
   if (connected == 0) return {};
-  return Error{"network bus " + url + ": no way to the multicast group: " + std::strerror(reason) +
+  return Error{"network bus " + url + ": no route to the multicast group: " + std::strerror(reason) +
                route_remedy};
 }
 
@@ -78,10 +78,10 @@ class NetworkSpeaker : public Bus {
     return send(lcm_, url_, channel, payload);
   }
   Result<bool> receive(Message&, Duration) override {
-    return Error{"receive from " + url_ + ": it only speaks"};
+    return Error{"receive from " + url_ + ": this bus only publishes"};
   }
   Status subscribe(const std::string& pattern, int) override {
-    return Error{"subscribe to '" + pattern + "' over " + url_ + ": it only speaks"};
+    return Error{"subscribe to '" + pattern + "' over " + url_ + ": this bus only publishes"};
   }
   std::uint64_t dropped() const override { return 0; }
 
@@ -204,7 +204,7 @@ Result<Opened> open_lcm(const std::string& url) {
   const std::string chosen = chosen_url(url);
   if (!chosen.starts_with("udpm://")) {
     return Error{"network bus '" + chosen + "': expected a url such as " + default_url +
-                 " (logs are read with --log; tcpq would end the program where no server answers)"};
+                 " (logs are read with --log; tcpq would end the program without a server)"};
   }
   if (Status status = check_route(chosen); !status) return status.error();
   lcm_t* lcm = lcm_create(chosen.c_str());
@@ -229,7 +229,7 @@ Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
   const int file = lcm_get_fileno(lcm);
   if (file < 0) {
     lcm_destroy(lcm);
-    return Error{"network bus " + chosen + ": messages that are sent do not come back" + route_remedy};
+    return Error{"network bus " + chosen + ": the program does not receive its own messages" + route_remedy};
   }
   return std::unique_ptr<Bus>(std::make_unique<NetworkBus>(lcm, file, chosen));
 }

@@ -119,7 +119,7 @@ class TreeBuilder : public YAML::EventHandler {
       const auto [known, inserted] = first.emplace(map.keys[i], map.key_lines[i]);
       if (!inserted) {
         throw Refusal{map.key_lines[i], "key '" + printable(map.keys[i]) +
-                                            "' is given twice (first in line " +
+                                            "' is a duplicate (first in line " +
                                             std::to_string(known->second) + ")"};
       }
     }

@@ -75,8 +75,8 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
 LaserDescription read_preset(const Node& map, Problems& problems) {
   for (const char* key : {"pose", "head", "preset"}) {
     if (const Node* node = map.find(key)) {
-      problems.add(node->line, std::string("a preset has no '") + key +
-                                   "': that belongs to the robot that carries the laser");
+      problems.add(node->line,
+                   std::string("a preset has no '") + key + "': it belongs in the robot description");
     }
   }
   LaserDescription laser;
@@ -100,7 +100,7 @@ LaserDescription read_laser(const Node& map, Problems& problems) {
   read(map, "pose", laser.T_base_laser, problems);
   // An unknown mounting must never become an identity.
   if (map.find("pose") == nullptr)
-    problems.add(map.line, "key 'pose' is missing in 'laser': where it is in base_link");
+    problems.add(map.line, "key 'pose' is missing in 'laser': its pose in base_link");
   read_values(map, laser, problems);
   return laser;
 }

@@ -113,7 +113,7 @@ Result<Quantity> quantity_named(std::string_view name) {
   for (std::size_t i = 0; i < dimensions.size(); ++i) {
     if (dimensions[i].name == name) return static_cast<Quantity>(i);
   }
-  return Error{"no quantity is called '" + std::string(name) + "'"};
+  return Error{"unknown quantity '" + std::string(name) + "'"};
 }
 
 std::string_view base_unit(Quantity quantity) { return dimension(quantity).units.front().name; }

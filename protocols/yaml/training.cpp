@@ -162,9 +162,10 @@ class Reader {
     const Kind kind = condition.kind;
     if ((kind == Kind::near || kind == Kind::inspect || kind == Kind::follow) && !node.find("distance"))
       problems_.add(what.line,
-                    "'" + name_of(condition) + "': how near? add a distance, such as 'distance: 2 m'");
+                    "'" + name_of(condition) + "': a distance is missing; add one, such as 'distance: 2 m'");
     if ((kind == Kind::follow || kind == Kind::avoid) && !(condition.duration > 0))
-      problems_.add(what.line, "'" + name_of(condition) + "': for how long? add a time, such as 'for: 10 s'");
+      problems_.add(what.line,
+                    "'" + name_of(condition) + "': a time is missing; add one, such as 'for: 10 s'");
   }
 
   void read_event(const Node& node, const Node& what, Condition& condition) {
@@ -173,7 +174,7 @@ class Reader {
     condition.event = *kind;
     if (is_grading(condition.event))
       problems_.add(what.line,
-                    "'" + printable(what.text) + "' is said by the grading itself: it is not graded");
+                    "'" + printable(what.text) + "' is reported by the grading itself and cannot be graded");
     read(node, "subject", condition.subject);
     read(node, "object", condition.object);
     read(node, "text", condition.text);
@@ -192,7 +193,7 @@ std::vector<std::string> read_skills(const Node& task, Problems& problems) {
   if (!list) return skills;
   for (const Node& skill : list->items) {
     if (std::find(skills.begin(), skills.end(), skill.text) != skills.end())
-      problems.add(skill.line, "'skills': '" + printable(skill.text) + "' is there twice");
+      problems.add(skill.line, "'skills': '" + printable(skill.text) + "' is a duplicate");
     skills.push_back(skill.text);
   }
   return skills;
@@ -303,7 +304,7 @@ Training read_training(Node& node, Problems& problems) {
       read(grade, "from", step.from);
       if (!training.grades.empty() && !(step.from < training.grades.back().from))
         problems.add(grade.line,
-                     "'grades': expected the best first, each from a lower share than the one before");
+                     "'grades': expected the best first, each from a lower fraction than the previous one");
       training.grades.push_back(step);
     }
   }

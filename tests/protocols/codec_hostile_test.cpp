@@ -197,7 +197,7 @@ TEST(Refused, AnOrientationThatIsNone) {
 TEST(Refused, JointsThatCannotBeTold) {
   Joints joints = test::sample_joints();
   joints.names[1] = "pan";
-  EXPECT_NE(refusal(joints).find("names: a joint that is named twice"), std::string::npos);
+  EXPECT_NE(refusal(joints).find("names: a duplicate joint name"), std::string::npos);
   joints.names[1] = "";
   EXPECT_NE(refusal(joints).find("names: a name that is empty"), std::string::npos);
   joints.names[1] = std::string(65, 'j');

@@ -189,14 +189,14 @@ TEST(HostileCloud, a_header_that_promises_more_than_the_file_holds_is_refused_wi
         message("ply\nformat " + std::string(encoding) + " 1.0\nelement vertex " + huge +
                     "\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
                 ScanFormat::ply);
-    EXPECT_NE(said.find("promises " + huge), std::string::npos) << said;
+    EXPECT_NE(said.find("declares " + huge), std::string::npos) << said;
     EXPECT_EQ(said.find("f: byte "), 0U) << said;
   }
   const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
   for (const char* encoding : {"ascii", "binary"}) {
     const std::string said =
         message(fields + "WIDTH " + huge + "\nHEIGHT 1\nDATA " + encoding + "\n", ScanFormat::pcd);
-    EXPECT_NE(said.find("promises " + huge), std::string::npos) << said;
+    EXPECT_NE(said.find("declares " + huge), std::string::npos) << said;
   }
   EXPECT_NE(
       message(fields + "WIDTH " + huge + "\nHEIGHT 2\nDATA binary\n", ScanFormat::pcd).find("WIDTH times"),

@@ -61,7 +61,7 @@ inline double hit(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from, c
 }
 
 /// The scan of a scanner at `T` (its pose in the building), in its own frame: `rings` elevations from -70 to
-/// 70 degrees, four times as many azimuths.
+/// 70 degrees, three times as many azimuths.
 inline std::vector<Eigen::Vector3f> scan(const Boxes& boxes, const Eigen::Isometry3d& T, int rings,
                                          double noise, unsigned seed, double longest = 30) {
   std::mt19937 generator(seed);
