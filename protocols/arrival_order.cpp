@@ -5,7 +5,7 @@
 namespace parhelion {
 namespace {
 
-/// Damaged stamps may be anything: the difference of two need not fit an int64.
+/// Damaged stamps may have any value: the difference of two need not fit an int64.
 bool silent_between(ArrivalTime earlier, ArrivalTime later) {
   return later > earlier && static_cast<std::uint64_t>(later.ns) - static_cast<std::uint64_t>(earlier.ns) >
                                 static_cast<std::uint64_t>(ArrivalOrder::longest_silence.ns);

@@ -1,4 +1,4 @@
-// Arrival stamps of events that come one after another, without the leaps that damaged stamps would make.
+// Arrival stamps of consecutive events, robust against jumps of damaged stamps.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace parhelion {
 
-/// Gives each event its arrival, strictly increasing by at least 1 us. An event goes by its own stamp, except
-/// that one which is not later than the last arrival, or more than `longest_silence` ahead of it, gets
-/// last + 1 us. The `confirmed`-th in a row that is ahead and agrees with the one before (within
-/// `longest_silence`) shows that the leap is real: a recording that was paused, a clock that was set. The
-/// order follows it from there.
+/// Assigns each event its arrival, strictly increasing by at least 1 us. An event gets its own stamp, except
+/// one that is not later than the last arrival, or more than `longest_silence` ahead of it, which gets last +
+/// 1 us. The `confirmed`-th consecutive event that is ahead and agrees with the previous one (within
+/// `longest_silence`) confirms a real jump: a recording that was paused, a clock that was set. From there on
+/// the new stamps are followed.
 class ArrivalOrder {
  public:
   static constexpr Duration longest_silence = seconds(300);
@@ -21,19 +21,20 @@ class ArrivalOrder {
   enum class Verdict : std::uint8_t {
     own_stamp,
     not_later,  ///< than the last arrival
-    ahead,      ///< too far to be believed yet
-    real_leap,  ///< own stamp, after confirmed - 1 that were `ahead`
+    ahead,      ///< too far ahead to be accepted yet
+    real_leap,  ///< own stamp, after confirmed - 1 events that were `ahead`
   };
   struct Placed {
     ArrivalTime arrival;
     Verdict verdict = Verdict::own_stamp;
   };
 
-  /// As if an event had arrived at `last`. Without it, the first event's own stamp is believed.
+  /// Starts as if an event had arrived at `last`. Without it, the first event's own stamp is accepted.
   void begin_after(ArrivalTime last) { last_ = last; }
-  /// `trusted`: by whom it comes its stamp is right however far ahead.
+  /// `trusted`: the source's stamp is accepted however far ahead.
   Placed place(ArrivalTime stamp, bool trusted = false);
-  /// Something that gets no arrival here, but shows that time passed. What is too far ahead is not believed.
+  /// Notes the stamp of an event that gets no arrival here, as a sign that time passed. Stamps too far ahead
+  /// are ignored.
   void see(ArrivalTime stamp);
   std::optional<ArrivalTime> last() const { return last_; }
 
@@ -42,7 +43,7 @@ class ArrivalOrder {
 
   std::optional<ArrivalTime> last_, seen_;
   ArrivalTime ahead_;
-  int in_a_row_ = 0;  ///< ahead_ and those before it that agree
+  int in_a_row_ = 0;  ///< number of consecutive agreeing stamps, ahead_ included
 };
 
 }  // namespace parhelion

@@ -1,12 +1,12 @@
-// The names on the bus; every one can be remapped by the scenario. docs/reference/messages.md is written from
-// the comments here: message type, direction as the server sees it, meaning.
+// Channel names on the bus; every one can be remapped by the scenario. docs/reference/messages.md is
+// generated from the comments here: message type, direction as seen from the server, meaning.
 #pragma once
 
 namespace parhelion::channel {
 
 /// robot_t, in or out: description of the real robot, as YAML; out where the robot is simulated.
 inline constexpr const char* robot = "ROBOT";
-/// planar_lidar_t, in or out: scans of the robot's laser, as the sensor wrote them.
+/// planar_lidar_t, in or out: scans of the robot's laser, unchanged from the sensor.
 inline constexpr const char* scan = "SCAN";
 /// planar_lidar_t, in: scans of a second laser that is swept over the site, to build a model of it.
 inline constexpr const char* lines = "LINES";
@@ -17,8 +17,8 @@ inline constexpr const char* odometry = "ODOMETRY";
 inline constexpr const char* pose_cov = "POSE_COV";
 /// pose_t, in or out: pose without covariance, used where the scenario asks for it.
 inline constexpr const char* pose = "POSE";
-/// pose_t, in: pose that estimates are compared with, such as of a motion capture system. Not used while
-/// driving.
+/// pose_t, in: pose that estimates are compared with, for example from a motion capture system. Not used
+/// while driving.
 inline constexpr const char* reference_pose = "REFERENCE_POSE";
 /// image_t, in or out: images of the robot's camera.
 inline constexpr const char* camera = "CAMERA";
@@ -26,35 +26,35 @@ inline constexpr const char* camera = "CAMERA";
 inline constexpr const char* depth = "DEPTH";
 /// imu_t or mbot_imu_t, in or out: samples of the inertial sensor.
 inline constexpr const char* imu = "IMU";
-/// twist2D_t, in: velocity that the trainee commands.
+/// twist2D_t, in: velocity commanded by the trainee.
 inline constexpr const char* teleop = "TELEOP";
 /// joints_t, in or out: positions of the joints, from encoders.
 inline constexpr const char* joint_state = "JOINT_STATE";
-/// joints_t, in: motion of the joints that the trainee commands.
+/// joints_t, in: joint motion commanded by the trainee.
 inline constexpr const char* joint_cmd = "JOINT_CMD";
-/// joints_t, out: bumpers of a simulated robot by their links; position 1: touches something, 0: does not.
+/// joints_t, out: bumpers of a simulated robot by their links; position 1: in contact, 0: not.
 inline constexpr const char* bumper = "BUMPER";
 /// operator_t, in: which operator drives which robot.
 inline constexpr const char* operators = "OPERATOR";
 /// hazard_reading_t, out: what the robot's hazard sensor measures.
 inline constexpr const char* hazard = "HAZARD";
-/// loop_t, out: decisions that only wall time could make, for replay.
+/// loop_t, out: decisions that depend on wall time, for replay.
 inline constexpr const char* loop = "LOOP";
-/// agent_spawn_t, in: an agent appears.
+/// agent_spawn_t, in: adds an agent.
 inline constexpr const char* mr_spawn = "MR_SPAWN";
-/// agent_move_t, in: an agent is put somewhere else at once.
+/// agent_move_t, in: moves an agent to another place at once.
 inline constexpr const char* mr_move = "MR_MOVE";
-/// agent_behaviour_t, in: an agent does something else from now on.
+/// agent_behaviour_t, in: changes the behaviour of an agent.
 inline constexpr const char* mr_behaviour = "MR_BEHAVIOUR";
-/// agent_remove_t, in: an agent is taken away, or all are.
+/// agent_remove_t, in: removes an agent, or all.
 inline constexpr const char* mr_remove = "MR_REMOVE";
-/// agent_freeze_t, in: an agent stands still or goes on, or all do.
+/// agent_freeze_t, in: freezes or unfreezes an agent, or all.
 inline constexpr const char* mr_freeze = "MR_FREEZE";
-/// door_cmd_t, in: how far a door is open.
+/// door_cmd_t, in: opening angle of a door.
 inline constexpr const char* mr_door = "MR_DOOR";
-/// fault_cmd_t, in: something goes wrong on purpose, or is over.
+/// fault_cmd_t, in: starts or ends a fault that is injected for training.
 inline constexpr const char* mr_fault = "MR_FAULT";
-/// camera_rate_t, in: how many pictures an agent's camera sends.
+/// camera_rate_t, in: picture rate of an agent's camera.
 inline constexpr const char* mr_camera_rate = "MR_CAMERA_RATE";
 /// object_report_t, in: the trainee reports an object as found.
 inline constexpr const char* mr_object_report = "MR_OBJECT_REPORT";
@@ -76,11 +76,11 @@ inline constexpr const char* mr_session = "MR_SESSION";
 inline constexpr const char* mr_model = "MR_MODEL";
 /// world_t, out: poses of all bodies.
 inline constexpr const char* mr_world = "MR_WORLD";
-/// event_t, out: what happened: collisions, doors, tasks, replies to commands.
+/// event_t, out: events of the session: collisions, doors, tasks, replies to commands.
 inline constexpr const char* mr_events = "MR_EVENTS";
-/// status_t, out: measured durations, loads and drops.
+/// status_t, out: measured durations, loads and counts of dropped messages.
 inline constexpr const char* mr_status = "MR_STATUS";
-/// twist2D_t, out: velocity command to the real robot: TELEOP, reduced where needed.
+/// twist2D_t, out: velocity command to the real robot: TELEOP, limited where needed.
 inline constexpr const char* mr_cmd = "MR_CMD";
 /// joints_t, out: joint command to the real robot.
 inline constexpr const char* mr_joint_cmd = "MR_JOINT_CMD";

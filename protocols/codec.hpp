@@ -1,5 +1,5 @@
-// LCM bytes to structs and back. Every decoder validates: fingerprint, length, counts, finite numbers,
-// ranges, stamps. Its Error names the channel, what was found and what was expected.
+// Decodes LCM bytes to structs and encodes them. Every decoder validates fingerprint, length, counts, finite
+// numbers, ranges and stamps. Its Error names the channel, what was found and what was expected.
 #pragma once
 
 #include <cstdint>
@@ -26,16 +26,18 @@ namespace parhelion {
 using Bytes = std::span<const std::uint8_t>;
 
 /// After an Error the contents of the output are unspecified; its capacity is reused, so that decoding a scan
-/// or an image allocates nothing once it is large enough. Refused in every type: a foreign fingerprint,
-/// missing or surplus bytes, counts that lie, numbers that are not finite (but where said), quaternions whose
-/// length is not 1, enumerators that do not exist, stamps outside 1970..2200.
+/// or an image does not allocate once it is large enough. Rejected in every type: a foreign fingerprint,
+/// missing or surplus bytes, inconsistent counts, numbers that are not finite (unless noted), quaternions
+/// that are not of unit length, unknown enumerators, stamps outside 1970..2200.
 
-/// NaN, infinities and negative ranges are what a sensor may write and pass; no beam or more than 100,000, a
+/// NaN, infinities and negative ranges are valid sensor output and accepted. Rejected: no beam or more than
+/// 100,000, a step of zero, a non-finite angle, or a number of intensities that is neither zero nor the
+/// number of beams.
 /// step of zero, a non-finite angle, or intensities that are neither none nor one a beam do not.
 Status decode(std::string_view channel, Bytes bytes, Scan& scan);
-/// Whether the bytes say that they are a scan (planar_lidar_t's fingerprint), however broken they are within.
+/// Whether the bytes have the fingerprint of a scan (planar_lidar_t); the rest is not checked.
 bool claims_to_be_scan(Bytes bytes);
-/// The utime that every type begins with; nullopt: too short, or outside 1970..2200.
+/// The utime at the beginning of every type; nullopt: too short, or outside 1970..2200.
 std::optional<SensorTime> leading_stamp(Bytes bytes);
 /// Sides 1..16384; raw formats: size = row_stride * height; depth: metadata "encoding" is raw, png or zlib.
 Status decode(std::string_view channel, Bytes bytes, Image& image);
@@ -43,9 +45,9 @@ Status decode(std::string_view channel, Bytes bytes, Odometry& odometry);
 Status decode(std::string_view channel, Bytes bytes, PoseEstimate& estimate);
 Status decode(std::string_view channel, Bytes bytes, PoseStamped& pose);
 Status decode(std::string_view channel, Bytes bytes, TwistCommand& command);
-/// imu_t, and mbot_imu_t mapped to it. An orientation is a unit quaternion or not there.
+/// imu_t, and mbot_imu_t mapped to it. An orientation is a unit quaternion or absent.
 Status decode(std::string_view channel, Bytes bytes, ImuSample& sample);
-/// 1..256 joints, each named once; positions, velocities and efforts for all of them or for none.
+/// 1..256 joints with unique names; positions, velocities and efforts for all of them or for none.
 Status decode(std::string_view channel, Bytes bytes, Joints& joints);
 Status decode(std::string_view channel, Bytes bytes, AgentSpawn& command);
 Status decode(std::string_view channel, Bytes bytes, AgentMove& command);
@@ -58,8 +60,8 @@ Status decode(std::string_view channel, Bytes bytes, CameraRate& command);
 Status decode(std::string_view channel, Bytes bytes, ObjectReport& command);
 Status decode(std::string_view channel, Bytes bytes, ScriptStart& command);
 Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& command);
-/// As the type that `command` holds already. After an Error it holds what was read of stamp and request, for
-/// the answer.
+/// Decodes the type that `command` already holds. After an Error it holds the stamp and request if they were
+/// read, for the reply.
 Status decode(std::string_view channel, Bytes bytes, InstructorCommand& command);
 Status decode(std::string_view channel, Bytes bytes, OperatorWord& word);
 Status decode(std::string_view channel, Bytes bytes, Event& event);
@@ -78,7 +80,7 @@ struct RobotMessage {
 };
 Status decode(std::string_view channel, Bytes bytes, RobotMessage& message);
 
-/// MR_WORLD on the wire: names instead of ids, so that a reader needs nothing else.
+/// MR_WORLD on the wire: with names instead of ids, so that a reader needs no other message.
 struct WorldMessage {
   struct Entry {
     std::string entity, part;
@@ -128,11 +130,11 @@ void encode(const HazardReading& reading, std::vector<std::uint8_t>& bytes);
 void encode(const RobotMessage& message, std::vector<std::uint8_t>& bytes);
 void encode(const WorldMessage& world, std::vector<std::uint8_t>& bytes);
 
-/// Name of the wire type by the fingerprint: "planar_lidar_t"; the fingerprint in hex where unknown, "none"
+/// Name of the wire type by its fingerprint: "planar_lidar_t"; the fingerprint in hex where unknown, "none"
 /// below 8 bytes.
 std::string type_name(Bytes bytes);
 
-/// One line of text for `topic echo`: decodes by fingerprint; unknown types are said with fingerprint and
+/// One line of text for `topic echo`: decodes by fingerprint; for unknown types it gives fingerprint and
 /// size.
 std::string describe(std::string_view channel, Bytes bytes);
 

@@ -48,7 +48,7 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
   return std::string(text, static_cast<std::size_t>(std::min<int>(std::max(length, 0), sizeof text - 1)));
 }
 
-/// In quotes, cut at 120 characters; what a terminal would obey is written as \xNN.
+/// In quotes, truncated at 120 characters; terminal control characters are written as \xNN.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
   for (const char c : text.substr(0, 120)) {
@@ -172,7 +172,7 @@ std::string say(const AgentFreeze& command) {
 
 std::string say(const DoorCommand& command) {
   return head(command.request, "door") + quoted(command.door) +
-         (command.opening ? format(" open %.4f rad", *command.opening) : " as the sensors see it");
+         (command.opening ? format(" open %.4f rad", *command.opening) : " determined by the sensors");
 }
 
 std::string say(const FaultCommand& command) {
@@ -190,7 +190,7 @@ std::string say(const CameraRate& command) {
 std::string say(const ObjectReport& command) {
   return head(command.request, "report") + quoted(command.object) +
          (command.position ? format(" at %.3f %.3f m", command.position->x(), command.position->y())
-                           : " at no place");
+                           : " without a position");
 }
 
 std::string say(const ScriptStart& command) {

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int64_t max_side = 16'384;
 
-/// Bytes of a pixel, 0 where the bytes are a compressed stream.
+/// Bytes per pixel, 0 where the bytes are a compressed stream.
 int bytes_per_pixel(wire::Reader& reader, const Image& image) {
   switch (image.format) {
     case PixelFormat::mjpeg:

@@ -1,4 +1,4 @@
-// What an instructor asks for: agent_spawn_t to emergency_stop_t.
+// Commands of an instructor: agent_spawn_t to emergency_stop_t.
 #include "parhelion/agent_behaviour_t.hpp"
 #include "parhelion/agent_freeze_t.hpp"
 #include "parhelion/agent_move_t.hpp"
@@ -50,17 +50,18 @@ void read_agent_or_all(wire::Reader& reader, Command& command) {
   command.all = reader.boolean("all");
   reader.text("name", command.agent);
   if (command.all) {
-    reader.check(command.agent.empty(), "name", "a name beside 'all'", "an empty name, as all are meant");
+    reader.check(command.agent.empty(), "name", "a name together with 'all'",
+                 "an empty name, as all are meant");
   } else {
     check_agent_name(reader, command.agent);
   }
 }
 
-/// Doors, objects and scripts have names of the model or the scenario, which may be of any bytes.
+/// Names of doors, objects and scripts come from the model or the scenario and may contain any bytes.
 void read_entity_name(wire::Reader& reader, const char* field, std::string& name) {
   reader.text(field, name);
   reader.check(!name.empty() && name.size() <= kMaxEntityName, field, "empty or too long",
-               "1 to 200 bytes, as the model or the scenario calls it");
+               "1 to 200 bytes, a name of the model or the scenario");
 }
 
 double read_not_negative(wire::Reader& reader, const char* field, double limit, const char* expected) {
@@ -290,7 +291,7 @@ Status decode(std::string_view channel, Bytes bytes, EmergencyStopCommand& comma
   wire::Reader reader(channel, "emergency_stop_t", emergency_stop_t::getHash(), bytes);
   read_head(reader, command);
   reader.text("robot", command.robot);
-  reader.check(wire::is_name(command.robot), "robot", "a name that no robot has",
+  reader.check(wire::is_name(command.robot), "robot", "an invalid robot name",
                "at most 40 letters, digits, '_' and '-'");
   command.engaged = reader.boolean("engaged");
   return reader.status();

@@ -20,7 +20,7 @@ Eigen::Vector3d float_vector(wire::Reader& reader, const char* field) {
   return v;
 }
 
-/// Yaw, pitch, roll in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as REP-103 has them.
+/// Yaw, pitch, roll in this order: R = Rz(yaw) Ry(pitch) Rx(roll), as in REP-103.
 Eigen::Quaterniond from_roll_pitch_yaw(const Eigen::Vector3d& angles) {
   using Eigen::AngleAxisd, Eigen::Vector3d;
   return AngleAxisd(angles.z(), Vector3d::UnitZ()) * AngleAxisd(angles.y(), Vector3d::UnitY()) *
@@ -42,7 +42,7 @@ void check_joint_names(wire::Reader& reader, const std::vector<std::string>& nam
   for (auto name = names.begin(); reader.ok() && name != names.end(); ++name) {
     reader.check(!name->empty() && name->size() <= max_joint_name, "names",
                  "a name that is empty or too long", "1 to 64 bytes");
-    reader.check(std::find(names.begin(), name, *name) == name, "names", "a joint that is named twice",
+    reader.check(std::find(names.begin(), name, *name) == name, "names", "a duplicate joint name",
                  "each joint once");
   }
 }

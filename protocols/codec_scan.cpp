@@ -7,7 +7,7 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t max_beams = 100'000;
-constexpr double max_angle = 100;  // rad: some turns; more is a broken field
+constexpr double max_angle = 100;  // rad: several turns; more indicates a corrupt field
 
 }  // namespace
 
@@ -27,7 +27,7 @@ Status decode(std::string_view channel, Bytes bytes, Scan& scan) {
   scan.angle_step = reader.bounded<float>("radstep", max_angle);
   reader.check(scan.angle_step != 0, "radstep", "0", "the angle between two beams, not 0");
   if (std::abs(scan.angle_step) * static_cast<double>(beams) > max_angle) {
-    reader.fail_value("radstep", scan.angle_step, "beams within some turns");
+    reader.fail_value("radstep", scan.angle_step, "beams within several turns");
   }
   return reader.status();
 }

@@ -10,7 +10,7 @@ namespace parhelion {
 namespace {
 
 constexpr std::size_t max_entries = 10'000;
-constexpr std::size_t string_size = 5;  // the least: its length and its NUL
+constexpr std::size_t string_size = 5;  // minimum: its length and its NUL
 
 }  // namespace
 

@@ -105,8 +105,9 @@ std::size_t Reader::count(const char* field, std::size_t element_size, std::size
   if (!ok()) return 0;
   const std::size_t left = bytes_.size() - at_;
   if (static_cast<std::size_t>(n) > left / element_size) {
-    fail(std::string(field) + ": says " + std::to_string(n) + " elements, but only " + std::to_string(left) +
-         " bytes follow, expected at least " + std::to_string(element_size) + " for each");
+    fail(std::string(field) + ": declares " + std::to_string(n) + " elements, but only " +
+         std::to_string(left) + " bytes follow, expected at least " + std::to_string(element_size) +
+         " for each");
     return 0;
   }
   return static_cast<std::size_t>(n);
@@ -159,8 +160,7 @@ std::int64_t Reader::nanosecond_stamp() {
 
 Status Reader::status() {
   if (ok() && at_ != bytes_.size()) {
-    fail(std::to_string(bytes_.size()) + " bytes, expected " + std::to_string(at_) +
-         ": the rest belongs to nothing");
+    fail(std::to_string(bytes_.size()) + " bytes, expected " + std::to_string(at_) + ": surplus bytes");
   }
   if (ok()) return {};
   return Error{"channel " + std::string(channel_) + ": " + type_ + ": " + problem_};

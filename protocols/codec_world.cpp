@@ -16,10 +16,10 @@ Status decode(std::string_view channel, Bytes bytes, OperatorWord& word) {
   wire::Reader reader(channel, "operator_t", operator_t::getHash(), bytes);
   word.stamp = reader.utime();
   reader.text("name", word.name);
-  reader.check(wire::is_name(word.name) && !word.name.empty(), "name", "no name of an operator",
+  reader.check(wire::is_name(word.name) && !word.name.empty(), "name", "an invalid operator name",
                "1 to 40 letters, digits, '_' and '-'");
   reader.text("robot", word.robot);
-  reader.check(wire::is_name(word.robot), "robot", "a name that no robot has",
+  reader.check(wire::is_name(word.robot), "robot", "an invalid robot name",
                "at most 40 letters, digits, '_' and '-'");
   word.state = reader.enumeration("state", OperatorWord::State::lost);
   reader.text("text", word.text);

@@ -1,4 +1,4 @@
-// The outline of points in a plane.
+// The convex hull of points in a plane.
 #pragma once
 
 #include <Eigen/Core>

@@ -23,7 +23,7 @@ void read_programmes(const Node& list, Course& course, Problems& problems) {
     const auto [known, inserted] = lines.emplace(programme.scenario, item.line);
     if (!inserted)
       problems.add(item.line, "scenario '" + yaml::printable(programme.scenario) +
-                                  "' is there already, in line " + std::to_string(known->second));
+                                  "' is a duplicate of line " + std::to_string(known->second));
   }
 }
 
@@ -35,8 +35,9 @@ void read_ranking(const Node& list, Course& course, Problems& problems) {
     read(item, "from", rank.from);
     const std::string what = "rank '" + yaml::printable(rank.name) + "'";
     if (rank.passed > course.programmes.size())
-      problems.add(item.line, what + ": nobody can pass " + std::to_string(rank.passed) +
-                                  " programmes, the course has " + std::to_string(course.programmes.size()));
+      problems.add(item.line, what + ": cannot require " + std::to_string(rank.passed) +
+                                  " passed programmes, the course has " +
+                                  std::to_string(course.programmes.size()));
     if (!course.ranking.empty()) {
       const CourseRank& above = course.ranking.back();
       if (rank.passed > above.passed || rank.from > above.from ||

@@ -1,6 +1,5 @@
-// A course: programmes in the order of their difficulty, and the ranks that it gives (the ranking system of
-// the paper, section 4.1). Level, tasks and the skills that they train are each programme's own: its
-// scenario's.
+// A course: programmes in order of difficulty, and the ranks it awards (the ranking system of the paper,
+// section 4.1). Level, tasks and the skills that they train belong to each programme's scenario.
 #pragma once
 
 #include <cstddef>
@@ -20,13 +19,13 @@ struct CourseProgramme {
 
 struct CourseRank {
   std::string name;
-  std::uint64_t passed = 0;  ///< programmes, at least
-  double from = 0;           ///< mean share of the points over all programmes, 0..1
+  std::uint64_t passed = 0;  ///< minimum number of programmes
+  double from = 0;           ///< minimum mean fraction of the points over all programmes, 0..1
 };
 
 struct Course {
   std::string name, text;
-  std::vector<CourseProgramme> programmes;  ///< the easiest first; each once
+  std::vector<CourseProgramme> programmes;  ///< the easiest first; without duplicates
   std::vector<CourseRank> ranking;          ///< the highest first
 };
 
@@ -39,11 +38,11 @@ struct ProgrammeResult {
 struct CourseStanding {
   std::string rank;                 ///< empty: none yet
   std::size_t passed = 0;           ///< programmes
-  double share = 0;                 ///< mean over all programmes; those that were not driven count as 0
-  std::optional<std::size_t> next;  ///< first programme that is not passed; none: all are
+  double share = 0;                 ///< mean over all programmes; those not driven yet count as 0
+  std::optional<std::size_t> next;  ///< first programme that is not passed; none: all are passed
 };
 
-/// Reads YAML (schema course.schema.json). Paths are left as they are written; the scenarios are not read.
+/// Reads YAML (schema course.schema.json). Paths are kept as written; the scenarios are not read.
 Result<Course> parse_course(const std::string& yaml, const std::string& origin);
 /// The same from a file; paths of scenarios are resolved against its folder.
 Result<Course> load_course(const std::string& path);

@@ -11,7 +11,7 @@ double way(const Hinge& hinge) { return hinge.upper - hinge.closed >= hinge.clos
 
 Hinge hinge_of(const ModelEntity& door) {
   if (door.hinge) return *door.hinge;
-  constexpr double quarter = 1.5707963;  // rad, as Hinge has it
+  constexpr double quarter = 1.5707963;  // rad, as in Hinge
   return {{-door.size.x() / 2, 0}, -quarter, quarter, 0};
 }
 

@@ -1,19 +1,19 @@
-// A door on its hinge: where the leaf is when it is open so far.
+// A door on its hinge: pose of the leaf at an opening angle.
 #pragma once
 
 #include "protocols/model.hpp"
 
 namespace parhelion {
 
-/// The hinge of a door of the model. Where the model says none: at the left end of the box, closed as it is
-/// drawn, and swinging a quarter turn to both sides, because nobody said to which side it opens.
+/// The hinge of a door of the model. Where the model gives none: at the left end of the box, closed as drawn,
+/// and swinging a quarter turn to both sides, as the opening side is unknown.
 Hinge hinge_of(const ModelEntity& door);
 
-/// Where the centre of the leaf is when it is turned by `angle` (rad, as in Hinge: 0 where it is drawn).
+/// Pose of the leaf's centre when it is turned by `angle` (rad, as in Hinge: 0 where it is drawn).
 Transform<Map, Body> leaf_at(const ModelEntity& door, const Hinge& hinge, double angle);
 
-/// How far a door is open, rad: turned from where it closes its opening, positive to the side with more room
-/// (of two alike: counter-clockwise). And back to the hinge's angle.
+/// Opening of a door, rad: turned from its closed position, positive to the side with more room (if equal:
+/// counter-clockwise). And its conversion to the hinge's angle.
 double opening_of(const Hinge& hinge, double angle);
 double angle_of(const Hinge& hinge, double opening);
 

@@ -1,9 +1,9 @@
-// How often each link of the driving chain sends, and after how long a silence the next one stops the robot.
+// Periods of the messages in the driving chain, and the timeouts after which the next link stops the robot.
 //
 //   browser page --twist--> base station --TELEOP--> server (tick) --MR_CMD--> robot
 //                           or a console ---------^
 //
-// While a dead-man is held, twist and TELEOP come each 50 ms (command_period). When nothing more comes:
+// While a dead-man is held, twist and TELEOP are sent every 50 ms (command_period). After the last message:
 //
 //   0      0.3     0.5              1.0              1.5              2.0 s after the last message
 //   |-------|-------|----------------|----------------|----------------|
@@ -13,52 +13,52 @@
 //   OPERATOR                         console_silence: the console is lost, its robot stops
 //                                                     operator_shown: pages no longer list the operator
 //
-// A robot's own watchdog on MR_CMD is the robot's: 0.3 s or less. The page has command_period in
-// server/station/web/src/drive/sender.ts.
+// A robot's own watchdog on MR_CMD is the robot's responsibility: 0.3 s or less. The page's command_period is
+// in server/station/web/src/drive/sender.ts.
 #pragma once
 
 #include "protocols/time.hpp"
 
 namespace parhelion::driving_timing {
 
-/// TELEOP of a page or a keyboard while a dead-man is held. A joystick's mapping has a rate of its own.
+/// TELEOP of a page or a keyboard while a dead-man is held. A joystick's mapping has its own rate.
 inline constexpr Duration command_period = milliseconds(50);
-/// After a release a console sends zeros for so long: a message may be lost on its way.
+/// After a release a console sends zeros for this long, as a message may be lost.
 inline constexpr Duration stop_duration = milliseconds(300);
 
-// The base station, of a page that drives.
+// The base station, for a page that drives.
 
-/// Nothing from a page that holds a dead-man: it is released.
+/// Timeout of a page that holds a dead-man: the dead-man is released.
 inline constexpr Duration page_silence = milliseconds(300);
-/// A command that is older than the fastest by more is dropped, and the robot stops.
+/// A command delayed by more than this relative to the fastest one is dropped, and the robot stops.
 inline constexpr Duration command_lateness = milliseconds(250);
-/// So is one that is not certainly younger, by both clocks.
+/// So is a command that may be older than this by either clock.
 inline constexpr Duration command_max_age = milliseconds(1000);
-/// Nothing at all from the page: its console is lost.
+/// Timeout of all messages from the page: its console is lost.
 inline constexpr Duration page_lost = seconds(2.0);
-/// How often an emergency stop is sent again until the server answers.
+/// Period at which an emergency stop is repeated until the server replies.
 inline constexpr Duration emergency_stop_period = milliseconds(100);
 
 // The server.
 
-/// No TELEOP, or no JOINT_CMD: a stop. A scenario may have another one (`contact: silence`). Also how long a
-/// simulated robot obeys one command.
+/// Timeout of TELEOP and JOINT_CMD: a stop. A scenario may set another one (`contact: silence`). Also how
+/// long a simulated robot executes one command.
 inline constexpr Duration teleop_silence = milliseconds(500);
-/// How often the stop is sent again: a command may be lost on its way.
+/// Period at which the stop is repeated, as a command may be lost.
 inline constexpr Duration stop_period = milliseconds(100);
-/// Motion asked for within this time before the silence: the dead-man was released while driving.
+/// Motion commanded within this time before the timeout: the dead-man was released while driving.
 inline constexpr Duration release_while_driving = seconds(1.0);
 
-// OPERATOR: which console drives whom.
+// OPERATOR: which console drives which robot.
 
-/// A console sends its status at least so often.
+/// Maximum period of a console's status.
 inline constexpr Duration console_heartbeat = milliseconds(400);
-/// Without a status for so long the console is lost, and its robot stops.
+/// Timeout of the status: the console is lost, and its robot stops.
 inline constexpr Duration console_silence = seconds(1.0);
-/// Without a status for so long pages no longer list the operator.
+/// Timeout of the status after which pages no longer list the operator.
 inline constexpr Duration operator_shown = milliseconds(1500);
 
-// A single lost message stops nobody; each link stops before the next one has to.
+// A single lost message does not stop a robot; each link stops before the next one has to.
 static_assert(page_silence.ns >= 3 * command_period.ns);
 static_assert(command_lateness < page_silence);
 static_assert(page_silence < teleop_silence);

@@ -1,4 +1,4 @@
-// Enumerations by the names that to_string() gives them.
+// Converts between enumerators and their names in to_string().
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace parhelion {
 
-/// Names of the enumerators up to `last`, in their order.
+/// Names of the enumerators up to and including `last`, in their order.
 template <class Enum>
 std::vector<std::string> names_up_to(Enum last) {
   std::vector<std::string> names;
@@ -16,7 +16,7 @@ std::vector<std::string> names_up_to(Enum last) {
   return names;
 }
 
-/// The enumerator of this name, of those up to `last`.
+/// The enumerator of this name, among those up to `last`.
 template <class Enum>
 std::optional<Enum> enumerator(std::string_view name, Enum last) {
   for (int i = 0; i <= static_cast<int>(last); ++i)

@@ -1,4 +1,4 @@
-// What happened in the session (channel MR_EVENTS): what the grader reads.
+// Events of the session (channel MR_EVENTS): the input of grading.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@
 namespace parhelion {
 
 enum class EventKind : std::uint8_t {
-  command_accepted,  ///< answer to an AgentCommand: after it was written to the log
-  command_refused,   ///< `text` says why and, for a place that is taken, where there is room
+  command_accepted,  ///< reply to an AgentCommand, after it was written to the log
+  command_refused,   ///< `text` gives the reason and, for an occupied place, where there is room
   agent_spawned,
   agent_moved,
   agent_removed,
@@ -20,70 +20,71 @@ enum class EventKind : std::uint8_t {
   pose_lost,
   pose_recovered,
   relocalized,
-  command_reduced,  ///< virtual contact held TELEOP back (start of it)
+  command_reduced,  ///< virtual contact limits TELEOP (start of it)
   command_restored,
   injection_degraded,
   injection_restored,
-  model_changed,        ///< a new version of the model took the old one's place; `text` says which
-  collision_continued,  ///< a contact goes on; impulse: the largest of one step since it was said last
+  model_changed,        ///< a new version of the model replaced the old one; `text` gives the version
+  collision_continued,  ///< a contact continues; impulse: the largest of one step since the last report
   movement_started,
   movement_stopped,
   joint_broken,     ///< object: the joint
-  joint_overload,   ///< object: the joint; value: torque or force that it asked for over what it can give
-  joints_restored,  ///< a reset: broken joints hold again
-  door_opened,      ///< value: rad, how far its leaf is turned from where it closes its opening
+  joint_overload,   ///< object: the joint; value: required torque or force relative to its limit
+  joints_restored,  ///< a reset: broken joints are intact again
+  door_opened,      ///< value: rad, opening angle of its leaf
   door_closed,
-  door_unhinged,  ///< pushed off its hinge; impulse: what broke it
+  door_unhinged,  ///< pushed off its hinge; impulse: the one that broke it
   door_space_entered,
   door_space_left,
-  step_climbed,   ///< object: the step; value: m, height of the robot over where it began
-  fell,           ///< value: m, how deep
+  step_climbed,   ///< object: the step; value: m, height of the robot over its start
+  fell,           ///< value: m, depth of the fall
   tipped_over,    ///< value: rad, angle between its z axis and up
-  pitch_warning,  ///< value: rad; so for roll
+  pitch_warning,  ///< value: rad; the same for roll
   pitch_limit,
   roll_warning,
   roll_limit,
   yaw_rate_warning,  ///< value: rad/s
   yaw_rate_limit,
   gripped,  ///< two of the gripper's links press on object; value: N, the smaller force
-  lifted,   ///< object is held 2 cm over where it lay; value: m
-  dropped,  ///< object slipped 4 cm in the gripper, or fell out of it; value: m over where it lay
-  placed,   ///< what was let go of rests in object, a container; text: its name
+  lifted,   ///< object is held 2 cm over its initial position; value: m
+  dropped,  ///< object slipped 4 cm in the gripper, or fell out of it; value: m over its initial position
+  placed,   ///< the released object rests in object, a container; text: its name
   zone_entered,
   zone_left,
-  collision_predicted,  ///< along the present motion; value: s until it
-  tipping_predicted,    ///< value: s until it
-  hazard_set_off,       ///< object: who came near; text: by what, its value beside it in N s, rad, m or s
-  radio_lost,           ///< value: dBm at the receiver
+  collision_predicted,  ///< along the present motion; value: s until it occurs
+  tipping_predicted,    ///< value: s until it occurs
+  hazard_set_off,  ///< object: what triggered it by coming near; text: the trigger, with its value in N s,
+                   ///< rad, m or s
+  radio_lost,      ///< value: dBm at the receiver
   radio_restored,
-  battery_low,  ///< value: share that is left, 0..1
+  battery_low,  ///< value: remaining fraction of the charge, 0..1
   battery_empty,
   operator_switched,  ///< object: the robot that the operator drives from now on
-  console_lost,       ///< the operator's console went silent or was unplugged
-  foreign_publisher,  ///< somebody else publishes on a channel of the simulated robot; object: the channel
-  goal_reached,       ///< of an agent that goes; value: how many waypoints it has reached
-  goal_unreachable,   ///< no way leads there; text: what is in the way, where that is known
-  script_started,     ///< subject: the script; object: whose event set it off
-  task_started,       ///< grading; object: the task; value: points that it can give
-  task_done,          ///< object: the task; value: points that it gave; text: what decided
-  task_failed,        ///< so too, or time was up
-  penalty_charged,    ///< object: the rule; value: points that it took; text: what set it off
-  score_changed,    ///< object: the task or the rule; value: the score from now on; text: points more or less
-  grading_ended,    ///< value: the score, which nothing changes any more; text: the grade, passed or not
-  object_reported,  ///< object: what the trainee says to have found; value: m between the place said and
-                    ///< where it is; -1: no place was said, or nothing has that name
-  deadman_pressed,  ///< TELEOP comes (again)
-  deadman_released,  ///< TELEOP has gone silent; value: m/s of its last motion, had that just been asked for
-  lesson_started,    ///< object: the lesson; value: its amount; text: the side of a dead wheel
-  lesson_ended,      ///< so too
-  near_miss,       ///< passed without a touch; text: "gap" or "time"; value: the smallest gap in m, the least
-                   ///< time to a collision in s (server/simulation/near_miss.hpp)
-  agent_withheld,  ///< the subject's sensors do not show object: its returns would be too uncertain
-  agent_shown,     ///< they show it again
+  console_lost,       ///< the operator's console timed out or was unplugged
+  foreign_publisher,  ///< another publisher sends on a channel of the simulated robot; object: the channel
+  goal_reached,       ///< of an agent that goes; value: number of waypoints reached
+  goal_unreachable,   ///< there is no path; text: the obstacle, where known
+  script_started,     ///< subject: the script; object: subject of the event that triggered it
+  task_started,       ///< grading; object: the task; value: its points
+  task_done,          ///< object: the task; value: points awarded; text: what decided it
+  task_failed,        ///< the same, or its time was up
+  penalty_charged,    ///< object: the rule; value: points deducted; text: what triggered it
+  score_changed,      ///< object: the task or the rule; value: the new score; text: change in points
+  grading_ended,      ///< value: the final score; text: the grade, passed or not
+  object_reported,    ///< object: the object that the trainee reports; value: m between the reported and the
+                      ///< true position; -1: no position was reported, or no object has that name
+  deadman_pressed,    ///< TELEOP is received (again)
+  deadman_released,   ///< TELEOP timed out; value: m/s of its last motion, if it was commanded just before
+  lesson_started,     ///< object: the fault; value: its amount; text: the side of a dead wheel
+  lesson_ended,       ///< the same
+  near_miss,          ///< passed without contact; text: "gap" or "time"; value: the smallest gap in m, or the
+                      ///< smallest time to a collision in s (server/simulation/near_miss.hpp)
+  agent_withheld,     ///< the subject's sensors do not show object: its returns would be too uncertain
+  agent_shown,        ///< the subject's sensors show object again
 };
 inline constexpr EventKind kLastEventKind = EventKind::agent_shown;
 
-/// Said by the grading itself: never graded.
+/// Reported by the grading itself: never graded.
 inline bool is_grading(EventKind kind) {
   return kind >= EventKind::task_started && kind <= EventKind::grading_ended;
 }
@@ -93,13 +94,13 @@ enum class PairKind : std::uint8_t { none, real_real, real_virtual, virtual_virt
 struct Event {
   SimulationTime stamp;  ///< when it happened
   EventKind kind = EventKind::agent_spawned;
-  std::string subject;  ///< entity that it is about
+  std::string subject;  ///< entity that the event is about
   std::string object;   ///< the other one, or empty
   PairKind pair = PairKind::none;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, map frame, where it has a place
   double impulse = 0;                                  ///< N s, of a contact
-  double value = 0;                                    ///< measured figure; its unit and meaning by kind
-  bool unsensed = false;                               ///< while injection was degraded: never scored
+  double value = 0;       ///< measured value; unit and meaning depend on the kind
+  bool unsensed = false;  ///< while injection was degraded: never scored
   std::uint64_t request = 0;
   std::string text;
 };

@@ -1,4 +1,4 @@
-// Rigid transforms whose frames are part of the type: T_map_base * T_base_laser compiles, the other order
+// Rigid transforms with their frames as part of the type: T_map_base * T_base_laser compiles, the other order
 // does not. Frames follow REP-105, axes REP-103 (x forward, y left, z up; *_optical: z forward, x right, y
 // down). Metres, radians.
 #pragma once
@@ -14,14 +14,14 @@ struct Odom {};           ///< drifts, continuous
 struct Base {};           ///< base_link of a robot, on the floor between the wheels
 struct Laser {};          ///< beams lie in its xy-plane, angle 0 along x
 struct CameraOptical {};  ///< z forward, x right, y down
-struct DepthOptical {};   ///< the same for a depth camera that is a sensor of its own
+struct DepthOptical {};   ///< the same for a separate depth camera
 struct Scanner {};        ///< a 3D scanner, one frame for each scan: x forward, y left, z up
 struct Cloud {};          ///< a registered cloud: the frame of its first scan, not levelled yet
-struct Imu {};            ///< an inertial sensor, axes as it has them
+struct Imu {};            ///< an inertial sensor, with its own axes
 struct Body {};           ///< a rigid body of the scene
 struct ShapeFrame {};     ///< a shape of a body, at its centre
 
-/// T_a_b: takes coordinates in B to A; B's pose in A.
+/// T_a_b: transforms coordinates from B to A; B's pose in A.
 template <class A, class B>
 class Transform {
  public:
@@ -44,12 +44,12 @@ class Transform {
   double yaw() const { return std::atan2(isometry_(1, 0), isometry_(0, 0)); }
   bool finite() const { return isometry_.matrix().allFinite(); }
 
-  /// B, moved by a vector that is given in A, m.
+  /// B, moved by a vector given in A, m.
   Transform moved_by(const Eigen::Vector3d& offset) const {
     return Transform(Eigen::Isometry3d(Eigen::Translation3d(offset) * isometry_));
   }
-  /// The same numbers as T_c_d: right only where the frame C coincides with A, and D with B. A name or a
-  /// comment at the call says why they do.
+  /// The same numbers as T_c_d: valid only where the frame C coincides with A, and D with B. A name or a
+  /// comment at the call explains why they do.
   template <class C, class D>
   Transform<C, D> as() const {
     return Transform<C, D>(isometry_);
@@ -67,14 +67,14 @@ class Transform {
   Eigen::Isometry3d isometry_;
 };
 
-/// Position linear, rotation along the shortest arc; s = 0 gives a, s = 1 gives b; beyond, extrapolates.
+/// Position linear, rotation along the shortest arc; s = 0 gives a, s = 1 gives b; extrapolates beyond.
 template <class A, class B>
 Transform<A, B> interpolate(const Transform<A, B>& a, const Transform<A, B>& b, double s) {
   const Eigen::Quaterniond q_a = a.quaternion();
   return {q_a.slerp(s, b.quaternion()), a.translation() + s * (b.translation() - a.translation())};
 }
 
-/// The angle's equal in (-pi, pi].
+/// The equivalent angle in (-pi, pi].
 inline double wrap_angle(double angle) {
   const double wrapped = std::remainder(angle, 2 * std::numbers::pi);
   return wrapped <= -std::numbers::pi ? wrapped + 2 * std::numbers::pi : wrapped;

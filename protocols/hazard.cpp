@@ -7,7 +7,7 @@
 namespace parhelion {
 namespace {
 
-constexpr double most_reach = 10;  // m: what the simulation's grid of a gas covers
+constexpr double most_reach = 10;  // m: extent of the simulation's gas grid
 
 bool positive(const std::optional<double>& value) { return !value || (std::isfinite(*value) && *value > 0); }
 
@@ -31,12 +31,12 @@ Status check(const Hazard& hazard) {
   if (!hazard.position.allFinite()) return Error{who + "its position is not finite"};
   if (hazard.kind == HazardKind::device) {
     if (!hazard.shock && !hazard.tilt && !hazard.nearness && !hazard.delay)
-      return Error{who + "nothing sets it off; expected shock, tilt, nearness or delay"};
+      return Error{who + "it has no trigger; expected shock, tilt, nearness or delay"};
     if (!positive(hazard.shock) || !positive(hazard.tilt) || !positive(hazard.nearness) ||
         !positive(hazard.delay))
-      return Error{who + "expected what sets it off to be above 0"};
+      return Error{who + "expected its trigger to be above 0"};
     if (hazard.agent.empty() && (hazard.shock || hazard.tilt))
-      return Error{who + "shock and tilt need an agent that feels them; name it: 'agent: suitcase'"};
+      return Error{who + "shock and tilt need an agent; name it: 'agent: suitcase'"};
     return {};
   }
   if (!(hazard.strength > 0) || !std::isfinite(hazard.strength))

@@ -17,7 +17,7 @@ enum class PixelFormat : std::int32_t {
   rgb = 859981650,
   bgr = 861030210,
   mjpeg = 1196444237,
-  depth_mm = 540422490,  ///< 'Z16 ': 16-bit millimetres; metadata "encoding" says raw, png or zlib
+  depth_mm = 540422490,  ///< 'Z16 ': 16-bit millimetres; metadata "encoding": raw, png or zlib
 };
 
 struct ImageMetadata {
@@ -50,10 +50,10 @@ struct CameraIntrinsics {
   std::array<double, 5> distortion{};  ///< in the lens model's order; zeros: none
 };
 
-/// A joint that turns what is mounted on it, such as pan or tilt of a camera head. Given in base_link with
+/// A joint that moves a sensor mounted on it, such as pan or tilt of a camera head. Given in base_link with
 /// all joints of the head at zero.
 struct HeadJoint {
-  std::string joint;  ///< as JOINT_STATE names it; radians, right-handed about `axis`
+  std::string joint;  ///< name in JOINT_STATE; radians, right-handed about `axis`
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, any point of the axis
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector
 };
@@ -63,23 +63,23 @@ struct CameraDescription {
   Transform<Base, CameraOptical> T_base_optical;  ///< with all joints of `head` at zero
   std::vector<HeadJoint> head;                    ///< from the base outwards; none: fixed to the base
   double readout = 0;                             ///< s, first to last row of a rolling shutter; 0: global
-  double rate = 0;                                ///< Hz, of images; 0: not said
-  double noise = 0;                               ///< 1 sigma of an 8-bit pixel's value, each channel its own
-  std::string source;                             ///< what an imported source said beyond these fields
+  double rate = 0;                                ///< Hz, of images; 0: not given
+  double noise = 0;    ///< 1 sigma of an 8-bit pixel's value, independent per channel
+  std::string source;  ///< information of an imported source beyond these fields
 };
 
 struct DepthCameraDescription {
   CameraIntrinsics intrinsics;
   Transform<Base, DepthOptical> T_base_optical;  ///< with all joints of `head` at zero
   std::vector<HeadJoint> head;
-  double range_min = 0, range_max = 0;  ///< m, along the optical axis; a farthest of 0: not said
+  double range_min = 0, range_max = 0;  ///< m, along the optical axis; a maximum of 0: not given
   std::string source;
-  // Of a simulated camera; a real one has these by itself.
-  double rate = 0;             ///< Hz, of images; 0: not said
-  double noise = 0;            ///< m, 1 sigma, the same at all ranges, as of time of flight
-  double baseline = 0;         ///< m, to the second eye or the projector, which is to its right; 0: has none
-  double disparity_noise = 0;  ///< px, 1 sigma of the offset between the two views, by which it triangulates
-  double disparity_step = 0;   ///< px, what that offset is rounded to
+  // For simulated cameras; a real one has these by itself.
+  double rate = 0;             ///< Hz, of images; 0: not given
+  double noise = 0;            ///< m, 1 sigma, the same at all ranges, as for time of flight
+  double baseline = 0;         ///< m, to the second camera or the projector, which is to its right; 0: none
+  double disparity_noise = 0;  ///< px, 1 sigma of the disparity, from which it triangulates
+  double disparity_step = 0;   ///< px, quantisation step of the disparity
 };
 
 }  // namespace parhelion

@@ -1,4 +1,4 @@
-// What an instructor asks of the server, one type and one channel a meaning. Each is answered by an event,
+// An instructor's commands to the server, one type and one channel per meaning. Each is answered by an event,
 // command_accepted or command_refused, that carries its request.
 #pragma once
 
@@ -16,16 +16,16 @@
 
 namespace parhelion {
 
-// Of all: `stamp` is when it was asked for, on the sender's clock; `request` is chosen by the sender.
+// In all: `stamp` is when the command was sent, on the sender's clock; `request` is chosen by the sender.
 
-/// An agent appears.
+/// Adds an agent.
 struct AgentSpawn {
   SensorTime stamp = {};
   std::uint64_t request = 0;
   AgentDefinition agent = {};
 };
 
-/// It is put somewhere else at once.
+/// Moves an agent to another place at once.
 struct AgentMove {
   SensorTime stamp = {};
   std::uint64_t request = 0;
@@ -33,7 +33,7 @@ struct AgentMove {
   Transform<Map, Base> T_map_base = {};  ///< planar: on the floor
 };
 
-/// It does something else from now on.
+/// Changes the behaviour of an agent.
 struct AgentBehaviour {
   SensorTime stamp = {};
   std::uint64_t request = 0;
@@ -48,7 +48,7 @@ struct AgentRemove {
   std::string agent = {};  ///< empty where it is all
 };
 
-/// It stands still, or goes on. All includes the trainee's robot where it is simulated.
+/// Freezes or unfreezes an agent. All includes the trainee's robot where it is simulated.
 struct AgentFreeze {
   SensorTime stamp = {};
   std::uint64_t request = 0;
@@ -60,22 +60,22 @@ struct AgentFreeze {
 struct DoorCommand {
   SensorTime stamp = {};
   std::uint64_t request = 0;
-  std::string door = {};  ///< as the model calls it
+  std::string door = {};  ///< its name in the model
   std::optional<double> opening =
-      {};  ///< rad, from where it closes its opening; none: where the sensors see it
+      {};  ///< rad, from its closed position; none: released, the sensors determine it
 };
 
 struct FaultCommand {
   SensorTime stamp = {};
   std::uint64_t request = 0;
   Lesson::Kind kind = Lesson::Kind::camera_delay;
-  bool begins = true;                   ///< false: those of this kind that a command has begun end
+  bool begins = true;                   ///< false: ends the faults of this kind that were started by commands
   double amount = 0;                    ///< by kind, as Lesson::amount
   bool right = false;                   ///< side of dead_wheel
   std::optional<double> duration = {};  ///< s, above 0; none: until it is ended
 };
 
-/// How many pictures an agent's camera sends.
+/// Picture rate of an agent's camera.
 struct CameraRate {
   SensorTime stamp = {};
   std::uint64_t request = 0;
@@ -91,14 +91,14 @@ struct ObjectReport {
   std::optional<Eigen::Vector2d> position = {};  ///< m, map frame; none: it was not reported
 };
 
-/// Starts a script of the scenario, whatever it waits for.
+/// Starts a script of the scenario, whatever its trigger.
 struct ScriptStart {
   SensorTime stamp = {};
   std::uint64_t request = 0;
   std::string script = {};
 };
 
-/// Holds a robot against whoever drives it, until it is released and the dead-man switch was let go.
+/// Stops a robot, whoever drives it, until the stop is released and the dead-man switch was released.
 struct EmergencyStopCommand {
   SensorTime stamp = {};
   std::uint64_t request = 0;
@@ -106,7 +106,7 @@ struct EmergencyStopCommand {
   bool engaged = true;     ///< false: released
 };
 
-/// What scripts do as well.
+/// Commands that scripts can give as well.
 using AgentCommand = std::variant<AgentSpawn, AgentMove, AgentBehaviour, AgentRemove, AgentFreeze>;
 
 using InstructorCommand =
@@ -122,17 +122,17 @@ inline constexpr std::array<const char*, std::variant_size_v<InstructorCommand>>
 inline const char* channel_of(const InstructorCommand& command) {
   return kInstructorChannels[command.index()];
 }
-/// An empty command of the type that this canonical channel carries; nullopt: the channel is not one of
-/// theirs.
+/// An empty command of the type that this canonical channel carries; nullopt: the channel carries no
+/// instructor command.
 std::optional<InstructorCommand> command_on(std::string_view canonical_channel);
 
 std::uint64_t request_of(const InstructorCommand& command);
 void set_request(InstructorCommand& command, SensorTime stamp, std::uint64_t request);
 /// Name of the agent, door, object, script, robot or kind of fault that it is about; empty: all.
 std::string subject_of(const InstructorCommand& command);
-/// m, map frame: the place that it gives; zero where it gives none.
+/// m, map frame: the position in the command; zero where it has none.
 Eigen::Vector3d position_of(const InstructorCommand& command);
-/// What it does, in the words of scripts and of the page: "spawn", "unfreeze", "remove_all", "door_unknown".
+/// Its action, as named in scripts and on the page: "spawn", "unfreeze", "remove_all", "door_unknown".
 const char* action_of(const InstructorCommand& command);
 const char* action_of(const AgentCommand& command);
 

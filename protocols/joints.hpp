@@ -1,4 +1,4 @@
-// Joints by name (JOINT_STATE, JOINT_CMD, MR_JOINT_CMD), and what an inertial sensor says (IMU).
+// Joints by name (JOINT_STATE, JOINT_CMD, MR_JOINT_CMD), and samples of an inertial sensor (IMU).
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,12 +20,12 @@ struct ImuSample {
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();  ///< m/s^2, gravity included: at rest +9.81 upwards
 };
 
-/// What encoders say, or what is asked of the joints. Each of the three lists is empty (nothing is said) or
+/// Joint positions from encoders, or commanded joint motion. Each of the three lists is empty (not given) or
 /// as long as `names`.
 struct Joints {
-  SensorTime stamp;  ///< instant of the measurement, or when it was asked for, on the sender's clock
-  std::vector<std::string> names;  ///< each once, as the robot description calls them
-  std::vector<double> positions;   ///< rad of a joint that turns, m of one that slides
+  SensorTime stamp;  ///< instant of the measurement, or when the command was sent, on the sender's clock
+  std::vector<std::string> names;  ///< without duplicates, as in the robot description
+  std::vector<double> positions;   ///< rad for a revolute joint, m for a prismatic one
   std::vector<double> velocities;  ///< rad/s or m/s
   std::vector<double> efforts;     ///< N m or N
 };

@@ -7,7 +7,7 @@ namespace parhelion {
 
 std::string length_text(double metres) {
   const double millimetres = std::round(metres * 1e3);
-  char text[340];  // of the greatest double, too
+  char text[340];  // fits the largest double
   if (std::abs(millimetres) < 100 && millimetres != 0)
     std::snprintf(text, sizeof text, "%.3f m", millimetres * 1e-3);
   else

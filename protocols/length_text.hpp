@@ -1,4 +1,4 @@
-// Lengths as they are written in messages, on plans and in reports.
+// Formats lengths for messages, plans and reports.
 #pragma once
 
 #include <string>

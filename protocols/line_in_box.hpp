@@ -1,4 +1,4 @@
-// How much of a line goes through a box.
+// Length of a line within a box.
 #pragma once
 
 #include "protocols/frames.hpp"

@@ -96,7 +96,7 @@ void check_overlap(const std::vector<ModelEntity>& entities, const Node& list, y
                    "' (line " + std::to_string(list.items[pair->first].line) + ", both " +
                    to_string(a.label) + "): share " +
                    yaml::format_number(std::round(overlap_share(a, b) * 1000) / 1000) +
-                   " of the smaller one's volume, expected share <= 0.5");
+                   " of the smaller one's volume, expected fraction <= 0.5");
 }
 
 std::vector<Relation> read_relations(const Node& list, const std::vector<ModelEntity>& entities,
@@ -116,7 +116,7 @@ std::vector<Relation> read_relations(const Node& list, const std::vector<ModelEn
     yaml::read(node, "confidence", relation.confidence);
     for (const std::string& name : {relation.from, relation.to}) {
       if (known.contains(name)) continue;
-      // Only the first few problems are shown: no search over all names for the others.
+      // Only the first few problems are shown, so the others need no search over all names.
       problems.add(node.line, std::string("relation '") + to_string(relation.kind) +
                                   "': there is no entity '" + yaml::printable(name) + "'" +
                                   (++unknown <= 10 ? suggestion(name, names) : ""));
@@ -153,7 +153,7 @@ void write_hinge(yaml::Writer& writer, const Hinge& hinge) {
                            ", closed: " + yaml::format_quantity(hinge.closed, Quantity::angle) + "}");
 }
 
-/// What is as it mostly is is left out, so that a person sees what is special.
+/// Default values are left out, so that the special ones are visible.
 void write_entity(yaml::Writer& writer, const ModelEntity& entity) {
   writer.begin_item();
   writer.text("name", entity.name);

@@ -23,19 +23,19 @@ enum class EntityLabel : std::uint8_t {
   window,
   pillar,
   unknown,          ///< something is there, and it is solid
-  wall_above_door,  ///< the piece of wall over a door's opening
-  free_space,       ///< of a door: empty, the volume that it opens; never solid
+  wall_above_door,  ///< the piece of wall above a door's opening
+  free_space,       ///< of a door: the empty volume that its leaf sweeps; never solid
 };
 
-/// How a door hangs; in the door's own frame (centre of its box, as it is drawn). Angles turn the leaf from
+/// The hinge of a door, in the door's own frame (centre of its box, as drawn). Angles turn the leaf from
 /// there, counter-clockwise seen from above.
 struct Hinge {
-  Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< m, where the vertical axis stands, x along the door
+  Eigen::Vector2d axis = Eigen::Vector2d::Zero();  ///< m, position of the vertical axis, x along the door
   double lower = 0, upper = 1.5707963;             ///< rad, limits
-  double closed = 0;  ///< rad, where the leaf closes its opening; other than 0 where it is drawn open
+  double closed = 0;  ///< rad, angle of the closed leaf; other than 0 where it is drawn open
 };
 
-/// A box of the building; size is full lengths along its own x (length), y (thickness), z (height).
+/// A box of the building; size is the full lengths along its own x (length), y (thickness), z (height).
 struct ModelEntity {
   std::string name;  ///< unique: "wall 7"
   EntityLabel label = EntityLabel::unknown;
@@ -44,11 +44,11 @@ struct ModelEntity {
   double confidence = 1;
   bool is_virtual = false;  ///< drawn by an instructor (a virtual wall, glass): injectable
   Material material;
-  std::string part_of;         ///< the whole that it is a part of: "stairs 1"; empty: none
+  std::string part_of;         ///< the larger object that it is a part of: "stairs 1"; empty: none
   std::optional<Hinge> hinge;  ///< doors only
-  double observed = 1;         ///< share of its surface that some scan has measured, 0..1
-  bool locked = false;         ///< a person's word: a new run keeps it as it is
-  bool deleted = false;        ///< a person's word: not there, and a new run does not bring it back
+  double observed = 1;         ///< fraction of its surface that scans have measured, 0..1
+  bool locked = false;         ///< set by a user: kept unchanged when the model is rebuilt
+  bool deleted = false;        ///< set by a user: removed, and not detected again when the model is rebuilt
 };
 
 /// The entity's box as a shape: it has the entity's own frame.
@@ -56,7 +56,7 @@ inline Transform<Map, ShapeFrame> T_map_box(const ModelEntity& entity) {
   return entity.T_map_body.as<Map, ShapeFrame>();
 }
 
-/// Whether bodies are stopped and sight is blocked by it.
+/// Whether it stops bodies and blocks the line of sight.
 inline bool is_solid(const ModelEntity& entity) {
   return entity.label != EntityLabel::free_space && !entity.deleted;
 }
@@ -78,7 +78,7 @@ struct Relation {
   double confidence = 1;  ///< 0..1
 };
 
-/// Triangles of what is not a box: furniture and all else that is "unknown". Collides and hides.
+/// Triangles of objects that are not boxes: furniture and others labelled "unknown". Collide and occlude.
 struct ModelMesh {
   std::string name;
   std::vector<Eigen::Vector3f> vertices;                ///< m, map frame
@@ -88,18 +88,18 @@ struct ModelMesh {
 
 struct SemanticModel {
   std::string
-      map_id;  ///< id of the map that its coordinates belong to; a mismatch with POSE_COV means no injection
-  std::string source;  ///< what it was made from
+      map_id;  ///< id of the map that its coordinates belong to; a mismatch with POSE_COV prevents injection
+  std::string source;  ///< what the model was made from
   std::vector<ModelEntity> entities;
   std::vector<Relation> relations;
   std::vector<ModelMesh> meshes;
-  Transform<Map, Cloud> T_map_cloud;  ///< how the cloud that it was made from was levelled and placed
+  Transform<Map, Cloud> T_map_cloud;  ///< levelling and placement of the cloud that it was made from
 };
 
 /// Reads YAML (schema model.schema.json); `origin` names the file in errors. Overlapping walls of one label
-/// are an error that names both (overlap by more than half of the smaller one's volume; free spaces and what
-/// is deleted may overlap); so are a hinge on what is no door, a relation to an entity that is not there, a
-/// mesh that is not finite or names a vertex that it has not, more than a million triangles.
+/// are an error that names both (overlap by more than half of the smaller one's volume; free spaces and
+/// deleted entities may overlap); so are a hinge on an entity that is not a door, a relation to a missing
+/// entity, a mesh that is not finite or has an invalid vertex index, more than a million triangles.
 Result<SemanticModel> parse_model(const std::string& yaml, const std::string& origin);
 Result<SemanticModel> load_model(const std::string& path);
 std::string to_yaml(const SemanticModel& model);

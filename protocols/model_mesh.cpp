@@ -48,7 +48,7 @@ ModelMesh read_mesh(const yaml::Node& node, yaml::Problems& problems) {
   return mesh;
 }
 
-/// In lines of 76 characters, as a block that keeps them apart from the keys.
+/// In lines of 76 characters, as a block separate from the keys.
 void write_binary(const char* key, std::span<const std::uint8_t> bytes, yaml::Writer& writer) {
   writer.block(key, "!!binary", yaml::to_base64(bytes), 76);
 }

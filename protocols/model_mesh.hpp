@@ -9,14 +9,14 @@
 
 namespace parhelion {
 
-/// All meshes of a model together; more is no furniture but a whole cloud.
+/// For all meshes of a model together; a larger number indicates a whole cloud instead of furniture.
 inline constexpr std::size_t max_model_triangles = 1'000'000;
 
-/// What is wrong with a mesh, or nothing: a vertex that is not finite or farther than 1,000 km, a triangle
-/// with a vertex that is not there.
+/// Why a mesh is invalid, or success: a vertex that is not finite or farther than 1,000 km, a triangle with
+/// an invalid vertex index.
 Status check_mesh(const ModelMesh& mesh);
 
-/// `list` has passed yaml::check(); what is wrong goes to `problems`.
+/// `list` has passed yaml::check(); errors go to `problems`.
 std::vector<ModelMesh> read_meshes(const yaml::Node& list, yaml::Problems& problems);
 void write_meshes(const std::vector<ModelMesh>& meshes, yaml::Writer& writer);
 

@@ -54,7 +54,7 @@ double upright_overlap(const ModelEntity& a, const ModelEntity& b) {
   return area(polygon) * (top - bottom);
 }
 
-/// Share of points on a grid in `inner` that lie in `outer`.
+/// Fraction of grid points in `inner` that lie in `outer`.
 double sampled_share(const ModelEntity& inner, const ModelEntity& outer) {
   constexpr int n = 24;
   const Eigen::Isometry3d T = outer.T_map_body.inverse().isometry() * inner.T_map_body.isometry();
@@ -81,7 +81,7 @@ double overlap_share(const ModelEntity& a, const ModelEntity& b) {
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> find_overlap(const std::vector<ModelEntity>& entities) {
-  // Sweep along x: only boxes whose extents meet are compared.
+  // Sweep along x: only boxes whose extents overlap are compared.
   std::vector<Eigen::Vector3d> low, high;
   for (const ModelEntity& entity : entities) {
     low.push_back(entity.T_map_body.translation() - half_extent(entity));

@@ -1,4 +1,4 @@
-// When two boxes of a model stand in the same place.
+// Overlap between boxes of a model.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace parhelion {
 
-/// Share of the smaller box's volume that lies in the other, 0..1. Exact for boxes that stand upright (to
-/// about 0.02 for tilted ones, which are sampled).
+/// Fraction of the smaller box's volume that lies in the other, 0..1. Exact for upright boxes (to about 0.02
+/// for tilted ones, which are sampled).
 double overlap_share(const ModelEntity& a, const ModelEntity& b);
 
-/// The first pair (by index) of solid entities with the same label, both virtual or both not, that share more
-/// than half of the smaller one's volume. Doors may open into one another's free space.
+/// The first pair (by index) of solid entities with the same label, both virtual or both not, that overlap by
+/// more than half of the smaller one's volume. Doors may open into one another's free space.
 std::optional<std::pair<std::size_t, std::size_t>> find_overlap(const std::vector<ModelEntity>& entities);
 
 }  // namespace parhelion

@@ -1,4 +1,4 @@
-// What a person may have meant by a name that is not known.
+// Suggestions for misspelt names.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ std::string nearest_name(std::string_view word, const std::vector<std::string>& 
 /// ", did you mean 'agents'?", or empty.
 std::string suggestion(std::string_view word, const std::vector<std::string>& names);
 
-/// As suggestion(); where no name is near: "; known: agents, doors and 3 more", or "; there is none".
+/// As suggestion(); without a near name: "; known: agents, doors and 3 more", or "; there is none".
 std::string suggestion_or_known(std::string_view word, const std::vector<std::string>& names);
 
 }  // namespace parhelion

@@ -1,4 +1,4 @@
-// Where a robot is, and how well that is known.
+// A robot's pose and its uncertainty.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,17 +16,17 @@ using PoseCovariance = Eigen::Matrix<double, 6, 6>;
 enum class SlamState : std::int8_t {
   initializing = 0,  ///< no pose yet: T_map_base is not meaningful
   tracking = 1,
-  lost = 2,  ///< T_map_base is not to be used
+  lost = 2,  ///< T_map_base must not be used
 };
 
-/// One word of SLAM (POSE_COV).
+/// One SLAM estimate (POSE_COV).
 struct PoseEstimate {
   SensorTime stamp;  ///< instant for which the pose holds: the stamp of the scan that it was matched to
   Transform<Map, Base> T_map_base;
   PoseCovariance covariance = PoseCovariance::Zero();
   std::string map_id;
   SlamState state = SlamState::initializing;
-  Duration step_time;  ///< what SLAM needed to compute it
+  Duration step_time;  ///< computing time of SLAM
   bool causal = true;  ///< false: computed with later data (final trajectory), never used for injection
 };
 
@@ -40,12 +40,12 @@ struct Odometry {
 struct PoseStamped {
   SensorTime stamp;
   Transform<Map, Base> T_map_base;
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, in the frame that the robot description names
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< m/s, in the frame named by the robot description
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, body frame
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();   ///< m/s^2, body frame
 };
 
-/// What a trainee asks for (TELEOP), or what goes to a robot (MR_CMD): in the body frame.
+/// A velocity command from a trainee (TELEOP) or to a robot (MR_CMD): in the body frame.
 struct TwistCommand {
   SensorTime stamp;
   Twist2 twist;

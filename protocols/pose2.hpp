@@ -7,7 +7,7 @@
 
 namespace parhelion {
 
-/// A planar pose of b in a, as T_a_b; the frames are said by the variable's name.
+/// A planar pose of b in a, as T_a_b; the variable's name gives the frames.
 struct Pose2 {
   double x = 0;
   double y = 0;
@@ -39,15 +39,15 @@ Transform<A, B> transform(const Pose2& pose) {
   return Transform<A, B>::planar(pose.x, pose.y, pose.yaw);
 }
 
-/// The constant twist that for one second leads from the identity to `pose` (logarithm of SE(2)).
+/// The constant twist that leads from the identity to `pose` in one second (logarithm of SE(2)).
 inline Twist2 twist_to(const Pose2& pose) {
   const double half = pose.yaw / 2;
-  // half * cot(half), by its series where the quotient would lose digits.
+  // half * cot(half), by its series where the quotient would lose precision.
   const double a = std::abs(half) < 1e-4 ? 1 - half * half / 3 : half / std::tan(half);
   return {a * pose.x + half * pose.y, -half * pose.x + a * pose.y, pose.yaw};
 }
 
-/// Where the twist leads in `dt` seconds (exponential of SE(2)); yaw is not wrapped.
+/// The pose after `dt` seconds of the twist (exponential of SE(2)); yaw is not wrapped.
 inline Pose2 moved(const Twist2& twist, double dt) {
   const double yaw = twist.wz * dt;
   const double s = std::abs(yaw) < 1e-4 ? 1 - yaw * yaw / 6 : std::sin(yaw) / yaw;
@@ -55,13 +55,13 @@ inline Pose2 moved(const Twist2& twist, double dt) {
   return {(s * twist.vx - c * twist.vy) * dt, (c * twist.vx + s * twist.vy) * dt, yaw};
 }
 
-/// The constant twist, body frame, that leads from a to b in dt seconds.
+/// The constant twist, body frame, that leads from a to b in `dt` seconds.
 inline Twist2 twist_between(const Pose2& a, const Pose2& b, double dt) {
   const Twist2 step = twist_to(a.inverse() * b);
   return {step.vx / dt, step.vy / dt, step.wz / dt};
 }
 
-/// Between a (s = 0) and b (s = 1) along the arc of constant twist; beyond, extrapolates.
+/// Between a (s = 0) and b (s = 1) along the arc of constant twist; extrapolates beyond.
 inline Pose2 interpolate(const Pose2& a, const Pose2& b, double s) {
   return a * moved(twist_to(a.inverse() * b), s);
 }

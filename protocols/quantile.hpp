@@ -8,16 +8,15 @@
 
 namespace parhelion {
 
-/// Which value of the n in ascending order, x[0] to x[n - 1], is the q quantile.
-/// Definitions: Hyndman and Fan, "Sample quantiles in statistical packages", The American Statistician 50
-/// (1996).
+/// Which value of the n in ascending order, x[0] to x[n - 1], is the q quantile. Definitions: Hyndman and
+/// Fan, "Sample quantiles in statistical packages", The American Statistician 50 (1996).
 enum class QuantileRank {
   lower,  ///< x[floor(q (n - 1))]: the lower of the two values that definition 7 interpolates between
   upper,  ///< x[floor(q n)]: definition 1, but where q n is whole, the upper of the two values that
           ///< definition 2 takes the mean of; at most x[n - 1]
 };
 
-/// The q quantile, q from 0 to 1, of one value or more. Changes the order of `values`. O(n).
+/// The q quantile, q from 0 to 1, of at least one value. Changes the order of `values`. O(n).
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> quantile(Values&& values, double q,
                                             QuantileRank rank = QuantileRank::lower) {
@@ -30,7 +29,7 @@ std::ranges::range_value_t<Values> quantile(Values&& values, double q,
   return *at;
 }
 
-/// The value in the middle, of an even number the upper of the two. Changes the order of `values`.
+/// The median; of an even number of values the upper of the two. Changes the order of `values`.
 template <std::ranges::random_access_range Values>
 std::ranges::range_value_t<Values> median(Values&& values) {
   return quantile(values, 0.5, QuantileRank::upper);

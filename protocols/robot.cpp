@@ -96,7 +96,7 @@ DepthCameraDescription read_depth(const Node& node, yaml::Problems& problems) {
   return depth;
 }
 
-/// Every corner turns left, and all of them turn once around.
+/// Every corner turns left, and together they make one full turn.
 void check_footprint(const std::vector<Eigen::Vector2d>& corners, const Node& list,
                      yaml::Problems& problems) {
   const std::size_t n = corners.size();
@@ -113,7 +113,7 @@ void check_footprint(const std::vector<Eigen::Vector2d>& corners, const Node& li
     turned += std::atan2(cross, a.dot(b));
   }
   if (!(std::abs(turned - 2 * std::numbers::pi) < 1e-6)) {
-    problems.add(list.line, "'footprint': expected an outline that goes round once");
+    problems.add(list.line, "'footprint': expected an outline that makes one turn");
   }
 }
 

@@ -1,4 +1,4 @@
-// The robot description: what the scan, image and odometry types cannot say (channel ROBOT, `--robot FILE`).
+// The robot description: properties that the messages do not contain (channel ROBOT, `--robot FILE`).
 #pragma once
 
 #include <Eigen/Core>
@@ -15,11 +15,11 @@ namespace parhelion {
 struct RobotLimits {
   double speed = 1.0;          ///< m/s
   double yaw_rate = 1.5;       ///< rad/s
-  double deceleration = 1.0;   ///< m/s^2, what a stop is planned with
+  double deceleration = 1.0;   ///< m/s^2, for planning a stop
   double reaction_time = 0.2;  ///< s, from command to motion
 };
 
-/// Beyond these the operator is warned, or has failed (paper 4.1).
+/// Limits whose violation gives a warning, or a failure (paper 4.1).
 struct AttitudeLimits {
   double pitch_warning = 0.35, pitch_limit = 0.6;       ///< rad
   double roll_warning = 0.3, roll_limit = 0.5;          ///< rad
@@ -30,32 +30,32 @@ struct ImuDescription {
   Transform<Base, Imu> T_base_imu;
 };
 
-/// A laser on LINES whose scan lines are swept over the site, for mapping: by the joints of its head, or,
-/// where it lies on its side, by driving.
+/// A laser on LINES whose scan lines are swept over the site for mapping: by the joints of its head, or,
+/// where it is mounted on its side, by driving.
 struct LineLaserDescription {
   LaserDescription laser;       ///< its pose with all joints of `head` at zero
   std::vector<HeadJoint> head;  ///< from the base outwards; none: fixed to the base
 };
 
 struct RobotDescription {
-  enum class VelocityFrame { body, local };  ///< what pose_t.vel is expressed in
+  enum class VelocityFrame { body, local };  ///< frame of pose_t.vel
 
   std::string name = "robot";
   std::optional<LaserDescription> laser;
   std::optional<LineLaserDescription> line_laser;
   std::optional<CameraDescription> camera;
   std::optional<DepthCameraDescription> depth;
-  std::optional<ImuDescription> imu;       ///< none: no attitude, whatever comes on IMU
+  std::optional<ImuDescription> imu;       ///< none: no attitude, and IMU is ignored
   std::vector<Eigen::Vector2d> footprint;  ///< convex, counter-clockwise, m, in base_link
   double height = 0.5;                     ///< m, top of the body over the floor
   double mass = 50;                        ///< kg
   RobotLimits limits;
-  std::optional<AttitudeLimits> attitude;  ///< none: nobody is warned of its attitude
+  std::optional<AttitudeLimits> attitude;  ///< none: no warnings
   VelocityFrame velocity_frame = VelocityFrame::body;
   /// 1 sigma of odometry per metre driven and per radian turned: m/m and rad/rad.
   double odometry_error_translation = 0.05;
   double odometry_error_rotation = 0.05;
-  std::string source;  ///< where an imported description came from
+  std::string source;  ///< origin of an imported description
 };
 
 /// Reads YAML (schema robot.schema.json). `origin` names the file or channel in errors.

@@ -27,8 +27,8 @@ bool is_value(RangeConvention::Sentinel kind, float value, float range) {
 
 BeamKind RangeConvention::classify(float range) const {
   // Sentinels first: a sensor that writes 0 for "no return" has a no-return value below its minimum range.
-  // Where both are written alike, too close is assumed: such a beam passes through, and nothing real can be
-  // hidden.
+  // Where both sentinels are equal, too close is assumed: such a beam is passed on unchanged, so nothing real
+  // can be hidden.
   if (is_value(too_close, too_close_value, range)) return BeamKind::too_close;
   if (is_value(no_return, no_return_value, range)) return BeamKind::no_return;
   if (std::isnan(range)) {
@@ -55,7 +55,7 @@ Duration LaserDescription::beam_time(std::size_t i, std::size_t n) const {
            static_cast<double>(beam / interlaced) * beam_interval;
   };
   const double at_beam = since_start(i);
-  // The last beam in time, not in index: of an interlaced scan it belongs to the last pass.
+  // The last beam in time, not in index: in an interlaced scan it belongs to the last pass.
   double end = 0;
   for (std::size_t back = 1; back <= static_cast<std::size_t>(std::max(passes, 1)) && back <= n; ++back) {
     end = std::max(end, since_start(n - back));

@@ -1,4 +1,4 @@
-// A planar laser scan as the sensor wrote it, and how its numbers are to be read.
+// A planar laser scan as received from the sensor, and the interpretation of its values.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@ namespace parhelion {
 /// One scan; beam i points at angle_first + i * angle_step in the laser's xy-plane.
 struct Scan {
   SensorTime stamp;                ///< instant of the beam that LaserDescription::stamp_beam names
-  std::vector<float> ranges;       ///< metres, sentinels as the sensor writes them (never rewritten)
+  std::vector<float> ranges;       ///< metres, sentinels as received from the sensor (never rewritten)
   std::vector<float> intensities;  ///< empty, or one per beam; sensor's own unit
   float angle_first = 0;           ///< rad
   float angle_step = 0;            ///< rad, negative where the sensor sweeps clockwise
 };
 
-/// What one range on the wire means, in REP-117's terms.
+/// Meaning of one range on the wire, in REP-117's terms.
 enum class BeamKind : std::uint8_t { hit, no_return /* +inf */, too_close /* -inf */, invalid /* NaN */ };
 
-/// How a sensor writes what is not a range.
+/// How a sensor encodes values that are not ranges.
 struct RangeConvention {
   enum class Sentinel : std::uint8_t { value, infinity, nan };
   float range_min = 0;  ///< m; a finite range below it is too close
@@ -43,7 +43,7 @@ struct RangeConvention {
 struct LaserDescription {
   enum class StampBeam : std::uint8_t { first, middle, last };
 
-  std::string preset;  ///< name of the preset it came from, or empty
+  std::string preset;  ///< name of its preset, or empty
   Transform<Base, Laser> T_base_laser;
   RangeConvention convention;
   StampBeam stamp_beam = StampBeam::first;
@@ -55,13 +55,13 @@ struct LaserDescription {
   double scan_period = 0;      ///< s between two scans, 0 where unknown
   double noise_sigma = 0;      ///< m, 1 sigma, of a range
   double quantization = 0;     ///< m, step of a range on the wire, 0: none
-  double intensity_scale = 1;  ///< sensor's intensity for a reflectivity of 1; of 0, it is 0
-  bool intensities = false;    ///< a simulated scan carries them, as this sensor does
-  /// For simulated lasers: what a scan looks like.
+  double intensity_scale = 1;  ///< the sensor's intensity for a reflectivity of 1; that of 0 is 0
+  bool intensities = false;    ///< simulated scans carry intensities, like this sensor's
+  /// For simulated lasers: number of beams.
   int beams = 0;
   double angle_first = 0;  ///< rad
   double angle_step = 0;   ///< rad
-  /// Text carried from an imported source that has no field here ("source" topic, CameraInfo and so on).
+  /// Text of an imported source that has no field here ("source" topic, CameraInfo and so on).
   std::string source;
 
   /// Instant of beam i of n, relative to the scan's stamp.

@@ -56,8 +56,8 @@ void read_doors(const Node& list, std::vector<DoorSettings>& doors, yaml::Proble
     doors.push_back(read_door(node));
     const auto [known, inserted] = first.emplace(doors.back().name, node.line);
     if (!inserted) {
-      problems.add(node.line, "door '" + yaml::printable(doors.back().name) +
-                                  "' is in the list already, in line " + std::to_string(known->second));
+      problems.add(node.line, "door '" + yaml::printable(doors.back().name) + "' is a duplicate of line " +
+                                  std::to_string(known->second));
     }
   }
 }
@@ -78,8 +78,8 @@ void check_agent_names(const std::vector<AgentDefinition>& agents, const Node& l
   }
 }
 
-/// Two canonical channels must not meet on the bus: an output that is an input would feed the server its own
-/// words.
+/// Two canonical channels must not have one name on the bus: an output that is an input would feed the server
+/// its own messages.
 void check_meetings(const Scenario& scenario, const Node& node, const std::vector<std::string>& inputs,
                     const std::vector<std::string>& outputs, yaml::Problems& problems) {
   std::map<std::string, std::string> taken;  // name on the bus -> canonical
@@ -100,7 +100,7 @@ void check_meetings(const Scenario& scenario, const Node& node, const std::vecto
       problems.add(std::max(line_of(canonical), line_of(other->second)),
                    std::string("'channels': ")
                        .append(what)
-                       .append(" would both be '")
+                       .append(" would both be named '")
                        .append(name)
                        .append("' on the bus: give one of them another name"));
     }
@@ -140,8 +140,7 @@ void read_contact(const Node& node, ContactLimits& contact, yaml::Problems& prob
   }
 }
 
-/// At level 3 the trainee's robot is real: how far its radio reaches and how long its battery lasts is
-/// nobody's to say.
+/// At level 3 the trainee's robot is real: its radio range and its battery cannot be configured.
 void check_supply(const Scenario& scenario, const Node& node, const char* key, yaml::Problems& problems) {
   if (scenario.level < 3) return;
   const auto simulated = [](const AgentDefinition& agent) { return !agent.model.empty(); };
@@ -159,7 +158,7 @@ void check_supply(const Scenario& scenario, const Node& node, const char* key, y
                    "its own; remove it, or give an agent a 'model'");
 }
 
-/// In the line of the first agent whose pictures are too many.
+/// Reported at the line of the first agent whose picture rate exceeds the limit.
 void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Problems& problems) {
   double asked = 0;
   std::optional<int> line;
@@ -171,7 +170,7 @@ void check_agent_pictures(const Scenario& scenario, const Node& list, yaml::Prob
   problems.add(*line, "'camera': the agents' cameras take " + yaml::format_quantity(asked, Quantity::rate) +
                           " together, more than most_agent_pictures, " +
                           yaml::format_quantity(scenario.most_agent_pictures, Quantity::rate) +
-                          "; lower some, or raise that where the machine can draw as many");
+                          "; lower some rates, or raise the limit if the machine can render as many");
 }
 
 Scenario read_scenario(Node& node, yaml::Problems& problems) {
@@ -206,7 +205,7 @@ Scenario read_scenario(Node& node, yaml::Problems& problems) {
     scenario.trainee = read_trainee(*trainee, problems);
     for (const AgentDefinition& agent : scenario.agents) {
       if (agent.name == scenario.trainee->name)
-        problems.add(trainee->line, "'trainee': an agent has the name '" + agent.name + "' as well");
+        problems.add(trainee->line, "'trainee': an agent has the same name '" + agent.name + "'");
     }
   }
   if (const Node* scripts = node.find("scripts"))
@@ -243,7 +242,7 @@ void write_door(yaml::Writer& writer, const DoorSettings& door) {
   writer.end_item();
 }
 
-/// What cannot be read as one is refused by the schema.
+/// A value of another type is rejected by the schema.
 std::uint64_t written_seed(const Node& document) {
   std::uint64_t seed = Scenario{}.seed;
   if (const Node* node = document.kind == Node::Kind::map ? document.find("seed") : nullptr)
@@ -281,7 +280,7 @@ Result<Scenario> load_scenario(const std::string& path, std::optional<std::uint6
   const auto folder = std::filesystem::path(path).parent_path();
   resolve(scenario->model, folder);
   resolve(scenario->robot, folder);
-  // Models without an ending are shipped ones, by their names.
+  // Models without a file extension are installed ones, by name.
   for (AgentDefinition& agent : scenario->agents) {
     if (agent.model.ends_with(".yaml")) resolve(agent.model, folder);
   }

@@ -103,7 +103,7 @@ void write(const Hazard& hazard, yaml::Writer& writer) {
   writer.end_item();
 }
 
-/// Each name once.
+/// Rejects duplicate names.
 template <class Named>
 void check_names(const std::vector<Named>& all, const Node& list, const char* what,
                  yaml::Problems& problems) {
@@ -111,7 +111,7 @@ void check_names(const std::vector<Named>& all, const Node& list, const char* wh
     for (std::size_t k = 0; k < i; ++k) {
       if (all[k].name != all[i].name) continue;
       problems.add(list.items[i].line,
-                   std::string(what) + " '" + yaml::printable(all[i].name) + "' is there twice");
+                   std::string(what) + " '" + yaml::printable(all[i].name) + "' is a duplicate");
       break;
     }
   }

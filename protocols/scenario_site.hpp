@@ -1,4 +1,4 @@
-// What a scenario says of the site beyond its model, in its YAML.
+// Reads the site settings of a scenario that are not part of its model, from YAML.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace parhelion {
 
-/// `list` has passed yaml::check(); what is wrong goes to `problems`.
+/// `list` has passed yaml::check(); errors go to `problems`.
 std::vector<Zone> read_zones(const yaml::Node& list, yaml::Problems& problems);
 void write_zones(const std::vector<Zone>& zones, yaml::Writer& writer);
 std::vector<Hazard> read_hazards(const yaml::Node& list, yaml::Problems& problems);

@@ -51,7 +51,7 @@ inline double bounding_radius(const Shape& shape) { return bounding_radius(shape
 
 enum class BodyOwner : std::uint8_t { agent, real_robot, building };
 
-using BodyId = std::uint32_t;  ///< unique in a session, never used again after a removal
+using BodyId = std::uint32_t;  ///< unique in a session, not reused after a removal
 
 /// One rigid body. An agent is one body or several (a person: torso and legs; a robot: chassis and wheels).
 struct BodyDefinition {
@@ -60,12 +60,12 @@ struct BodyDefinition {
   std::string part;    ///< "chassis", "left_leg", ...
   BodyOwner owner = BodyOwner::agent;
   bool injectable =
-      false;  ///< may appear in real scans and images: agents and drawn virtual walls only (promise 1)
+      false;  ///< may appear in real scans and images: agents and virtual walls only (promise 1)
   std::vector<Shape> shapes;
-  bool moves = false;  ///< of the building: a door, which need not stand where the model draws it
+  bool moves = false;  ///< of the building: a door, whose pose may differ from the model's
 };
 
-/// Shared, immutable: a new one is made when a body comes or goes, `version` then increases.
+/// Shared and immutable: adding or removing a body makes a new one with a larger `version`.
 struct Scene {
   std::uint64_t version = 0;
   std::vector<std::shared_ptr<const BodyDefinition>> bodies;  ///< ascending id

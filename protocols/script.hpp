@@ -1,4 +1,4 @@
-// What happens by itself in a session: agents' commands, by time or when something happens.
+// Scripts of a session: commands for agents, triggered by time or by events.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ inline constexpr const char* kTrainee = "trainee";
 struct ScriptTrigger {
   enum class Kind : std::uint8_t {
     time,   ///< `time` after the session began
-    event,  ///< one of kind `event`; of `subject` and `object` where these are not empty
+    event,  ///< one of kind `event`; with `subject` and `object` where these are not empty
     near,   ///< `subject` comes within `distance` of `object`, both agents or the trainee
   };
   Kind kind = Kind::time;
@@ -29,7 +29,7 @@ struct Script {
   std::string name;
   ScriptTrigger when;
   double after = 0;     ///< s, from the trigger to the actions
-  bool repeat = false;  ///< each time; with a time: again and again after as long
+  bool repeat = false;  ///< each time; with a time trigger: periodically
   std::vector<AgentCommand> actions;
 };
 

@@ -1,4 +1,4 @@
-// SHA-256 (FIPS 180-4) of bytes as they come.
+// Incremental SHA-256 (FIPS 180-4).
 #pragma once
 
 #include <cstdint>

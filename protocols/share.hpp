@@ -1,4 +1,4 @@
-// Where files that ship with the program are: presets, robots, programmes.
+// Locates files that are installed with the program: presets, robots, programmes.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace parhelion {
 
-/// Path of a shipped file such as "fusion/scan/presets/lms-200.yaml": under $PARHELION_SHARE where set, else
-/// beside the running program (../share/parhelion), else in the source tree that it was built from.
+/// Path of an installed file such as "fusion/scan/presets/lms-200.yaml": under $PARHELION_SHARE where set,
+/// else beside the running program (../share/parhelion), else in the source tree that it was built from.
 std::filesystem::path share_path(std::string_view relative);
 
 }  // namespace parhelion

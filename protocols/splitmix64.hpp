@@ -5,7 +5,7 @@
 
 namespace parhelion {
 
-/// What SplitMix64's state grows by at each number: 2^64 over the golden ratio.
+/// Increment of SplitMix64's state: 2^64 over the golden ratio.
 inline constexpr std::uint64_t kSplitMix64Increment = 0x9E3779B97F4A7C15ULL;
 
 /// SplitMix64's output function: each bit of the result depends on every bit of `z`.

@@ -1,4 +1,4 @@
-// What a function returns that can fail: a value or an Error that a person can act on (promise 7).
+// Result of a function that can fail: a value, or an Error that the user can act on (promise 7).
 #pragma once
 
 #include <cassert>
@@ -9,12 +9,12 @@
 
 namespace parhelion {
 
-/// Says what was wrong, where (file:line, channel, offset), what was expected and what to do.
+/// States what was wrong, where (file:line, channel, offset), what was expected and what to do.
 struct Error {
   std::string message;
 };
 
-/// Either a T or an Error; must be looked at.
+/// Either a T or an Error; must be checked.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -39,7 +39,7 @@ class [[nodiscard]] Result {
   std::variant<T, Error> content_;
 };
 
-/// Success, or an Error; must be looked at.
+/// Success, or an Error; must be checked.
 class [[nodiscard]] Status {
  public:
   Status() = default;

@@ -1,4 +1,4 @@
-// What the server says beside the scans and images themselves.
+// Messages of the server other than scans and images.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace parhelion {
 
-/// A robot model as it was read, so that replay needs no files.
+/// The texts of a robot model's files, so that replay needs no files.
 struct RobotModelTexts {
   std::string name, urdf, yaml;
 };
@@ -22,8 +22,8 @@ struct SessionHeader {
   std::string model_yaml;
   std::string robot_yaml;
   std::uint64_t seed = 0;
-  std::string version;                      ///< of parhelion and the libraries that decide bytes
-  std::vector<std::string> input_channels;  ///< names on the bus that were inputs
+  std::string version;                      ///< of parhelion and of the libraries that affect results
+  std::vector<std::string> input_channels;  ///< names on the bus of the inputs
   std::vector<RobotModelTexts> robot_models;
 };
 
@@ -33,36 +33,36 @@ struct ScanInfo {
   bool live = false;                     ///< false: degraded, MR_SCAN equals SCAN
   std::string reason;                    ///< why degraded, else empty
   double predicted_error = 0;            ///< m, 1 sigma of a return at the nearest agent; infinity: no pose
-  std::vector<std::string> agents;       ///< names that beam_agent points into
+  std::vector<std::string> agents;       ///< names that beam_agent refers to
   std::vector<std::int16_t> beam_agent;  ///< per beam: index into agents, -1: none
 };
 
-/// LOOP: decisions that only wall time could make; replay obeys them.
+/// LOOP: decisions that depend on wall time; replay repeats them.
 struct LoopDecision {
   enum class Kind : std::int8_t {
     guard_fired = 0,
     steps_skipped = 1,
     frame_dropped = 2,
-    scans_left_out = 3,  ///< they went out as they came, and the session log lacks them
-    ended = 4,           ///< no input comes any more; the physics has got as far as this
-    foreign_message = 5  ///< somebody else published on a channel of the simulated robot
+    scans_left_out = 3,  ///< they were passed on unchanged, and the session log lacks them
+    ended = 4,           ///< no more input; the physics has reached this time
+    foreign_message = 5  ///< another publisher on a channel of the simulated robot
   };
   SensorTime stamp;  ///< of the input that it is about, or the server's time
   Kind kind = Kind::guard_fired;
-  /// Steps skipped (those before the newest that is due at the arrival), scans left out, 0 at the end; of
+  /// Steps skipped (all before the newest that is due at the arrival), scans left out, 0 at the end; for
   /// foreign_message the index in sensor_channels(); else the sequence number of the scan or frame, from 1.
   std::int64_t count = 0;
 };
 
-/// MR_MODEL: a version of the semantic model that takes the one before's place at the next physics step. The
-/// server's own word, logged as an input, so that replay obeys it.
+/// MR_MODEL: a version of the semantic model that replaces the previous one at the next physics step.
+/// Produced by the server and logged as an input, so that replay applies it.
 struct ModelVersion {
   SensorTime stamp;           ///< of the newest 3D scan in it
   std::uint64_t version = 1;  ///< from 1; MR_SESSION embeds version 0
   std::string yaml;           ///< the model
 };
 
-/// MR_STATUS: measured figures, outside promise 4.
+/// MR_STATUS: measured figures, excluded from promise 4.
 struct ServerStatus {
   SensorTime stamp;
   std::vector<std::pair<std::string, double>> values;

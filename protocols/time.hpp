@@ -1,5 +1,4 @@
-// Instants in int64 nanoseconds, tagged with the clock that read them, so that two clocks never mix
-// unnoticed.
+// Instants in int64 nanoseconds, tagged with their clock, so that clocks are never mixed by accident.
 #pragma once
 
 #include <compare>
@@ -7,7 +6,7 @@
 
 namespace parhelion {
 
-/// A span of time, nanoseconds. The same for every clock.
+/// A time span, nanoseconds. Independent of the clock.
 struct Duration {
   std::int64_t ns = 0;
   auto operator<=>(const Duration&) const = default;
@@ -24,10 +23,10 @@ constexpr Duration milliseconds(std::int64_t n) { return {n * 1'000'000}; }
 /// Rounded to the nearest nanosecond.
 constexpr Duration seconds(double s) { return {static_cast<std::int64_t>(s * 1e9 + (s < 0 ? -0.5 : 0.5))}; }
 
-struct SensorClock {};      ///< what the sensor said: `utime` on the wire
+struct SensorClock {};      ///< the sensor's clock: `utime` on the wire
 struct ArrivalClock {};     ///< the server's stamp of an input; strictly increasing; a log event's timestamp
 struct SimulationClock {};  ///< instant of a physics state, on the axis of ArrivalClock
-struct WallClock {};        ///< read in the inbox and for measuring durations, nowhere else
+struct WallClock {};        ///< read in the inbox and for measuring durations only
 
 /// An instant of one clock, nanoseconds since the epoch.
 template <class Clock>
@@ -47,7 +46,7 @@ using ArrivalTime = Stamp<ArrivalClock>;
 using SimulationTime = Stamp<SimulationClock>;
 using WallTime = Stamp<WallClock>;
 
-/// Physics runs on the axis of arrival: the only conversion between clocks that needs no offset.
+/// Physics uses the axis of arrival: the only conversion between clocks without an offset.
 constexpr SimulationTime simulation_time(ArrivalTime t) { return {t.ns}; }
 
 }  // namespace parhelion

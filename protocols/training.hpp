@@ -1,4 +1,4 @@
-// What a trainee is to do and how it is graded: conditions over events and the world, tasks, penalties.
+// A trainee's tasks and their grading: conditions over events and the world, tasks, penalties.
 #pragma once
 
 #include <cstdint>
@@ -10,26 +10,28 @@
 
 namespace parhelion {
 
-/// When it holds. Of a subject that is empty the robot that is graded is meant; of another that is empty any.
-/// What is composed nests to any depth that YAML is read to.
+/// A condition. An empty subject is the graded robot; any other empty field matches all. Composed conditions
+/// nest up to the YAML reader's limit.
 struct Condition {
   enum class Kind : std::uint8_t {
     event,  ///< `count` events of `event` by `subject` about `object`, at least `impulse`, `least` to `most`
     reach,  ///< it is in the zone `target`
     pass,   ///< it went through the opening of the door `target`, from one side to the other
     climb,  ///< it is up the flight of stairs `target`
-    near,   ///< its origin is within `distance` (in the plane) of that of `target`, for `duration` on end
+    near,   ///< its origin is within `distance` (in the plane) of that of `target`, continuously for
+            ///< `duration`
     still,  ///< it has not moved for `duration`
-    inspect,  ///< `target` is in its camera's view, no farther than `distance`, not hidden by the building,
-              ///< for `duration` on end
-    follow,   ///< as near, of an agent
+    inspect,  ///< `target` is in its camera's view, no farther than `distance`, not occluded by the building,
+              ///< continuously for `duration`
+    follow,   ///< like near, for an agent
     avoid,    ///< for `duration` it came no nearer to `target` than `distance`, or (0) did not touch it; else
               ///< failed
-    report,   ///< the trainee said to have found `target`, and (with `distance`) where, within that
+    report,   ///< the trainee reported `target` as found, and (with `distance`) its position within that
     grip,     ///< its gripper holds `target`
-    lift,     ///< it holds it 2 cm over where that lay
-    place,    ///< it let go of `target`, which rests in the container `into` (empty: any)
-    pitch,    ///< the least `amount` (rad) either way, for `duration` on end, by MR_WORLD; so the next three
+    lift,     ///< its gripper holds `target` 2 cm over its initial position
+    place,    ///< it released `target`, which rests in the container `into` (empty: any)
+    pitch,  ///< at least `amount` (rad) either way, continuously for `duration`, by MR_WORLD; the next three
+            ///< likewise
     roll,
     yaw_rate,  ///< rad/s
     speed,     ///< m/s
@@ -49,40 +51,40 @@ struct Condition {
   double distance = 0;  ///< m
   double duration = 0;  ///< s
   std::vector<Condition> parts;
-  std::optional<double> within;  ///< s from when it began to be looked at; later: it has failed
-  std::vector<Condition> never;  ///< none or one: once that holds, this has failed
+  std::optional<double> within;  ///< s from when it began to be evaluated; later: it has failed
+  std::vector<Condition> never;  ///< none or one: once that holds, this condition has failed
 };
 
 struct Task {
   std::string name;
   std::string text;             ///< for the briefing
-  double points = 0;            ///< for doing it
-  bool required = false;        ///< without it nothing is passed
-  std::optional<double> limit;  ///< s from its begin
+  double points = 0;            ///< awarded when it is done
+  bool required = false;        ///< required to pass
+  std::optional<double> limit;  ///< s from its start
   Condition done;
   std::vector<Condition> failed;    ///< none or one
-  std::vector<std::string> skills;  ///< that it trains, each once
+  std::vector<std::string> skills;  ///< that it trains, without duplicates
 };
 
 struct Penalty {
   std::string name;
-  double points = 0;           ///< each time
-  double per_impulse = 0;      ///< points for each N s of the event that set it off
-  std::optional<double> most;  ///< points, of all times together
-  Condition when;              ///< looked at anew each time that it has held
+  double points = 0;           ///< deducted each time
+  double per_impulse = 0;      ///< points per N s of the event that triggered it
+  std::optional<double> most;  ///< points, maximum in total
+  Condition when;              ///< evaluated anew each time after it has held
 };
 
 struct GradeStep {
   std::string name;
-  double from = 0;  ///< share of the points, 0..1
+  double from = 0;  ///< minimum fraction of the points, 0..1
 };
 
 struct Training {
-  std::string robot;              ///< that is graded; empty: the trainee's
+  std::string robot;              ///< graded robot; empty: the trainee's
   std::string text;               ///< for the briefing
-  std::optional<double> limit;    ///< s, of the whole
-  bool in_order = true;           ///< a task begins when the one before has ended; else all at once
-  double pass_mark = 0;           ///< share of the points, 0..1
+  std::optional<double> limit;    ///< s, for all tasks
+  bool in_order = true;           ///< a task begins when the previous one has ended; else all at once
+  double pass_mark = 0;           ///< fraction of the points, 0..1
   std::vector<GradeStep> grades;  ///< the best first
   std::vector<Task> tasks;        ///< names are unique
   std::vector<Penalty> penalties;

@@ -1,4 +1,4 @@
-// The names of events and agents, as they are printed and written to files.
+// The names of events and agents in messages and files.
 #include "protocols/command.hpp"
 #include "protocols/event.hpp"
 

@@ -1,4 +1,4 @@
-// The world at an instant: what physics says, what scans, images and grades are computed from.
+// The state of the world at an instant: result of physics and input of scans, images and grading.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,11 +19,11 @@ struct BodyState {
   Transform<Map, Body> T_map_body;
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();       ///< m/s, map frame, of the body's origin
   Eigen::Vector3d rotation_rate = Eigen::Vector3d::Zero();  ///< rad/s, map frame
-  bool known = true;  ///< false: a real door that no sensor sees; the pose is the last that was known
+  bool known = true;  ///< false: a real door that no sensor sees; the pose is the last known one
 };
 
 struct WorldSnapshot {
-  SimulationTime stamp;    ///< the instant at which the poses hold
+  SimulationTime stamp;    ///< instant of the poses
   std::uint64_t step = 0;  ///< number of the physics step that made it (the earlier one where interpolated)
   bool attitude_known = false;  ///< roll and pitch of the real robot are measured, not assumed
   std::shared_ptr<const Scene> scene;
@@ -31,8 +31,8 @@ struct WorldSnapshot {
 };
 
 /// Calls visit(const BodyDefinition&, BodyState&) for each body that exists at the stamp, in ascending id;
-/// the state is const where the world is. Nothing where the world has no scene. Linear: both lists are read
-/// once.
+/// the state is const where the world is. Does nothing where the world has no scene. Linear: each list is
+/// read once.
 template <class World, class Visit>
 void for_each_body(World& world, Visit&& visit) {
   if (!world.scene) return;

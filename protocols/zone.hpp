@@ -1,4 +1,4 @@
-// Zones of a scenario: places whose entering and leaving are events.
+// Zones of a scenario: areas whose entering and leaving are events.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,13 +12,12 @@ namespace parhelion {
 /// An upright prism in the map.
 struct Zone {
   std::string name;                      ///< unique among the zones
-  std::vector<Eigen::Vector2d> outline;  ///< m, map frame; a polygon that does not cross itself, either way
-                                         ///< round
+  std::vector<Eigen::Vector2d> outline;  ///< m, map frame; does not intersect itself; either direction
   double bottom = -1e4, top = 1e4;       ///< m, z
 };
 
-/// What is wrong with a zone, or nothing: no name, fewer than three corners, no area, sides that cross, a
-/// top that is not over its bottom.
+/// Why a zone is invalid, or success: no name, fewer than three corners, no area, intersecting sides, a top
+/// that is not above its bottom.
 Status check_zone(const Zone& zone);
 
 /// Whether p is inside, or outside by no more than `margin` (m, >= 0).

@@ -8,7 +8,7 @@
 namespace parhelion::render {
 namespace {
 
-constexpr double kChunk = 2.0;  ///< m, side of the cubes by which triangles are sorted
+constexpr double kChunk = 2.0;  ///< m, side of the cubes that group triangles
 
 using Corners = std::array<Eigen::Vector3f, 3>;
 using Cube = std::array<int, 3>;

@@ -1,5 +1,5 @@
-// The triangles of a model's meshes as the renderer takes them: cut into chunks that are culled one by one.
-// Private to this room.
+// The triangles of a model's meshes for the renderer, cut into chunks that are culled individually. Private
+// to this module.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,7 +11,7 @@
 
 namespace parhelion::render {
 
-/// A run of vertices (three a triangle) and the box around them, map frame, m.
+/// A range of vertices (three per triangle) and their bounding box, map frame, m.
 struct MeshChunk {
   Eigen::AlignedBox3d box;
   std::uint32_t first = 0, count = 0;
@@ -22,8 +22,8 @@ struct BuildingMesh {
   std::vector<MeshChunk> chunks;
 };
 
-/// Each triangle twice, once from either side: thin surfaces hide and are seen from both. Triangles that name
-/// a vertex that is not there, or have no area, are left out.
+/// Each triangle twice, once per side: thin surfaces occlude and are visible from both. Triangles with an
+/// invalid vertex index or no area are dropped.
 BuildingMesh building_mesh(const SemanticModel& model);
 
 }  // namespace parhelion::render

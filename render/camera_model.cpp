@@ -8,7 +8,7 @@
 namespace parhelion::render {
 namespace {
 
-constexpr int kMaxSide = 8192;     ///< px, of an image: what every GL driver of this class can draw
+constexpr int kMaxSide = 8192;     ///< px, of an image: limit of the supported GL drivers
 constexpr double kMaxTheta = 3.1;  ///< rad, a fisheye's widest half angle
 
 bool has_no_distortion(const CameraIntrinsics& c) {
@@ -24,7 +24,7 @@ Eigen::Vector2d distort_brown(const std::array<double, 5>& d, double x, double y
           y * radial + d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y};
 }
 
-/// Derivative of r * radial(r^2): where it turns negative the polynomial folds back and images nothing real.
+/// Derivative of r * radial(r^2): where it becomes negative the polynomial folds back and is invalid.
 double radial_slope(const std::array<double, 5>& d, double r2) {
   return 1 + r2 * (3 * d[0] + r2 * (5 * d[1] + r2 * 7 * d[4]));
 }
@@ -183,7 +183,7 @@ CameraProjection::CameraProjection(const CameraIntrinsics& intrinsics)
   make_sources();
 }
 
-/// Chooses the views from how far off axis the image sees and from how finely it samples.
+/// Chooses the views from the image's largest off-axis angle and its resolution.
 void CameraProjection::make_views(double max_angle, double max_slope_x, double max_slope_y, double scale) {
   const double f = std::max(intrinsics_.fx, intrinsics_.fy) * scale;
   constexpr double kOneView = 65.0 / 180.0 * 3.14159265358979;

@@ -1,5 +1,5 @@
-// Pinhole with a lens: from a direction to a pixel and back, and the pinhole views that a distorted image is
-// drawn through.
+// Camera model with lens distortion: projection and its inverse, and the pinhole views from which a distorted
+// image is rendered.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,12 +23,12 @@ struct PixelRect {
   PixelRect grown(int pixels) const { return {x0 - pixels, y0 - pixels, x1 + pixels, y1 + pixels}; }
 };
 
-/// The intrinsics for an image of this size: scaled where the aspect is the same. Error: not calibrated, not
-/// finite, another aspect, or a size that is no image's.
+/// The intrinsics for an image of this size: scaled where the aspect ratio is the same. Error: not
+/// calibrated, not finite, another aspect ratio, or an invalid image size.
 Result<CameraIntrinsics> intrinsics_for_size(const CameraIntrinsics& intrinsics, int width, int height);
 
-/// A lens with the limit up to which its distortion is monotonic worked out once. Brown-Conrady and
-/// Kannala-Brandt as OpenCV defines them.
+/// A lens with the precomputed limit up to which its distortion is monotonic. Brown-Conrady and
+/// Kannala-Brandt as defined in OpenCV.
 class Lens {
  public:
   explicit Lens(const CameraIntrinsics& intrinsics);
@@ -36,7 +36,7 @@ class Lens {
   /// Pixel of a point in the optical frame (m), or nothing where the lens does not image it (behind a
   /// pinhole, beyond the limit).
   std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& p_optical) const;
-  /// Unit direction in the optical frame of a pixel, or nothing where no direction is imaged there.
+  /// Unit direction of a pixel in the optical frame, or nothing where the lens images no direction there.
   std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& pixel) const;
 
  private:
@@ -52,16 +52,15 @@ struct PinholeView {
   int width = 0, height = 0;
 };
 
-/// How the image of a camera is drawn by a renderer that only knows pinholes: directly where the lens has no
-/// distortion, else through one view (up to 65 degrees off axis) or the faces of a cube, warped by a map that
-/// is computed once. The views are at least as fine as the image, so that the warp costs no sharpness beyond
-/// its bilinear filter.
+/// Renders a camera's image with a pinhole renderer: directly where the lens has no distortion, else through
+/// one view (up to 65 degrees off axis) or the faces of a cube, warped by a precomputed map. The views have
+/// at least the resolution of the image, so the warp loses no sharpness beyond its bilinear filter.
 class CameraProjection {
  public:
   explicit CameraProjection(const CameraIntrinsics& intrinsics);
 
   const CameraIntrinsics& intrinsics() const { return intrinsics_; }
-  /// The image is the one view itself: no warp.
+  /// The image is the single view itself: no warp.
   bool direct() const { return direct_; }
   const std::vector<PinholeView>& views() const { return views_; }
 
@@ -70,7 +69,7 @@ class CameraProjection {
     float u, v;         ///< pixel in the view
     std::uint8_t view;  ///< kNoView: the lens images nothing here
   };
-  /// Where pixel (x, y) of the image is found; only where not direct().
+  /// Source of pixel (x, y) of the image; only where not direct().
   const Source& source(int x, int y) const {
     return sources_[static_cast<std::size_t>(y) * static_cast<std::size_t>(intrinsics_.width) +
                     static_cast<std::size_t>(x)];
@@ -78,7 +77,7 @@ class CameraProjection {
   const Lens& lens() const { return lens_; }
   /// Unit direction of an image pixel; zero where the lens images nothing.
   Eigen::Vector3d direction(int x, int y) const;
-  /// The image pixels (to 16) that are drawn from within `rect` of the view; and the converse.
+  /// The image pixels (rounded to blocks of 16) that are rendered from `rect` of the view; and the inverse.
   PixelRect image_rect(std::size_t view, const PixelRect& rect) const;
   PixelRect view_rect(std::size_t view, const PixelRect& image) const;
 

@@ -14,7 +14,7 @@
 namespace parhelion::render {
 namespace {
 
-/// Measures stages; what it reads goes into timings only.
+/// Measures stages; the clock is used only for timings.
 class Stopwatch {
  public:
   Duration lap() {
@@ -36,7 +36,7 @@ bool has_injectable(const WorldSnapshot& world) {
                      [](const auto& body) { return body->injectable; });
 }
 
-/// A stand-in picture shows the model and nothing else, so only the model hides in it.
+/// A stand-in picture shows only the model, so only the model occludes.
 bool is_stand_in(const Image& image) { return image.find_metadata("stand-in") != nullptr; }
 
 class EglCompositor : public Compositor {
@@ -52,7 +52,7 @@ class EglCompositor : public Compositor {
     compositor->building_ = occluders_of(building);
     compositor->mesh_ = building_mesh(building);
     compositor->renderer_->set_mesh(compositor->mesh_);
-    compositor->mesh_.vertices = {};  // the driver has them
+    compositor->mesh_.vertices = {};  // already uploaded to the driver
     return std::unique_ptr<Compositor>(std::move(compositor));
   }
 
@@ -60,7 +60,7 @@ class EglCompositor : public Compositor {
   Result<Pixels> compose_pixels(const RenderJob& job) override;
 
  private:
-  /// What became of a job: nothing to draw, or `frame_` and `layer_` are composited.
+  /// Result of a job: nothing to draw, or `frame_` and `layer_` are composited.
   enum class Outcome { nothing, drawn };
   Result<Outcome> draw(const RenderJob& job, RenderTimings& timings);
   void read_depth_image(const RenderJob& job);
@@ -76,7 +76,7 @@ class EglCompositor : public Compositor {
   std::unique_ptr<LayerRenderer> renderer_;
   std::vector<OccluderBox> building_;
   BuildingMesh mesh_;
-  std::list<CameraProjection> projections_;  ///< newest first; a warp map is computed once a camera
+  std::list<CameraProjection> projections_;  ///< newest first; a warp map is computed once per camera
   JpegCodec codec_;
   DrawList bodies_;
   Layer layer_, modelled_;
@@ -84,7 +84,7 @@ class EglCompositor : public Compositor {
   DepthOcclusion depth_occlusion_;
   Result<DepthPixels> depth_ = Error{"no depth image"};
   CameraIntrinsics depth_intrinsics_;
-  bool depth_is_read_ = false;  ///< of the present job: by draw(), which needs it first
+  bool depth_is_read_ = false;  ///< of the current job: by draw(), which needs it first
 };
 
 bool same(const CameraIntrinsics& a, const CameraIntrinsics& b) {
@@ -97,7 +97,7 @@ const CameraProjection& EglCompositor::projection(const CameraIntrinsics& intrin
     return same(p.intrinsics(), intrinsics);
   });
   if (found != projections_.end()) {
-    projections_.splice(projections_.begin(), projections_, found);  // so that the next miss does not drop it
+    projections_.splice(projections_.begin(), projections_, found);  // so that it is not dropped next
     return *found;
   }
   if (projections_.size() >= 4) projections_.pop_back();
@@ -123,7 +123,7 @@ void EglCompositor::list_occluders(const RenderJob& job, const CameraProjection&
     add_occluder(bodies_, camera, T_optical_map * strip.T_map_box, strip.half);
 }
 
-/// Leaves the depth image's pixels in `depth_`, or why there are none.
+/// Stores the depth image's pixels in `depth_`, or returns why there are none.
 void EglCompositor::read_depth_image(const RenderJob& job) {
   depth_ = Error{"no depth image"};
   if (!job.depth) return;
@@ -229,9 +229,9 @@ Result<Compositor::Pixels> EglCompositor::compose_pixels(const RenderJob& job) {
   return pixels;
 }
 
-/// MR_DEPTH: a measured pixel only ever comes nearer; one without a measurement is set where a body stands
-/// nearer than the modelled building and within the sensor's range; what is too near for the sensor is
-/// written as it writes that: 0.
+/// MR_DEPTH: a measured pixel can only become nearer; one without a measurement is set where a body is nearer
+/// than the modelled building and within the sensor's range; below the sensor's minimum range it is 0, as the
+/// sensor reports it.
 Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
   if (!job.depth) return std::optional<Image>{};
   if (!has_injectable(job.world)) return std::optional<Image>{*job.depth};
@@ -239,7 +239,7 @@ Result<std::optional<Image>> EglCompositor::draw_depth(const RenderJob& job) {
   if (!depth_) return depth_.error();
   Result<DepthPixels>& pixels = depth_;
   const CameraProjection& camera = projection(depth_intrinsics_);
-  // Drawn through the depth camera: its optical frame is the renderer's.
+  // Drawn for the depth camera: its optical frame is the renderer's.
   const auto T_map_optical = job.T_map_depth.as<Map, CameraOptical>();
   list_bodies(job, camera, T_map_optical, false);
   if (bodies_.empty()) return std::optional<Image>{*job.depth};

@@ -49,7 +49,7 @@ Status inflate_rows(const Image& image, DepthPixels& pixels) {
   return {};
 }
 
-/// libpng speaks by longjmp: nothing with a destructor lives in the functions that call it.
+/// libpng reports errors by longjmp: the functions that call it have no locals with destructors.
 struct PngSource {
   const std::uint8_t* bytes;
   std::size_t size, at;
@@ -80,7 +80,7 @@ bool png_decode(PngSource& source, int width, int height, std::uint16_t* pixels)
   }
   png_set_read_fn(png, &source, png_take);
   png_read_info(png, header);
-  // The size is looked at before anything is allocated for it.
+  // The size is checked before anything is allocated for it.
   const bool fits = png_get_image_width(png, header) == static_cast<png_uint_32>(width) &&
                     png_get_image_height(png, header) == static_cast<png_uint_32>(height) &&
                     png_get_bit_depth(png, header) == 16 &&

@@ -79,7 +79,7 @@ PixelRect depth_part(const DepthView& view, const PixelRect& window,
   return bounded ? part.intersected(whole) : whole;
 }
 
-/// Floor and ceiling of pixel coordinates (above -4096): libm's are calls on a portable baseline.
+/// Floor and ceiling of pixel coordinates (above -4096): libm's are function calls on a portable baseline.
 int floor_pixel(double x) { return static_cast<int>(x + 4096) - 4096; }
 int ceil_pixel(double x) { return 4096 - static_cast<int>(4096 - x); }
 
@@ -88,7 +88,7 @@ double smoothstep(double low, double high, double x) {
   return t * t * (3 - 2 * t);
 }
 
-/// Depth along the optical axis at which a pixel's ray meets the floor; beyond everything where it does not.
+/// Depth along the optical axis of the intersection of a pixel's ray with the floor; kNothing without one.
 double floor_depth(const DepthView& view, int x, int y) {
   const Eigen::Vector3d ray = view.camera.direction(x, y);
   const double fall = (view.T_map_optical.rotation() * ray).z();
@@ -160,7 +160,7 @@ void DepthOcclusion::register_depth(const DepthView& view) {
     if (depth_[i] < static_cast<float>(Rule::kNothing)) confidence_[i] = static_cast<float>(Rule::kMeasured);
 }
 
-/// Measured depths with a jump near them count little.
+/// Measured depths close to a jump get a low weight.
 void DepthOcclusion::find_edges() {
   const cv::Mat depth(window_.height(), window_.width(), CV_32F, depth_.data());
   nearest_.resize(depth_.size());
@@ -195,7 +195,7 @@ void DepthOcclusion::add_model(const Layer& modelled) {
   }
 }
 
-/// Nearest and farthest known depth round each pixel, for early decisions.
+/// Nearest and farthest known depth around each pixel, for early decisions.
 void DepthOcclusion::find_bounds() {
   const cv::Mat depth(window_.height(), window_.width(), CV_32F, depth_.data());
   cv::Mat nearest(depth.size(), CV_32F, nearest_.data()), farthest(depth.size(), CV_32F, farthest_.data());
@@ -252,8 +252,7 @@ void DepthOcclusion::apply(const DepthView& view, Layer& layer) {
       std::uint8_t* rgba = &layer.rgba[4 * i];
       if (!rgba[3]) continue;
       std::uint32_t depth_id = layer.depth_id[i];
-      if (!depth_id &&
-          (rgba[0] | rgba[1] | rgba[2])) {  // an edge whose own sample missed the body: a neighbour's
+      if (!depth_id && (rgba[0] | rgba[1] | rgba[2])) {  // an edge whose own sample missed the body
         for (const auto& [dx, dy] :
              {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, -1}, {-1, 1}, {1, 1}}) {
           const int nx = x + dx, ny = y + dy;

@@ -9,8 +9,8 @@
 namespace parhelion::render {
 namespace {
 
-constexpr double kMostMillimetres = 65534;  // 65535 is "nothing measured" in some data sets
-constexpr double kDrawsInSigma = 30;        // a quantile of the normal distribution is a whole number of them
+constexpr double kMostMillimetres = 65534;  // 65535 means "no measurement" in some data sets
+constexpr double kDrawsInSigma = 30;  // quantiles of the normal distribution are multiples of 1 / 30 sigma
 
 /// 1 sigma draws, to a 30th: within 8.5 sigma.
 const PixelNoise& unit_noise() {
@@ -18,8 +18,8 @@ const PixelNoise& unit_noise() {
   return noise;
 }
 
-/// Pixels from right to left: what the second eye sees of them lies from right to left as well, but where
-/// something nearer stands before it.
+/// Pixels from right to left: their projections in the second view also go from right to left, except where
+/// something nearer is in front.
 void find_hidden(std::span<const float> disparities, std::vector<bool>& hidden) {
   double seen = std::numeric_limits<double>::infinity();
   for (std::size_t x = disparities.size(); x-- > 0;) {
@@ -53,13 +53,13 @@ void DepthSensor::measure(const DepthCameraDescription& camera, std::span<const 
     for (std::size_t x = 0; x < width; ++x) {
       double depth = static_cast<double>(depths[row + x]);
       if (!std::isfinite(depth) || hidden_[x]) continue;
-      // Of the complement: other draws than those of the colour picture of the same number.
+      // Complement, for other draws than those of the colour picture with the same number.
       const double sigmas = noisy ? unit_noise().at(seed, ~image, row + x) / kDrawsInSigma : 0;
       if (disparity_at_1_m > 0) {
         double disparity = disparity_at_1_m / depth + sigmas * camera.disparity_noise;
         if (camera.disparity_step > 0)
           disparity = std::round(disparity / camera.disparity_step) * camera.disparity_step;
-        if (!(disparity > 0)) continue;  // as of something infinitely far
+        if (!(disparity > 0)) continue;  // treated as infinitely far
         depth = disparity_at_1_m / disparity;
       }
       depth += sigmas * camera.noise;

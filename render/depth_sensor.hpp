@@ -1,4 +1,4 @@
-// What a depth camera makes of true depths. Private to this room.
+// Model of a depth camera: converts true depths to measured ones. Private to this module.
 #pragma once
 
 #include <cstdint>
@@ -10,25 +10,25 @@
 
 namespace parhelion::render {
 
-/// Farthest depth of a camera that says none, m.
+/// m, farthest depth of a camera whose description gives none.
 inline constexpr double kDepthSight = 60;
 
 double farthest_depth(const DepthCameraDescription& camera);  ///< m, along the optical axis
 
-/// A camera with a baseline measures the disparity between two views, which its noise and its steps are of,
-/// so that both grow with the square of the depth (Khoshelham, Elberink, Sensors 2012); and where the second
-/// view is hidden by something nearer it measures nothing: left of an edge there is a shadow. The noise of
-/// one without is the same at all ranges. What comes out of its ranges is 0. A value depends on (seed, image,
-/// its place) and the true depths of its row alone.
+/// A camera with a baseline measures the disparity between two views. Its noise and steps are constant in
+/// disparity, so both grow with the square of the depth (Khoshelham, Elberink, Sensors 2012), and there is no
+/// measurement where the second view is occluded, which leaves a shadow left of an edge. Without a baseline
+/// the noise is constant at all ranges. Values outside of its range become 0. A value depends only on (seed,
+/// image, its position) and the true depths of its row.
 class DepthSensor {
  public:
-  /// `depths`: m along the optical axis, row by row, infinity where there is nothing.
+  /// `depths`: m along the optical axis, row by row; infinity: no surface.
   void measure(const DepthCameraDescription& camera, std::span<const float> depths, std::uint64_t seed,
                std::uint64_t image, DepthPixels& pixels);
 
  private:
   std::vector<float> disparities_;  // px, of a row
-  std::vector<bool> hidden_;        // of a row, from the second view
+  std::vector<bool> hidden_;        // of a row, occluded in the second view
 };
 
 }  // namespace parhelion::render

@@ -7,13 +7,13 @@
 namespace parhelion::render {
 namespace {
 
-/// The polygon inside a circle is at most this far from it, px.
+/// px, maximum distance of the polygon from its circle.
 constexpr double kSagitta = 0.15;
-/// A chamfer narrower than this is not seen, px.
+/// px, chamfers narrower than this are not drawn.
 constexpr double kVisibleBevel = 0.6;
-/// Things higher over the floor cast no shadow that is seen, m.
+/// m, objects higher over the floor cast no visible shadow.
 constexpr double kShadowHeight = 1.0;
-/// Most entities that the 10 bits of the identity buffer tell apart; later ones share the last.
+/// Maximum number of entities in the 10 bits of the identity buffer; later ones share the last.
 constexpr std::size_t kMaxEntities = 1023;
 
 struct Bounds {
@@ -69,7 +69,7 @@ int level_for(double radius_px) {
   return level;
 }
 
-/// Where a shape touches or nears the floor: an upright rounded rectangle and its height.
+/// Footprint of a shape that touches or nears the floor: an upright rounded rectangle and its height.
 struct Footprint {
   Eigen::Vector2d centre, half;
   double yaw, corner, bottom, top;
@@ -79,7 +79,7 @@ Footprint footprint(const Shape& shape, const Transform<Map, ShapeFrame>& T_map_
   const Eigen::Matrix3d R = T_map_shape.rotation();
   const Eigen::Vector3d half = half_extents(shape);
   Footprint f;
-  // The heading of the axis that lies flattest; any for what is round about z.
+  // The heading of the flattest axis; arbitrary for shapes that are round about z.
   const Eigen::Vector3d flat = std::abs(R(2, 0)) <= std::abs(R(2, 1)) ? R.col(0) : Eigen::Vector3d(R.col(1));
   f.yaw = std::atan2(flat.y(), flat.x());
   const Eigen::Matrix3d aligned = Eigen::AngleAxisd(-f.yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
@@ -113,14 +113,14 @@ Footprint footprint(const Shape& shape, const Transform<Map, ShapeFrame>& T_map_
 }
 
 std::size_t entity_index(DrawList& list, const std::string& name) {
-  // A body's parts follow each other: look at the last first.
+  // A body's parts are consecutive: check the last first.
   const auto found = std::find(list.entities.rbegin(), list.entities.rend(), name);
   if (found != list.entities.rend()) return static_cast<std::size_t>(list.entities.rend() - found);
   if (list.entities.size() < kMaxEntities) list.entities.push_back(name);
   return list.entities.size();
 }
 
-/// True where the shape may be seen.
+/// True where the shape may be visible.
 bool add_shape(DrawList& list, const CameraProjection& projection, const Shape& shape,
                const Transform<CameraOptical, ShapeFrame>& T_optical_shape, std::size_t entity) {
   bool seen = false;
@@ -228,8 +228,8 @@ Instance make_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_sha
 
 namespace {
 
-/// True where a lower part of the same body stands over the shape's whole footprint: its shadow would be
-/// inside the other's.
+/// True where a lower part of the same body covers the shape's whole footprint: its shadow would be inside
+/// the other's.
 bool sheltered(const BodyDefinition& body, const Shape& shape, const Transform<Map, Body>& T_map_body) {
   const Footprint f = footprint(shape, T_map_body * shape.T_body_shape);
   return std::any_of(body.shapes.begin(), body.shapes.end(), [&](const Shape& other) {
@@ -268,7 +268,7 @@ void add_bodies(DrawList& list, const CameraProjection& projection,
 
 void add_occluder(DrawList& list, const CameraProjection& projection,
                   const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half) {
-  // The box's nearest point, by clamping the camera's centre into it.
+  // The box's nearest point, by clamping the camera's centre to it.
   const Eigen::Vector3d centre = T_optical_box.inverse().translation();
   const Eigen::Vector3d nearest = centre.cwiseMax(-half).cwiseMin(half);
   if ((centre - nearest).norm() > list.farthest) return;

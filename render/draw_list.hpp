@@ -1,5 +1,6 @@
-// What one frame draws: visible shapes, their shadows and their occluders, culled and chosen by projected
-// size. In the optical frame of the camera, single precision: coordinates there are small.
+// The contents of one frame: visible shapes, their shadows and their occluders, culled and with the level of
+// detail by projected size. In the optical frame of the camera, single precision: coordinates there are
+// small.
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@
 
 namespace parhelion::render {
 
-/// One shape, as the vertex shader takes it.
+/// One shape, in the layout of the vertex shader.
 struct Instance {
   float rotation[9];  ///< R_optical_shape, column by column
   float translation[3];
@@ -28,7 +29,7 @@ struct Instance {
   float entity;  ///< 1 + index into DrawList::entities; 0: none
 };
 
-/// One corner of a shadow on the floor.
+/// One vertex of a shadow on the floor.
 struct ShadowVertex {
   float position[3];  ///< optical frame, m
   float local[2];     ///< m, in the footprint's own axes
@@ -49,21 +50,21 @@ struct DrawList {
   std::array<std::vector<Instance>, kMeshes> shapes;  ///< by mesh_index
   std::vector<ShadowVertex> shadows;                  ///< triangles
   std::vector<Instance> occluders;                    ///< plain boxes
-  std::vector<std::uint32_t> mesh_chunks;             ///< of the building's mesh, that may hide something
-  std::vector<std::uint32_t> mesh_shown;              ///< chunks that are drawn like a shape
-  Instance mesh{};                                    ///< where the building's mesh is
-  std::vector<std::string> entities;                  ///< names, by Instance::entity - 1
-  std::vector<PixelRect> view_rects;                  ///< what is touched of each view
-  double farthest = 0;                                ///< m along the ray, no drawn point is farther
+  std::vector<std::uint32_t> mesh_chunks;  ///< chunks of the building's mesh that may occlude something
+  std::vector<std::uint32_t> mesh_shown;   ///< chunks that are drawn like a shape
+  Instance mesh{};                         ///< pose and material of the building's mesh
+  std::vector<std::string> entities;       ///< names, by Instance::entity - 1
+  std::vector<PixelRect> view_rects;       ///< touched rectangle of each view
+  double farthest = 0;                     ///< m along the ray, upper bound of the distance of drawn points
 
   bool empty() const;
   void clear(std::size_t views);
 };
 
-/// Nearest depth that is drawn, m.
+/// m, near clipping plane.
 inline constexpr double kNearPlane = 0.02;
-/// Occluders push a drawn surface back by less than this before they hide it, m: what stands against a wall
-/// or on the floor is not eaten by it.
+/// m, an occluder must be nearer than a drawn surface by more than this to hide it, so that bodies against a
+/// wall or on the floor stay visible.
 inline constexpr double kOcclusionBias = 0.03;
 
 /// The pixels of a view that a convex hull of points (optical frame) may touch; empty where all are behind
@@ -71,8 +72,8 @@ inline constexpr double kOcclusionBias = 0.03;
 PixelRect projected_box(const PinholeView& view, const Transform<CameraOptical, ShapeFrame>& T_optical_shape,
                         const Eigen::Vector3d& half);
 
-/// Adds each body for which `drawn` holds and that may be visible; with its shadow on the plane z = floor_z
-/// (map) where asked.
+/// Adds each body for which `drawn` holds and that may be visible; optionally with its shadow on the plane z
+/// = floor_z (map).
 void add_bodies(DrawList& list, const CameraProjection& projection,
                 const Transform<Map, CameraOptical>& T_map_optical, const WorldSnapshot& world,
                 const std::function<bool(const BodyDefinition&)>& drawn, const double* floor_z);
@@ -83,20 +84,20 @@ void add_shadow(std::vector<ShadowVertex>& shadows, std::vector<PixelRect>& view
                 const Shape& shape, const Transform<Map, ShapeFrame>& T_map_shape, double floor_z,
                 double strength = 1);
 
-/// Adds a box (half extents, m) as an occluder, where it may stand before something drawn.
+/// Adds a box (half extents, m) as an occluder, where it may be in front of something drawn.
 void add_occluder(DrawList& list, const CameraProjection& projection,
                   const Transform<CameraOptical, ShapeFrame>& T_optical_box, const Eigen::Vector3d& half);
 
-/// Adds the chunks of the building's mesh that may stand before something drawn.
+/// Adds the chunks of the building's mesh that may be in front of something drawn.
 void add_mesh_occluders(DrawList& list, const CameraProjection& projection,
                         const Transform<Map, CameraOptical>& T_map_optical, const BuildingMesh& mesh);
 
-/// The chunks that a rectangle of some view may show (`rects`: one a view), ascending.
+/// The chunks that may be visible in a rectangle of some view (`rects`: one per view), ascending.
 std::vector<std::uint32_t> seen_chunks(const CameraProjection& projection,
                                        const Transform<Map, CameraOptical>& T_map_optical,
                                        const BuildingMesh& mesh, const std::vector<PixelRect>& rects,
                                        double farthest);
-/// The mesh, which is in the map frame, as an instance of one colour.
+/// The mesh, which is in the map frame, as an instance of a single colour.
 Instance mesh_instance(const Transform<Map, CameraOptical>& T_map_optical, const Material& material);
 
 Instance make_instance(const Transform<CameraOptical, ShapeFrame>& T_optical_shape, const ShapeScale& scale,

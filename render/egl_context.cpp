@@ -44,7 +44,7 @@ bool load(void* library, EglFunctions& egl) {
 
 bool has(const char* extensions, const char* name) { return extensions && std::strstr(extensions, name); }
 
-/// GPUs first, then the surfaceless platform, then software devices: the first that initializes is taken.
+/// GPUs first, then the surfaceless platform, then software devices: takes the first that initializes.
 std::vector<EGLDisplay> candidate_displays(const EglFunctions& egl) {
   const char* client = egl.query_string(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   const auto get_platform_display =
@@ -72,7 +72,7 @@ std::vector<EGLDisplay> candidate_displays(const EglFunctions& egl) {
   return all;
 }
 
-/// Software GL would take every core; the tick needs one. The user's own setting stands.
+/// Software GL would use every core, and the tick needs one. A user's own setting has priority.
 void leave_a_core_to_the_tick() {
   const unsigned cores = std::max(2U, std::thread::hardware_concurrency());
   setenv("LP_NUM_THREADS", std::to_string(std::min(cores - 1, 8U)).c_str(), 0);
@@ -80,8 +80,8 @@ void leave_a_core_to_the_tick() {
 
 }  // namespace
 
-/// One EGL display a process, kept to its end: terminating it would take the contexts of others with it, and
-/// unload a driver that is asked for again at once.
+/// One EGL display per process, kept to its end: terminating it would destroy the contexts of others, and
+/// unload a driver that is needed again at once.
 struct EglContext::Display {
   void* library = nullptr;
   EglFunctions egl{};

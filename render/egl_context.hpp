@@ -1,5 +1,5 @@
-// A headless OpenGL ES 3.1 context: a GPU by EGL's device platform where there is one, else Mesa's
-// surfaceless platform (software). Private to this room's sources.
+// A headless OpenGL ES 3.1 context: a GPU through EGL's device platform if available, else Mesa's surfaceless
+// platform (software). Private to this module's sources.
 #pragma once
 
 #include <memory>
@@ -12,17 +12,17 @@ namespace parhelion::render {
 
 class EglContext {
  public:
-  /// Loads EGL at run time; `library` is only ever another one in tests. Error: what is missing and which
-  /// packages to install.
+  /// Loads EGL at run time; `library` is changed only in tests. Error: what is missing and which packages to
+  /// install.
   static Result<std::unique_ptr<EglContext>> create(const std::string& library = "libEGL.so.1");
   ~EglContext();
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;
 
-  /// Makes it the calling thread's context; the same thread for the context's whole life.
+  /// Makes it current on the calling thread, which must be the same for the context's lifetime.
   void make_current();
   const Gl& gl() const { return gl_; }
-  /// What draws, as the driver calls it.
+  /// The renderer's name as reported by the driver.
   const std::string& renderer() const { return renderer_; }
 
  private:

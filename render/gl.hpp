@@ -1,5 +1,5 @@
-// OpenGL ES 3.1 as function pointers, so that the program starts (and says what is missing) on a machine
-// without GL. Private to this room's sources.
+// OpenGL ES 3.1 as function pointers, so that the program starts (and reports what is missing) on a machine
+// without GL. Private to this module's sources.
 #pragma once
 
 #include <GLES3/gl31.h>

@@ -9,14 +9,14 @@
 namespace parhelion::render {
 namespace {
 
-constexpr int least_side = 16, most_side = 3840;                    // px; the latter is OpenH264's own
+constexpr int least_side = 16, most_side = 3840;                    // px; the maximum is OpenH264's own
 constexpr int least_bit_rate = 50'000, most_bit_rate = 50'000'000;  // bit/s
 
 Error openh264_error(const std::string& what, int code) {
   return Error{"H.264: OpenH264 " + what + " (code " + std::to_string(code) + ")"};
 }
 
-/// JPEG's colours (full range, BT.601 matrix, sRGB primaries and curve), said in the stream.
+/// JPEG's colours (full range, BT.601 matrix, sRGB primaries and curve), signalled in the stream.
 void say_colours(SSpatialLayerConfig& layer) {
   layer.bVideoSignalTypePresent = true;
   layer.uiVideoFormat = VF_UNDEF;
@@ -38,11 +38,11 @@ SEncParamExt parameters(ISVCEncoder& encoder, int width, int height, const H264O
   wanted.iRCMode = RC_BITRATE_MODE;
   wanted.fMaxFrameRate = static_cast<float>(options.rate);
   wanted.iComplexityMode = LOW_COMPLEXITY;
-  wanted.uiIntraPeriod = 0;  // key pictures when they are asked for
+  wanted.uiIntraPeriod = 0;  // key pictures only on request
   wanted.iNumRefFrame = 1;
   wanted.eSpsPpsIdStrategy = CONSTANT_ID;
-  wanted.iEntropyCodingModeFlag = 0;  // CAVLC: baseline has no other
-  wanted.bEnableFrameSkip = false;    // a picture in is a picture out
+  wanted.iEntropyCodingModeFlag = 0;  // CAVLC: the only one in baseline
+  wanted.bEnableFrameSkip = false;    // one output picture per input picture
   wanted.iMultipleThreadIdc = 1;
   wanted.bEnableSceneChangeDetect = false;
   wanted.bEnableDenoise = false;
@@ -117,7 +117,7 @@ Result<H264Picture> H264Encoder::encode(const I420Picture& picture, SensorTime s
   source.iPicHeight = height_;
   source.iStride[0] = width_;
   source.iStride[1] = source.iStride[2] = width_ / 2;
-  // OpenH264 only reads, and takes the planes as if it wrote.
+  // OpenH264 only reads the planes, although its interface is not const.
   source.pData[0] = const_cast<unsigned char*>(picture.y.data());
   source.pData[1] = const_cast<unsigned char*>(picture.u.data());
   source.pData[2] = const_cast<unsigned char*>(picture.v.data());

@@ -1,5 +1,5 @@
 // H.264 for live video, by OpenH264: constrained baseline, one reference, no B frames, one thread, so that
-// each picture in gives its own picture out at once.
+// each input picture immediately gives its own output picture.
 #pragma once
 
 #include <cstdint>
@@ -13,29 +13,30 @@
 namespace parhelion::render {
 
 struct H264Options {
-  int bit_rate = 2'000'000;  ///< bit/s that are aimed at; 50 kbit/s to 50 Mbit/s
-  double rate = 30;          ///< Hz, pictures that are expected; 1 to 120
+  int bit_rate = 2'000'000;  ///< bit/s, target; 50 kbit/s to 50 Mbit/s
+  double rate = 30;          ///< Hz, expected picture rate; 1 to 120
 };
 
-/// One coded picture in Annex B form (ITU-T H.264): start codes; a key picture has its parameter sets.
+/// One coded picture in Annex B form (ITU-T H.264) with start codes; a key picture includes its parameter
+/// sets.
 struct H264Picture {
   std::vector<std::uint8_t> bytes;
-  bool key = false;  ///< can be decoded without those before it
+  bool key = false;  ///< can be decoded without earlier pictures
 };
 
-/// Of one size for life. One thread at a time.
+/// The picture size is fixed. One thread at a time.
 class H264Encoder {
  public:
-  /// Sides even, 16 to 3840. Error: out of these bounds, or OpenH264 does not start.
+  /// Even width and height, 16 to 3840. Error: out of these bounds, or OpenH264 does not start.
   static Result<std::unique_ptr<H264Encoder>> create(int width, int height, const H264Options& options);
   ~H264Encoder();
   H264Encoder(const H264Encoder&) = delete;
   H264Encoder& operator=(const H264Encoder&) = delete;
 
-  /// The first picture is a key picture, and then those with `key` alone. `stamp` paces the bit rate. Error:
-  /// a picture of another size, or OpenH264 refuses it.
+  /// The first picture is a key picture, later ones only with `key`. `stamp` is used for rate control. Error:
+  /// a picture of another size, or OpenH264 rejects it.
   Result<H264Picture> encode(const I420Picture& picture, SensorTime stamp, bool key);
-  /// From the next picture on; bounded as in the options.
+  /// Applies from the next picture on; same bounds as in the options.
   Status set_bit_rate(int bit_rate);
   int width() const { return width_; }
   int height() const { return height_; }

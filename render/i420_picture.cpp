@@ -47,7 +47,7 @@ void shrink(const Plane& from, int across, int down, int width, int height, std:
   }
 }
 
-/// How many chroma samples of the JPEG become one of ours, across and down; {0, 0}: it takes the detour.
+/// Chroma samples of the JPEG per output sample, horizontally and vertically; {0, 0}: converted through RGB.
 std::array<int, 2> chroma_steps(JpegFormat::Subsampling subsampling) {
   switch (subsampling) {
     case JpegFormat::Subsampling::yuv420:

@@ -1,4 +1,4 @@
-// Pictures as video encoders want them: planar YCbCr 4:2:0, full range, BT.601 (as in JPEG, JFIF 1.02).
+// Pictures for video encoders: planar YCbCr 4:2:0, full range, BT.601 (as in JPEG, JFIF 1.02).
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace parhelion::render {
 
-/// Both sides are even. Rows follow each other without padding: `width` bytes of y, width / 2 of u and v.
+/// Width and height are even. Rows are contiguous without padding: `width` bytes of y, width / 2 of u and v.
 struct I420Picture {
   int width = 0, height = 0;  ///< pixels
   std::vector<std::uint8_t> y, u, v;
 };
 
-/// Reads images off the bus; keeps its buffers. One thread at a time.
+/// Converts images from the bus; reuses its buffers. One thread at a time.
 class I420Reader {
  public:
   I420Reader();
@@ -24,10 +24,10 @@ class I420Reader {
   I420Reader(const I420Reader&) = delete;
   I420Reader& operator=(const I420Reader&) = delete;
 
-  /// From JPEG (decoded once, without a detour over RGB where its chroma is 4:2:0, 4:2:2, 4:4:0, 4:4:4 or
-  /// gray), RGB, BGR or gray. A last odd column or row is left out. Error: another format, a stream that is
-  /// corrupt or truncated anywhere, fewer bytes than pixels, or less than 2 pixels a side; `picture` is then
-  /// unspecified.
+  /// From JPEG (decoded once, without conversion to RGB where its chroma is 4:2:0, 4:2:2, 4:4:0, 4:4:4 or
+  /// gray), RGB, BGR or gray. A last odd column or row is dropped. Error: another format, a stream that is
+  /// corrupt or truncated anywhere, fewer bytes than pixels, or less than 2 pixels in width or height;
+  /// `picture` is then unspecified.
   Status read(const Image& image, I420Picture& picture);
 
  private:

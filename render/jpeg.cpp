@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kMaxSide = 8192;  ///< px
 
-/// Annex K.1, in zigzag order as DQT holds it.
+/// Annex K.1, in zigzag order as in DQT.
 constexpr std::array<int, 64> kLuminance = {
     16, 11,  12, 14, 12, 10, 16,  14,  13,  14, 18, 17,  16,  19,  24,  40,  26, 24,  22,  22, 24, 49,
     35, 37,  29, 40, 58, 51, 61,  60,  57,  51, 56, 55,  64,  72,  92,  78,  64, 68,  87,  69, 55, 56,

@@ -1,4 +1,4 @@
-// JPEG in and out, by libjpeg-turbo.
+// JPEG decoding and encoding with libjpeg-turbo.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace parhelion::render {
 
-/// How a JPEG was made, so that it can be made so again.
+/// Format of a JPEG, to re-encode it the same way.
 struct JpegFormat {
   enum class Subsampling : std::uint8_t { yuv444, yuv422, yuv420, gray, yuv440, yuv411 };
   int width = 0, height = 0;
@@ -25,9 +25,9 @@ class JpegCodec {
   JpegCodec(const JpegCodec&) = delete;
   JpegCodec& operator=(const JpegCodec&) = delete;
 
-  /// Size and format from the header. Error: no JPEG, or one of a size or colour space that is not handled.
+  /// Size and format from the header. Error: not a JPEG, or an unsupported size or colour space.
   Result<JpegFormat> read_header(const std::vector<std::uint8_t>& jpeg);
-  /// To BGR, 3 * width bytes a row. Error: a stream that is truncated or corrupt anywhere.
+  /// To BGR, 3 * width bytes per row. Error: a stream that is truncated or corrupt anywhere.
   Result<JpegFormat> decode(const std::vector<std::uint8_t>& jpeg, std::vector<std::uint8_t>& bgr);
   Result<std::vector<std::uint8_t>> encode(const std::vector<std::uint8_t>& bgr, const JpegFormat& format);
 
@@ -37,8 +37,8 @@ class JpegCodec {
   std::vector<std::uint8_t> buffer_;
 };
 
-/// Quality (1..100) whose scaled standard luminance table (ITU-T T.81, table K.1) is nearest the stream's
-/// own; 90 where the stream has none.
+/// The quality (1..100) whose scaled standard luminance table (ITU-T T.81, table K.1) is nearest to the
+/// stream's own; 90 where the stream has none.
 int estimate_jpeg_quality(const std::vector<std::uint8_t>& jpeg);
 
 }  // namespace parhelion::render

@@ -1,4 +1,4 @@
-// Soft edges for layers that were drawn with one sample a pixel.
+// Anti-aliased edges for layers that were drawn with one sample per pixel.
 #include <cstdlib>
 
 #include "render/layer_renderer.hpp"

@@ -7,7 +7,7 @@ namespace parhelion::render {
 namespace {
 
 constexpr double kFarMargin = 1.0;  ///< m
-/// Key light in the map: high, a little to one side, as lamps of a room are.
+/// Key light in the map: high and slightly to one side, like room lamps.
 const Eigen::Vector3d kToLight = Eigen::Vector3d(0.35, 0.25, 0.9).normalized();
 
 const void* offset_of(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
@@ -49,7 +49,7 @@ void LayerRenderer::draw_mesh(const std::vector<std::uint32_t>& chunks, const In
   gl_.BufferData(GL_ARRAY_BUFFER, sizeof(Instance), &placed, GL_STREAM_DRAW);
   for (std::size_t i = 0; i < chunks.size();) {
     const std::uint32_t first = mesh_chunks_[chunks[i]].first;
-    std::uint32_t count = 0;  // neighbours in the buffer are one call
+    std::uint32_t count = 0;  // adjacent buffer ranges are drawn in one call
     for (; i < chunks.size() && mesh_chunks_[chunks[i]].first == first + count; ++i)
       count += mesh_chunks_[chunks[i]].count;
     gl_.DrawArrays(GL_TRIANGLES, static_cast<GLint>(first), static_cast<GLsizei>(count));
@@ -62,8 +62,8 @@ void LayerRenderer::draw_shadows(const std::vector<ShadowVertex>& shadows, bool 
   gl_.BindBuffer(GL_ARRAY_BUFFER, shadow_buffer_);
   gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(shadows.size() * sizeof(ShadowVertex)),
                  shadows.data(), GL_STREAM_DRAW);
-  // Overlapping shadows of one robot's parts do not add up: the darkest stands. A picture that is there
-  // already is darkened.
+  // Overlapping shadows of one robot's parts do not add up: the darkest is used. An existing picture is
+  // darkened.
   gl_.Enable(GL_BLEND);
   gl_.BlendEquation(over_scenery ? GL_FUNC_ADD : GL_MAX);
   gl_.BlendFunc(over_scenery ? GL_ZERO : GL_ONE, over_scenery ? GL_ONE_MINUS_SRC_ALPHA : GL_ONE);
@@ -138,8 +138,8 @@ void LayerRenderer::resolve(const PixelRect& r) {
   }
 }
 
-/// A software driver pays two and a half times for four samples a pixel: it gets them where little is drawn,
-/// and the edge filter where much is.
+/// Four samples per pixel take a software driver two and a half times as long: used where little is drawn,
+/// the edge filter where much is.
 bool LayerRenderer::affords_multisampling(const DrawList& list) const {
   if (!software_) return true;
   constexpr std::size_t kTriangles = 4000, kPixels = 150'000;
@@ -172,7 +172,7 @@ void LayerRenderer::draw(const CameraProjection& projection, const DrawList& lis
     draw_view(view, pixels.rect, list, R_optical_map, use_occluders, scenery);
     const PixelRect& r = pixels.rect;
     if (multisampling_) resolve(r);
-    // The last view stays with the driver until it is read; earlier ones make room for the next.
+    // The last view stays in the driver until it is read; earlier ones are read before the next is drawn.
     if (v + 1 < views) read_view(resolved_.framebuffer, r, true, pixels.rgba, pixels.depth_id);
   }
   gl_.Flush();

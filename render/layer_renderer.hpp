@@ -1,5 +1,5 @@
-// Draws a list into a layer over the image: premultiplied colour with coverage, and depth with identity.
-// Private to this room.
+// Draws a list into a layer over the image: premultiplied colour with coverage, and depth with entity id.
+// Private to this module.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace parhelion::render {
 
-/// What is drawn over `rect` of an image, row by row.
+/// The drawn content over `rect` of an image, row by row.
 struct Layer {
   PixelRect rect;
   std::vector<std::uint8_t> rgba;  ///< premultiplied sRGB and coverage; black with coverage: shadow
@@ -27,13 +27,12 @@ struct Layer {
 inline double layer_depth(std::uint32_t depth_id) { return (depth_id >> 10) * 0.00025; }
 inline std::uint32_t layer_entity(std::uint32_t depth_id) { return depth_id & 1023U; }
 
-/// Anti-aliasing of a layer that was drawn with one sample a pixel: where colour, coverage or entity change
-/// from pixel to pixel, a 3x3 binomial filter (of premultiplied colour). Edges stay within a quarter of a
-/// pixel of where they were.
-/// `everywhere`: also where no body is.
+/// Anti-aliasing of a layer that was drawn with one sample per pixel: where colour, coverage or entity change
+/// between pixels, a 3x3 binomial filter (of premultiplied colour). Edges move by less than a quarter of a
+/// pixel. `everywhere`: also where there is no body.
 void smooth_edges(Layer& layer, bool everywhere = false);
 
-/// The building as a stand-in camera sees it, drawn before the list; fills every pixel.
+/// The building in a simulated camera's view, drawn before the list; fills every pixel.
 struct Scenery {
   std::vector<Instance> boxes;  ///< Instance::metallic is opacity, roughness above 1.5 a floor
   std::vector<Instance> glass;
@@ -44,23 +43,22 @@ struct Scenery {
   double floor_z = 0;  ///< m, map
 };
 
-/// The meshes, programs and frame buffers of one context.
+/// The meshes, shader programs and frame buffers of one context.
 class LayerRenderer {
  public:
   static Result<std::unique_ptr<LayerRenderer>> create(EglContext& context);
   ~LayerRenderer();
 
-  /// The mesh that the chunks of lists to come belong to; in the map frame.
+  /// Sets the mesh that the chunks of later lists refer to; in the map frame.
   void set_mesh(const BuildingMesh& mesh);
 
-  /// Starts drawing; the driver may go on while the caller does other work. `R_optical_map` turns the lights.
+  /// Starts drawing; the driver may continue asynchronously. `R_optical_map` rotates the lights.
   void draw(const CameraProjection& projection, const DrawList& list, const Eigen::Matrix3d& R_optical_map,
             bool use_occluders, const Scenery* scenery = nullptr);
-  /// Waits for the drawing and warps it to the image.
-  /// Error: what the driver refused.
+  /// Waits for the drawing and warps it to the image. Error: what the driver rejected.
   Status read(const CameraProjection& projection, const DrawList& list, Layer& layer);
 
-  /// Depth and identity only, one sample a pixel: of the shapes, of the occluders, or of both.
+  /// Depth and entity id only, one sample per pixel: of the shapes, of the occluders, or of both.
   enum class Depth { shapes, occluders, everything };
   void read_depth(const CameraProjection& projection, const DrawList& list, Depth what, Layer& layer);
 
@@ -104,7 +102,7 @@ class LayerRenderer {
   EglContext& context_;
   const Gl& gl_;
   int samples_ = 4;
-  Status refused_;  ///< since draw()
+  Status refused_;  ///< first error since draw()
   bool software_ = true, multisampling_ = true, scenery_drawn_ = false;
   Program lit_, depth_, shadow_, backdrop_, scenery_;
   struct MeshRange {
@@ -124,7 +122,7 @@ class LayerRenderer {
     std::vector<std::uint32_t> depth_id;
   };
   std::vector<ViewPixels> view_pixels_;
-  std::vector<std::uint32_t> wide_;  ///< four words a pixel, for drivers that cannot read one
+  std::vector<std::uint32_t> wide_;  ///< four words per pixel, for drivers that cannot read one
 
   void warp(const CameraProjection& projection, bool colour, Layer& layer) const;
 };

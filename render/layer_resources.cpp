@@ -134,7 +134,7 @@ void LayerRenderer::attribute(GLuint location, GLint size, std::size_t stride, s
   gl_.VertexAttribDivisor(location, divisor);
 }
 
-/// Of the vertex buffer that is bound.
+/// For the vertex buffer that is bound.
 void LayerRenderer::shape_attributes() {
   attribute(0, 3, sizeof(MeshVertex), offsetof(MeshVertex, core), 0);
   attribute(1, 3, sizeof(MeshVertex), offsetof(MeshVertex, direction), 0);
@@ -186,7 +186,7 @@ void LayerRenderer::release(Target& target) {
   target = {};
 }
 
-/// Grows a frame buffer to hold a view; never shrinks it.
+/// Enlarges a frame buffer to hold a view; never shrinks it.
 Status LayerRenderer::ensure(Target& target, int width, int height, int samples, bool colour, bool depth) {
   if (target.framebuffer && target.width >= width && target.height >= height) return {};
   const int w = std::max(width, target.width), h = std::max(height, target.height);

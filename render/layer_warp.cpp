@@ -1,11 +1,11 @@
-// From the pinhole views to the image that the lens makes.
+// Warps the pinhole views to the image of the lens.
 #include <algorithm>
 
 #include "render/layer_renderer.hpp"
 
 namespace parhelion::render {
 
-/// Bilinear for colour and coverage (premultiplied, so edges stay clean), nearest for depth and identity.
+/// Bilinear for colour and coverage (premultiplied, so edges stay clean), nearest for depth and entity id.
 void LayerRenderer::warp(const CameraProjection& projection, bool colour, Layer& layer) const {
   const std::size_t count =
       static_cast<std::size_t>(layer.rect.width()) * static_cast<std::size_t>(layer.rect.height());
@@ -25,7 +25,7 @@ void LayerRenderer::warp(const CameraProjection& projection, bool colour, Layer&
           static_cast<std::size_t>(v - r.y0) * stride + static_cast<std::size_t>(u - r.x0);
       const float a = s.u - static_cast<float>(u), b = s.v - static_cast<float>(v);
       std::uint32_t z = view.depth_id[corner + (a >= 0.5F ? 1 : 0) + (b >= 0.5F ? stride : 0)];
-      // The view's own axis, to the camera's: their z differ on the side faces of a cube.
+      // From the view's own axis to the camera's: their z differ on the side faces of a cube.
       if (z && projection.views().size() > 1) {
         const PinholeView& p = projection.views()[s.view];
         const double scale =

@@ -15,7 +15,8 @@ Index add(Mesh& mesh, const Eigen::Vector3f& core, const Eigen::Vector3f& direct
   return static_cast<Index>(mesh.vertices.size() - 1);
 }
 
-/// Adds the triangle with the winding that faces away from the origin (every shape is convex and holds it).
+/// Adds the triangle with the winding that faces away from the origin (every shape is convex and contains
+/// it).
 void triangle(Mesh& mesh, Index a, Index b, Index c) {
   const auto point = [&](Index i) {
     const MeshVertex& v = mesh.vertices[i];
@@ -84,7 +85,7 @@ Mesh make_cylinder(int segments, bool bevelled) {
   return mesh;
 }
 
-/// A sphere whose two halves may stand apart: a capsule (apart = 1) or a sphere (0).
+/// A sphere whose two halves may be apart: a capsule (apart = 1) or a sphere (0).
 Mesh make_round(int segments, float apart) {
   Mesh mesh;
   const auto n = static_cast<std::size_t>(segments);

@@ -51,7 +51,7 @@ Material material_of(const Paint& paint) {
   return material;
 }
 
-/// Walls and what is in them, on the side of the camera and across its sight, would hide the inside.
+/// Walls and their parts on the camera's side and across its line of sight would hide the interior.
 bool stands_before(const ModelEntity& e, const Eigen::Vector3d& middle, const ModelViewCamera& camera) {
   switch (e.label) {
     case EntityLabel::wall:
@@ -68,7 +68,7 @@ bool stands_before(const ModelEntity& e, const Eigen::Vector3d& middle, const Mo
   return std::abs(across.dot(sight)) > 0.35 && from_middle.dot(sight) < 0;
 }
 
-/// What of an entity is drawn; nothing where it is cut away.
+/// The drawn part of an entity; nothing where it is cut away.
 std::optional<Shape> shown_part(const ModelEntity& e, double cut_z) {
   Shape shape;
   shape.size = e.size;
@@ -114,7 +114,7 @@ class Viewer {
     list_.clear(projection_.views().size());
     const Transform<CameraOptical, Map> T_optical_map = camera_.T_map_optical.inverse();
     double floor = extent_.min().z();
-    Eigen::AlignedBox3d inside;  // of the floors: what stands beyond them hides nothing
+    Eigen::AlignedBox3d inside;  // of the floors: entities beyond them hide nothing
     for (const ModelEntity& e : model_.entities) {
       if (e.label != EntityLabel::floor || !in_model_view(e)) continue;
       floor = e.T_map_body.translation().z() + e.size.z() / 2;
@@ -147,7 +147,7 @@ class Viewer {
       list_.mesh.entity = static_cast<float>(kMeshEntity);
       used_[EntityLabel::unknown] = true;
     }
-    list_.farthest = 3;  // drawn units: the extent's far end lies before it
+    list_.farthest = 3;  // drawn units: an upper bound of the extent's far end
     for (std::size_t v = 0; v < projection_.views().size(); ++v)
       list_.view_rects[v] =
           projection_.view_rect(v, {0, 0, camera_.intrinsics.width, camera_.intrinsics.height});
@@ -166,7 +166,7 @@ class Viewer {
     return depth_id == 0 ? 0 : layer_entity(depth_id);
   }
 
-  /// Colours over paper, outlines between entities, then shrunk to the picture's size.
+  /// Colours over paper, outlines between entities, then reduced to the picture's size.
   void compose() {
     cv::Mat fine(camera_.intrinsics.height, camera_.intrinsics.width, CV_8UC3, cv::Scalar(250, 247, 244));
     for (int y = layer_.rect.y0; y < layer_.rect.y1; ++y) {
@@ -202,7 +202,7 @@ class Viewer {
     }
   }
 
-  /// The word for an entity: the flight for a step.
+  /// The label of an entity: the flight for a step.
   static std::string word_of(const ModelEntity& e) {
     const bool in_parts = e.label == EntityLabel::stairs || e.label == EntityLabel::floor;
     return in_parts && !e.part_of.empty() ? e.part_of : e.name;
@@ -255,7 +255,7 @@ class Viewer {
         continue;
       taken.push_back(box);
       cv::Mat under = picture_(box);
-      under.convertTo(under, -1, 0.25, 191);  // a veil, so that words can be read on anything
+      under.convertTo(under, -1, 0.25, 191);  // a veil, so that labels are readable on any background
       cv::putText(picture_, word, {box.x + 5, box.y + 5 + size.height}, cv::FONT_HERSHEY_DUPLEX, scale,
                   {46, 38, 32}, 1, cv::LINE_AA);
       return true;

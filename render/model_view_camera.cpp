@@ -6,7 +6,7 @@
 namespace parhelion::render {
 namespace {
 
-constexpr double kFocal = 2.4;  ///< of the picture's width: far away, so that parallels stay nearly parallel
+constexpr double kFocal = 2.4;  ///< of the picture's width: nearly parallel projection
 
 }  // namespace
 

@@ -14,14 +14,14 @@ OccluderBox make_box(std::string name, const Transform<Map, ShapeFrame>& T_map_b
 
 bool explained(const Eigen::Vector3d& p_map, const std::vector<OccluderBox>& building) {
   return std::any_of(building.begin(), building.end(), [&](const OccluderBox& box) {
-    // In the plane only: a wall that was extruded too low explains the return all the same.
+    // In the plane only: a wall that was extruded too low still explains the return.
     const Eigen::Vector3d p = box.T_box_map * p_map;
     return std::abs(p.x()) < box.half.x() + kExplained && std::abs(p.y()) < box.half.y() + kExplained &&
            std::abs(p.z()) < box.half.z() + 1.0;
   });
 }
 
-/// An upright box of 3 cm between two points, or about one.
+/// An upright box of 3 cm width between two points, or around one.
 OccluderBox strip(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width, double floor_z) {
   const Eigen::Vector3d along = b - a;
   const double yaw = std::atan2(along.y(), along.x());
@@ -85,7 +85,7 @@ std::vector<OccluderBox> scan_occluders(const Scan& scan, const LaserDescription
   std::optional<Eigen::Vector3d> previous;
   bool previous_joined = false;
   double previous_range = 0;
-  const auto finish = [&] {  // a return without neighbours stands alone, as wide as its beam
+  const auto finish = [&] {  // a return without neighbours: a strip as wide as its beam
     if (previous && !previous_joined) {
       const double width = std::max(0.02, previous_range * std::abs(static_cast<double>(scan.angle_step)));
       const Eigen::Vector3d across =
@@ -155,8 +155,7 @@ void add_occluders(DrawList& list, const CameraProjection& projection,
     if (!replaced.count(box.name)) add_occluder(list, projection, T_optical_map * box.T_map_box, box.half);
   each_real([&](const BodyDefinition& body, const Transform<Map, Body>& T_map_body, bool known) {
     if (carriers.count(body.entity) || !known) return;
-    for (const Shape& shape :
-         body.shapes)  // round shapes by the box inside them: never hides more than is there
+    for (const Shape& shape : body.shapes)  // round shapes by the box inside them: never occludes too much
       add_occluder(list, projection, T_optical_map * T_map_body * shape.T_body_shape,
                    shape.kind == ShapeKind::box
                        ? half_extents(shape)

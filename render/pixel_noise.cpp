@@ -25,7 +25,7 @@ PixelNoise::PixelNoise(double sigma) : sigma_(sigma), quantiles_(kDraws) {
   int step = -256;
   for (std::size_t i = 0; i < kDraws; ++i) {
     const double share = (static_cast<double>(i) + 0.5) / static_cast<double>(kDraws);
-    // The least whole step up to whose upper edge this share of all draws lies.
+    // The smallest whole step whose upper edge is at or above this fraction of all draws.
     while (step < 256 && 0.5 * std::erfc(-(step + 0.5) / (sigma * std::sqrt(2.0))) < share) ++step;
     quantiles_[i] = static_cast<std::int16_t>(step);
   }

@@ -1,4 +1,4 @@
-// The noise of an image sensor. Private to this room.
+// The noise of an image sensor. Private to this module.
 #pragma once
 
 #include <cstdint>
@@ -7,17 +7,17 @@
 
 namespace parhelion::render {
 
-/// White, Gaussian, of each value its own: what read-out and shot noise of a camera come to once its gamma
-/// has evened them out over the brightness (EMVA 1288 calls it temporal noise). A value depends on (seed,
-/// image, its place) alone: SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) of them, through the quantiles of
-/// the normal distribution rounded to whole steps.
+/// White, Gaussian, independent per value: the approximate sum of a camera's read-out and shot noise after
+/// gamma has equalised it over brightness (EMVA 1288: temporal noise). A value depends only on (seed, image,
+/// its position): SplitMix64 (Steele, Lea, Flood, OOPSLA 2014) of them, through the quantiles of the normal
+/// distribution rounded to whole steps.
 class PixelNoise {
  public:
   explicit PixelNoise(double sigma);
   double sigma() const { return sigma_; }
-  /// Adds to 8-bit values, which stay within 0 to 255.
+  /// Adds to 8-bit values, clamped to 0..255.
   void add(std::uint64_t seed, std::uint64_t image, std::span<std::uint8_t> values) const;
-  /// What is added at a place, before it is held within 0 to 255: the slow twin of add().
+  /// The noise added at a position before clamping: reference implementation of add().
   int at(std::uint64_t seed, std::uint64_t image, std::size_t place) const;
 
  private:

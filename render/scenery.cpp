@@ -1,4 +1,4 @@
-// The building and its floor, for the stand-in camera.
+// The building and its floor, for the simulated camera.
 #include "render/layer_renderer.hpp"
 
 namespace parhelion::render {

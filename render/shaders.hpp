@@ -1,10 +1,10 @@
-// Sources of the GL programs. Private to this room's sources.
+// Sources of the GL programs. Private to this module's sources.
 #pragma once
 
 namespace parhelion::render::shaders {
 
-/// Shapes by instance: point = core * scale + direction * bevel, turned and moved to the optical frame, then
-/// to the view. Image rows grow downwards in the frame buffer, so that read-back needs no flip.
+/// Shapes by instance: point = core * scale + direction * bevel, transformed to the optical frame, then to
+/// the view. Image rows grow downwards in the frame buffer, so read-back needs no flip.
 inline constexpr const char* kShapeVertex = R"(#version 310 es
 layout(location = 0) in vec3 core;
 layout(location = 1) in vec3 direction;
@@ -96,8 +96,8 @@ layout(location = 1) out uint identity;
 void main() { identity = depth_id(view_z, metal_id.y); }
 )";
 
-/// The shadow that a body takes from the floor's ambient and key light, by the distance to its footprint: a
-/// narrow dark contact and a wide soft surround. Black with the darkness as its coverage.
+/// The occlusion of the floor's ambient and key light by a body, by the distance to its footprint: a narrow
+/// dark contact and a wide soft surround. Black with the darkness as its coverage.
 inline constexpr const char* kShadowVertex = R"(#version 310 es
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec2 local_in;
@@ -136,8 +136,7 @@ void main() {
 }
 )";
 
-/// Floor to the horizon with a grid of 1 m, and a bright ceiling above: fills the picture before anything
-/// stands in it.
+/// Floor to the horizon with a grid of 1 m, and a bright ceiling above: the background of the picture.
 inline constexpr const char* kBackdropVertex = R"(#version 310 es
 void main() {
   vec2 p = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
@@ -178,8 +177,8 @@ void main() {
 }
 )";
 
-/// Walls, doors and the rest of the building: darker towards the floor, hazy in the distance, glass let
-/// through.
+/// Walls, doors and the rest of the building: darker towards the floor, hazy in the distance, glass
+/// transparent.
 inline constexpr const char* kSceneryFragment = R"(
 uniform mat3 R_map_view;                     // R_map_optical here
 uniform vec4 camera;

@@ -17,7 +17,7 @@ namespace {
 constexpr double kSight = 120;  ///< m, walls beyond are in the haze
 constexpr int kQuality = 88;    ///< of the JPEG
 
-/// Linear RGB of what a building is made of, by label.
+/// Linear RGB of the building's materials, by label.
 Eigen::Vector3f colour_of(EntityLabel label) {
   switch (label) {
     case EntityLabel::wall:
@@ -71,7 +71,7 @@ class EglVirtualCamera : public VirtualCamera {
     camera->floor_z_ = floor_of(building);
     camera->mesh_ = building_mesh(building);
     camera->renderer_->set_mesh(camera->mesh_);
-    camera->mesh_.vertices = {};  // the driver has them
+    camera->mesh_.vertices = {};  // already uploaded to the driver
     return std::unique_ptr<VirtualCamera>(std::move(camera));
   }
 
@@ -135,7 +135,7 @@ void EglVirtualCamera::list_scenery(const CameraProjection& camera, const WorldS
   scenery_.glass.clear();
   scenery_.shadows.clear();
   scenery_.floor_z = floor_z_;
-  std::set<std::string> moved;  // doors as they stand now
+  std::set<std::string> moved;  // doors at their current angles
   for_each_body(world, [&](const BodyDefinition& body, const BodyState& state) {
     if (body.owner != BodyOwner::building || body.injectable) return;
     moved.insert(body.entity);
@@ -158,7 +158,7 @@ void write_notice(cv::Mat& picture) {
   int baseline = 0;
   const cv::Size size = cv::getTextSize(notice, cv::FONT_HERSHEY_DUPLEX, scale, thickness, &baseline);
   const int pad = size.height / 2;
-  // At the top: what stands on the floor in front of the camera would hide it at the bottom.
+  // At the top: at the bottom, objects on the floor in front of the camera would cover it.
   const cv::Rect band =
       cv::Rect(0, 0, picture.cols, size.height + baseline + pad) & cv::Rect(0, 0, picture.cols, picture.rows);
   if (band.empty()) return;

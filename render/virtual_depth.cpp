@@ -36,7 +36,7 @@ class EglVirtualDepthCamera : public VirtualDepthCamera {
     camera->floor_z_ = floor_of(building);
     camera->mesh_ = building_mesh(building);
     camera->renderer_->set_mesh(camera->mesh_);
-    camera->mesh_.vertices = {};  // the driver has them
+    camera->mesh_.vertices = {};  // already uploaded to the driver
     return std::unique_ptr<VirtualDepthCamera>(std::move(camera));
   }
 
@@ -69,7 +69,7 @@ void EglVirtualDepthCamera::add_box(const Transform<Map, CameraOptical>& T_map_o
       make_instance(T_map_optical.inverse() * T_map_box, {half.cast<float>(), 0.F}, Material{}, 0));
 }
 
-/// The building as boxes and mesh, a floor as far as the camera sees, and all bodies.
+/// The building as boxes and mesh, a floor up to the camera's range, and all bodies.
 void EglVirtualDepthCamera::list(const Transform<Map, CameraOptical>& T_map_optical,
                                  const WorldSnapshot& world, double sight) {
   const CameraProjection& projection = *projection_;
@@ -114,11 +114,11 @@ Image EglVirtualDepthCamera::measure(const DepthCameraDescription& camera,
   const auto intrinsics = intrinsics_for_size(camera.intrinsics, width, height);
   if (!intrinsics || !T_map_optical.finite()) return image;
   if (!projection_ || !same(projection_->intrinsics(), *intrinsics)) projection_.emplace(*intrinsics);
-  // Drawn through the depth camera: its optical frame is the renderer's. A depth is along the axis: of what
-  // is seen at the picture's edge the range is longer.
+  // Drawn for the depth camera: its optical frame is the renderer's. A depth is along the axis: at the
+  // picture's edge the range is longer.
   list(T_map_optical.as<Map, CameraOptical>(), world, 2 * farthest_depth(camera));
   renderer_->read_depth(*projection_, list_, LayerRenderer::Depth::everything, layer_);
-  if (layer_.rect.empty()) return image;  // not even the picture's frame could be made
+  if (layer_.rect.empty()) return image;  // creating the frame buffer failed
 
   read_depths(width, height);
   DepthPixels pixels{width, height, {}};

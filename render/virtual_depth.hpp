@@ -11,16 +11,16 @@
 
 namespace parhelion::render {
 
-/// Owns an EGL context (surfaceless): make, use and destroy it on one thread.
+/// Owns an EGL context (surfaceless): create, use and destroy it on one thread.
 class VirtualDepthCamera {
  public:
   /// Error: no EGL, with what to install.
   static Result<std::unique_ptr<VirtualDepthCamera>> create(const SemanticModel& building);
   virtual ~VirtualDepthCamera() = default;
-  /// DEPTH at `stamp`: millimetres along the optical axis (PNG) of the nearest of the building, doors as they
-  /// stand, and all bodies in `world.bodies`, the robot's own included, as the description's sensor measures
-  /// them; 0: nothing measured. Windows let it through. Its noise is keyed by (seed, sequence, pixel).
-  /// Without calibration (fx <= 0), and where the driver refuses, the image comes back without bytes.
+  /// DEPTH at `stamp`: millimetres along the optical axis (PNG) of the nearest of the building, doors in
+  /// their current pose, and all bodies in `world.bodies`, the robot's own included, as measured by the
+  /// description's sensor; 0: no measurement. Windows are transparent. Its noise is keyed by (seed, sequence,
+  /// pixel). Without calibration (fx <= 0), and where the driver fails, the image has no bytes.
   virtual Image measure(const DepthCameraDescription& camera,
                         const Transform<Map, DepthOptical>& T_map_optical, const WorldSnapshot& world,
                         SensorTime stamp, std::uint64_t seed, std::uint64_t sequence) = 0;

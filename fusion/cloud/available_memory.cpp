@@ -13,14 +13,14 @@ namespace {
 
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// The number in a file of the control group; "max" and absence are no limit.
+/// The number in a control group's file; no limit where it is "max" or the file is missing.
 std::uint64_t group_number(const char* path) {
   std::ifstream file(path);
   std::uint64_t number = 0;
   return file >> number ? number : unlimited;
 }
 
-/// What a limit of this process on its addresses leaves (ulimit -v).
+/// What the limit on this process's address space (ulimit -v) leaves.
 std::uint64_t addresses_left() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unlimited;

@@ -1,4 +1,4 @@
-// How much memory a process may still take on this machine.
+// Memory that a process may still allocate on this machine.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,11 @@
 
 namespace parhelion::cloud {
 
-/// Bytes: the kernel's estimate (MemAvailable), or what the control group or a limit of the
-/// process (ulimit -v) leaves where that is less; the
-/// largest number where neither can be read.
+/// Bytes: the kernel's estimate (MemAvailable), or the limit of the control group or the process (ulimit -v)
+/// where that is smaller; the largest number where neither can be read.
 std::uint64_t available_memory();
 
-/// Error where `bytes` are more than `available` (0: ask the machine): says both, and `what` needs them.
+/// Error where `bytes` exceeds `available` (0: use available_memory()); it names both numbers and `what`.
 Status require_memory(std::uint64_t bytes, std::uint64_t available, const std::string& what);
 
 }  // namespace parhelion::cloud

@@ -21,7 +21,7 @@ BucketGrid::BucketGrid(std::span<const Eigen::Vector3f> points, double bucket_si
   inverse_size_ = static_cast<float>(1 / bucket_size_);
   buckets_ = bucket_of(bounds.max()).array() + 1;
 
-  // Counting sort: stable, so that the order within a bucket is the one that was given.
+  // Counting sort: stable, so the input order is kept within a bucket.
   const auto index = [&](const Eigen::Vector3f& p) {
     const Eigen::Vector3i b = bucket_of(p).cwiseMin(buckets_ - Eigen::Vector3i::Ones());
     return (static_cast<std::size_t>(b.z()) * static_cast<std::size_t>(buckets_.y()) +
@@ -30,8 +30,8 @@ BucketGrid::BucketGrid(std::span<const Eigen::Vector3f> points, double bucket_si
            static_cast<std::size_t>(b.x());
   };
   const auto total = buckets_.cast<std::size_t>().prod();
-  // Counted two places on, summed up to where the bucket before begins, and moved on to its own begin by
-  // filling it.
+  // Counts are stored two places ahead and summed to the begin of the previous bucket; filling moves each to
+  // its own begin.
   start_.assign(total + 2, 0);
   for (const Eigen::Vector3f& p : points) ++start_[index(p) + 2];
   for (std::size_t i = 2; i < total + 2; ++i) start_[i] += start_[i - 1];

@@ -55,7 +55,7 @@ std::uint8_t to_byte(double value) {
   return std::isfinite(value) ? static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))) : 0;
 }
 
-/// One of unit length stays as it is, so that what was written is read back bit for bit.
+/// A vector of unit length is kept unchanged, so that written values are read back bit for bit.
 Eigen::Vector3f unit_or_zero(const Eigen::Vector3d& normal) {
   const double length = normal.norm();
   if (!std::isfinite(length) || length <= 0) return Eigen::Vector3f::Zero();
@@ -65,7 +65,7 @@ Eigen::Vector3f unit_or_zero(const Eigen::Vector3d& normal) {
 
 bool is_whole(double value, double max) { return value >= 0 && value <= max && value == std::floor(value); }
 
-/// Of the z of every k-th point, so that 100,000 are looked at: from 1 to 99 percent.
+/// The 1st and 99th percentile of z over every k-th point, so that at most 100,000 are used.
 double height_of(const std::vector<Eigen::Vector3f>& points) {
   std::vector<float> z;
   const std::size_t step = points.size() / 100'000 + 1;

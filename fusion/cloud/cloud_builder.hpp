@@ -1,4 +1,4 @@
-// Collects the points of a file: unit, axes and finiteness are dealt with here, once for all formats.
+// Collects the points of a file: converts unit and axes and drops non-finite points, for all formats.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,10 +14,10 @@ namespace parhelion::cloud {
 /// Number types of PLY and PCD.
 enum class Scalar : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64 };
 std::size_t size_of(Scalar scalar);
-/// The number at `at`, whose bytes are in the other order where `swap`.
+/// The number at `at`; `swap`: its byte order is reversed.
 double load(const char* at, Scalar scalar, bool swap);
 
-/// What a column of a file means to a cloud.
+/// Meaning of a column of a file.
 enum class Column : std::uint8_t {
   x,
   y,
@@ -36,7 +36,7 @@ enum class Column : std::uint8_t {
 constexpr std::size_t column_count = 12;  ///< without `ignored`
 using Record = std::array<double, column_count>;
 
-/// By the names that PLY and PCD files give.
+/// Looks up the column names used in PLY and PCD files.
 Column column_named(std::string_view name);
 
 /// The map from file axes to REP-103, unit included.
@@ -50,15 +50,15 @@ class CloudBuilder {
   void declare(Column column, Scalar scalar = Scalar::f64);
   bool has(Column column) const { return has_[static_cast<std::size_t>(column)]; }
 
-  /// Makes room for `points`, which the reader has made sure the file can hold, after a look at the memory;
-  /// `extra_bytes` are needed beside. Error: not enough of it.
+  /// Reserves memory for `points` after checking the available memory; the reader has checked that the file
+  /// can hold them. `extra_bytes` are needed in addition. Error: not enough memory.
   Status reserve(std::uint64_t points, std::uint64_t extra_bytes = 0);
 
   void add(const Record& record);
   void add_viewpoint(const Eigen::Vector3d& file_point);
   void note(std::string text) { scan_.notes.push_back(std::move(text)); }
 
-  /// Checks the whole. Error: no finite point.
+  /// Checks the whole cloud. Error: no finite point.
   Result<ScanFile> finish();
 
   std::size_t viewpoints() const { return scan_.cloud.viewpoints.size(); }
@@ -78,7 +78,7 @@ class CloudBuilder {
   std::uint64_t memory_, work_per_point_;
 };
 
-// One for each format, over the whole content of a file.
+// One parser per format, for the whole content of a file.
 Result<ScanFile> parse_ply(std::string_view bytes, CloudBuilder builder);
 Result<ScanFile> parse_pcd(std::string_view bytes, CloudBuilder builder);
 Result<ScanFile> parse_xyz(std::string_view bytes, CloudBuilder builder, bool uos);

@@ -1,4 +1,4 @@
-// Lines, words and numbers of text that came from outside, with where they were for the error.
+// Lines, words and numbers of external text, with their position for error messages.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace parhelion::cloud {
 
-/// Lines of a text, without their ends (\n or \r\n).
+/// Lines of a text, without line endings (LF or CRLF).
 class LineCursor {
  public:
   explicit LineCursor(std::string_view text, std::size_t offset = 0, std::uint64_t number = 0)
@@ -39,7 +39,7 @@ class LineCursor {
   std::uint64_t number_;
 };
 
-/// Takes the first word off `rest`; empty at its end. Spaces and tabs separate, and `also`.
+/// Removes the first word from `rest` and returns it; empty at the end. Separators: space, tab and `also`.
 inline std::string_view take_word(std::string_view& rest, char also = ' ') {
   const auto separates = [also](char c) { return c == ' ' || c == '\t' || c == also; };
   std::size_t begin = 0;
@@ -51,7 +51,7 @@ inline std::string_view take_word(std::string_view& rest, char also = ' ') {
   return word;
 }
 
-/// The whole word as a number; nan and inf are numbers of a floating type.
+/// Parses the whole word as a number; nan and inf are accepted for floating types.
 template <class Number>
 std::optional<Number> parse_number(std::string_view word) {
   if (word.starts_with('+')) word.remove_prefix(1);
@@ -63,7 +63,7 @@ std::optional<Number> parse_number(std::string_view word) {
 
 Error error_at_line(const std::string& name, std::uint64_t line, const std::string& what);
 Error error_at_byte(const std::string& name, std::uint64_t offset, const std::string& what);
-/// `word` in quotes, cut and made printable.
+/// `word` in quotes, truncated and made printable.
 std::string in_quotes(std::string_view word);
 
 }  // namespace parhelion::cloud

@@ -1,4 +1,4 @@
-// What a scanner saw through is empty: surfaces put there by an alignment speak against it.
+// Space that a scanner saw through is empty: surfaces that an alignment puts there contradict it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,15 +9,15 @@
 
 namespace parhelion::cloud {
 
-/// Per direction from one viewpoint the ranges of what was seen: six faces of a cube, cut into cells.
+/// Ranges seen from one viewpoint, per direction: six faces of a cube, cut into cells.
 class RangeImage {
  public:
   /// Surfels and viewpoint in one frame.
   RangeImage(const Surfels& surfels, const Eigen::Vector3d& viewpoint);
 
   enum class Sight { unseen, in_front, on_surface, behind };
-  /// Where p lies on its ray, `margin` metres of which are forgiven. In front: nearer than all that was seen
-  /// in its direction and the directions about it.
+  /// Position of p along its ray, with a tolerance of `margin` metres. In front: nearer than every range seen
+  /// in its direction and the directions around it.
   Sight sight(const Eigen::Vector3f& p, float margin) const;
 
  private:
@@ -43,7 +43,7 @@ struct FreeSpace {
   FreeSpace& operator+=(const FreeSpace& other);
 };
 
-/// How the flat surfels of `other` lie to what was seen from `viewpoints` in `seen`.
+/// Compares the flat surfels of `other` with the ranges seen from `viewpoints` in `seen`.
 FreeSpace free_space(const Surfels& seen, std::span<const Eigen::Vector3d> viewpoints, const Surfels& other,
                      const Eigen::Isometry3d& T_seen_other, double margin);
 

@@ -5,7 +5,7 @@
 namespace parhelion::cloud {
 namespace {
 
-/// A stream that is being unpacked; every step checks both ends.
+/// A stream that is being decompressed; every step checks both buffers.
 struct Stream {
   std::string_view in;
   std::string& out;
@@ -18,7 +18,7 @@ struct Stream {
     written += count;
     return true;
   }
-  /// Copies from `distance` back; may overlap what it writes.
+  /// Copies from `distance` back; source and destination may overlap.
   bool repeat(std::size_t distance, std::size_t count) {
     if (distance > written || count > out.size() - written) return false;
     char* to = out.data() + written;
@@ -47,7 +47,7 @@ Result<std::string> lzf_decompress(std::string_view compressed, std::size_t size
   while (stream.read < compressed.size()) {
     const std::size_t at = stream.read;
     if (!step(stream)) {
-      return Error{"LZF: byte " + std::to_string(at) + " of the compressed block leads outside of it"};
+      return Error{"LZF: byte " + std::to_string(at) + " of the compressed block refers outside of it"};
     }
   }
   if (stream.written != size) {

@@ -33,7 +33,7 @@ __attribute__((target("avx2"))) void nearest_point_avx2(const PointColumns& poin
     const __m256 d2 =
         _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(dx, dx), _mm256_mul_ps(dy, dy)), _mm256_mul_ps(dz, dz));
     const __m256i within = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(end - i)), lanes);
-    // Only what is not further than the second nearest changes anything; mostly none is.
+    // Only points nearer than the second nearest matter; usually there are none.
     const __m256 near = _mm256_and_ps(_mm256_cmp_ps(d2, _mm256_set1_ps(found.second2), _CMP_LE_OQ),
                                       _mm256_castsi256_ps(within));
     auto hits = static_cast<unsigned>(_mm256_movemask_ps(near));

@@ -1,5 +1,5 @@
-// The nearest of a run of points to one: by AVX2 where the processor has it, and by its portable twin, which
-// gives the same answer to the bit (both round each product and sum by itself).
+// The nearest point of a contiguous range: with AVX2 where the processor has it, else by the portable
+// reference implementation. Both give identical bits, as both round each product and sum separately.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,17 +24,17 @@ struct NearestPoint {
   }
 };
 
-/// m^2, rounded as all searches round it.
+/// m^2, rounded as in all searches.
 inline float distance2(const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
   const float dx = a.x() - b.x(), dy = a.y() - b.y(), dz = a.z() - b.z();
   return (dx * dx + dy * dy) + dz * dz;
 }
 
 struct PointColumns {
-  const float *x, *y, *z;  ///< readable up to 8 beyond a run's end
+  const float *x, *y, *z;  ///< readable up to 8 elements beyond the end of a range
 };
 
-/// Offers `found` each of [begin, end).
+/// Updates `found` with each point of [begin, end).
 void nearest_point_portable(const PointColumns& points, std::uint32_t begin, std::uint32_t end,
                             const Eigen::Vector3f& p, NearestPoint& found);
 void nearest_point_avx2(const PointColumns& points, std::uint32_t begin, std::uint32_t end,

@@ -14,10 +14,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr double wanted_in_bucket = 8;  // about nine of the 27 lie on a surface: some seventy neighbours
+constexpr double wanted_in_bucket = 8;  // of 27, about nine lie on a surface: some seventy neighbours
 constexpr double smallest_bucket = 0.01, largest_bucket = 0.5;  // m; beyond, neighbours share no surface
-
-/// The box of all points but one in a thousand on each side, and a margin of its own size.
 Eigen::AlignedBox3f without_strays(std::span<const Eigen::Vector3f> points) {
   Eigen::AlignedBox3f box;
   std::vector<float> values;
@@ -33,8 +31,8 @@ Eigen::AlignedBox3f without_strays(std::span<const Eigen::Vector3f> points) {
   return box;
 }
 
-/// Buckets in which the median point finds about as many others as are wanted; on surfaces their number grows
-/// with the square of the side.
+/// The bucket size at which the median point has about the wanted number of neighbours; on surfaces this
+/// number grows with the square of the side.
 double fitted_bucket(std::span<const Eigen::Vector3f> points) {
   double side = 0.1;
   for (int round = 0; round < 2; ++round) {
@@ -75,7 +73,7 @@ Eigen::Vector3f upwards(const Eigen::Vector3f& normal) {
   return down ? Eigen::Vector3f(-normal) : normal;
 }
 
-/// Algorithm 2. The random numbers of a point and a plane depend on nothing else.
+/// Algorithm 2. The random numbers depend only on the point and the plane.
 Eigen::Vector3f best_random_plane(const std::vector<Eigen::Vector3f>& list, std::size_t point,
                                   const NormalOptions& options) {
   const scan::PhiloxKey key{static_cast<std::uint32_t>(options.seed),
@@ -93,7 +91,7 @@ Eigen::Vector3f best_random_plane(const std::vector<Eigen::Vector3f>& list, std:
     const Eigen::Vector3f &a = drawn(0), &b = drawn(1), &c = drawn(2);
     const Eigen::Vector3f cross = (b - a).cross(c - a);
     const float size = cross.norm();
-    // Three points on one line make no plane.
+    // Three collinear points define no plane.
     if (!(size > 1e-3F * (b - a).norm() * (c - a).norm()) || size <= 0) continue;
     const Eigen::Vector3f normal = cross / size;
     float sum = 0;
@@ -119,7 +117,7 @@ Eigen::Vector3f least_variance(const std::vector<Eigen::Vector3f>& list) {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance);
   const Eigen::Vector3d lambda = solver.eigenvalues();
-  // On one line (or in one place) no direction is better than another.
+  // Collinear or coincident points have no preferred direction.
   if (!(lambda[1] > 1e-4 * lambda[2]) || lambda[2] <= 0) return Eigen::Vector3f::Zero();
   return solver.eigenvectors().col(0).cast<float>();
 }
@@ -128,7 +126,7 @@ std::vector<Eigen::Vector3f> run(std::span<const Eigen::Vector3f> points, const 
   std::vector<Eigen::Vector3f> normals(points.size(), Eigen::Vector3f::Zero());
   const Eigen::AlignedBox3f box = without_strays(points);
   std::vector<Eigen::Vector3f> near;
-  std::vector<std::uint32_t> index;  // empty where all are near
+  std::vector<std::uint32_t> index;  // empty where all points are near
   const bool all = std::all_of(points.begin(), points.end(), [&](const auto& p) { return box.contains(p); });
   for (std::uint32_t i = 0; !all && i < points.size(); ++i) {
     if (!box.contains(points[i])) continue;

@@ -1,5 +1,5 @@
-// Loops over chunks whose bounds depend on nothing but the size, so that any number of threads gives the same
-// bits: each chunk writes only what is its own, and what the chunks found is added up in their order.
+// Loops over chunks whose bounds depend only on the size, so that any number of threads gives the same bits:
+// each chunk writes only its own output, and partial results are added in the order of the chunks.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,11 @@ namespace parhelion::cloud {
 void for_each_chunk(std::size_t size, std::size_t chunk_size, int threads,
                     const std::function<void(std::size_t, std::size_t, std::size_t)>& body);
 
-/// Runs it where `threads` threads stand by for all the loops within, so that they are called up once.
+/// Runs `work` with a pool of `threads` threads for all loops within it, so that the threads are started
+/// once.
 void with_threads(int threads, const std::function<void()>& work);
 
-/// Both, at once where there are threads for it.
+/// Runs both, in parallel where there is more than one thread.
 void do_both(int threads, const std::function<void()>& a, const std::function<void()>& b);
 
 /// The sum of part(begin, end) over all chunks, added in their order. Sum: default is zero, has +=.

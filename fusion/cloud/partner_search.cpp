@@ -11,8 +11,8 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr float least_cosine = 0.5f;      // surfaces that face more than 60 degrees apart are not the same
-constexpr float hopeless_cosine = 0.35f;  // not the same either when turned by as much as:
+constexpr float least_cosine = 0.5f;      // surfaces that differ by more than 60 degrees do not match
+constexpr float hopeless_cosine = 0.35f;  // nor do they after a rotation by up to:
 constexpr float turn_to_hope = 0.16f;     // rad; acos(0.35) - acos(0.5) is 0.166
 constexpr float rounding = 0.01f;         // of a bucket: its bounds are rounded
 constexpr int rings = 3;
@@ -31,10 +31,10 @@ struct AxisDistances {
   float operator[](int offset) const { return squared[static_cast<std::size_t>(rings + offset)]; }
 };
 
-/// A row of buckets beside one's own.
+/// A row of buckets next to the surfel's own.
 struct RowOffset {
   int y, z;
-  float least;  ///< buckets^2, to any place in one's own row
+  float least;  ///< buckets^2, minimum distance to any place in the own row
 };
 using RowOffsets = std::array<RowOffset, (2 * rings + 1) * (2 * rings + 1)>;
 
@@ -91,12 +91,12 @@ void PartnerSearch::move_to(const Eigen::Isometry3d& T_target_source) {
   t_last_ = t_;
   R_ = T_target_source.linear().cast<float>();
   t_ = T_target_source.translation().cast<float>();
-  // The chord's length is the angle's as long as it is small, and the rest of a large one does not matter.
+  // The chord approximates the angle while it is small; the error of a large one does not matter.
   const double chord = (R_ - R_last_).cast<double>().norm() / std::numbers::sqrt2;
   turned_ += 1.01 * chord;
 }
 
-/// Cosine between normals, 1 where they do not say.
+/// Cosine between normals, 1 where they are too uncertain.
 float PartnerSearch::facing(const Query& query, std::uint32_t j) const {
   if (!query.faces || target_->surfels.slack[j] >= flat_enough) return 1;
   const float cosine = query.n.dot(target_->surfels.normals[j]);
@@ -117,9 +117,9 @@ void PartnerSearch::offer(Query& query, std::uint32_t j, float d2) const {
   }
 }
 
-/// Fills `found`; m, within which all others were seen.
+/// Fills `found`; returns the radius (m) within which all others were seen.
 float PartnerSearch::search(Query& query) const {
-  // Beyond the grid by more than the gate, where numbers could also grow too large for an index.
+  // Outside of the grid by more than the gate, where indices could also overflow.
   constexpr float beyond = rings + 1;
   const Eigen::Vector3i& buckets = target_->grid.buckets();
   const Eigen::Array3f at = (query.p - origin_).array() * inverse_ + beyond;
@@ -162,7 +162,7 @@ void PartnerSearch::update(std::size_t i) {
   float d2 = 0;
   if (tracked.partner >= 0) d2 = (target_->surfels.means[j] - query.p).squaredNorm();
   if (tracked.clearance >= 0 && turned_ < tracked.turn) {
-    const float slip = 1e-5f * (query.p.cwiseAbs().maxCoeff() + margin_);  // of rounding
+    const float slip = 1e-5f * (query.p.cwiseAbs().maxCoeff() + margin_);  // rounding error
     tracked.clearance -= (query.p - (R_last_ * mean + t_last_)).norm() + slip;
     const float certain = std::max(tracked.clearance, 0.0f);
     if (tracked.partner < 0) {

@@ -1,4 +1,4 @@
-// The nearest surfel of the target that faces the same way, for surfels of the source.
+// The nearest target surfel with a similar normal, for each surfel of the source.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -10,35 +10,35 @@
 
 namespace parhelion::cloud {
 
-/// The target's surfels, in the order of the buckets, which are of the surfels' own size.
+/// The target's surfels, sorted by bucket; the bucket size is that of the surfels.
 struct SurfelTarget {
   explicit SurfelTarget(const Surfels& target);
   Surfels surfels;
   BucketGrid grid;
 };
 
-/// For each surfel of the source its partner, as T changes: as long as a surfel moves less than others are
-/// further away, its partner is still the nearest, and no search is needed.
+/// Tracks the partner of each source surfel as T changes: while a surfel moves less than its margin to the
+/// second nearest, its partner is still the nearest and no search is needed.
 class PartnerSearch {
  public:
-  static constexpr float flat_enough = 0.25f;  ///< slack above which a normal says too little to compare it
+  static constexpr float flat_enough = 0.25f;  ///< slack above which a normal is too uncertain to be compared
 
-  /// Both must outlive this. `gate`: m, furthest partner; at most 2.5 of the target's buckets.
+  /// Both must outlive this. `gate`: m, largest distance of a partner; at most 2.5 of the target's buckets.
   PartnerSearch(const SurfelTarget& target, const Surfels& source, double gate);
 
-  /// To be followed by update(i) for each i once, from any thread.
+  /// Call update(i) once for each i afterwards, from any thread.
   void move_to(const Eigen::Isometry3d& T_target_source);
   void update(std::size_t i);
 
-  /// The index in the target, of equally near ones the lowest; -1: none within the gate. It depends on the
-  /// last T alone.
+  /// The index in the target (the lowest among equally near ones); -1: none within the gate. It depends only
+  /// on the last T.
   std::int32_t partner(std::size_t i) const { return tracked_[i].partner; }
 
  private:
   struct Tracked {
     std::int32_t partner = -1;
-    float clearance = -1;  ///< m, no other surfel is nearer than this that could face the same way
-    float turn = 0;        ///< rad, how far all was turned since the first T, up to which that is true
+    float clearance = -1;  ///< m, no other surfel with a similar normal is nearer than this
+    float turn = 0;        ///< rad, sum of rotations since the first T up to which `clearance` is valid
   };
   struct Query {
     Eigen::Vector3f p, n;

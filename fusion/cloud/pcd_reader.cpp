@@ -1,4 +1,4 @@
-// PCD files (Point Cloud Library, format 0.7 and its relatives).
+// PCD files (Point Cloud Library, format 0.7 and similar).
 #include <bit>
 #include <limits>
 
@@ -61,7 +61,7 @@ std::optional<Scalar> scalar_of(char type, std::uint64_t size) {
   return std::nullopt;
 }
 
-/// One word for each field; false where there are too few or `set` refuses one.
+/// One word for each field; false where there are too few or `set` rejects one.
 template <class Set>
 bool each_field(PcdHeader& header, std::string_view words, Set set) {
   for (PcdField& field : header.fields) {
@@ -76,7 +76,7 @@ bool take_count(std::string_view word, std::uint64_t& count) {
   return number.has_value();
 }
 
-/// Empty where the line was understood; else what was expected.
+/// Empty where the line was parsed; else what was expected.
 std::string take_header_line(PcdHeader& header, std::string_view line) {
   const std::string_view keyword = take_word(line);
   if (keyword.empty() || keyword.front() == '#' || keyword == "VERSION") return "";
@@ -126,24 +126,24 @@ std::string take_header_line(PcdHeader& header, std::string_view line) {
   return "expected a line of a PCD header, not " + in_quotes(keyword);
 }
 
-/// What its lines say taken together; empty where they fit.
+/// Checks the header's lines against each other; empty where they are consistent.
 std::string check_header(PcdHeader& header) {
   if (header.width != 0 && header.height > std::numeric_limits<std::uint64_t>::max() / header.width) {
-    return "WIDTH times HEIGHT is no number of points";
+    return "WIDTH times HEIGHT is not a valid number of points";
   }
   if (header.has_width && header.has_points && header.width * header.height != header.points) {
     return "POINTS " + std::to_string(header.points) + " is not WIDTH times HEIGHT, " +
            std::to_string(header.width) + " x " + std::to_string(header.height);
   }
-  if (!header.has_width && !header.has_points) return "the header says neither WIDTH nor POINTS";
+  if (!header.has_width && !header.has_points) return "the header has neither WIDTH nor POINTS";
   if (!header.has_points) header.points = header.width * header.height;
   for (PcdField& field : header.fields) {
     const auto scalar = scalar_of(field.type, field.size);
     if (!scalar) {
       return "TYPE " + std::string(1, field.type) + " of SIZE " + std::to_string(field.size) +
-             " is no number: expected F 4 8, I or U 1 2 4 8";
+             " is not supported: expected F 4 8, I or U 1 2 4 8";
     }
-    // A colour is three bytes in an integer, whatever its type is called.
+    // A colour is three bytes in an integer, whatever its declared type.
     field.scalar = field.column != Column::packed_colour ? *scalar : Scalar::u32;
     if (field.column == Column::packed_colour && field.size != 4) field.column = Column::ignored;
     if (field.count != 1) field.column = Column::ignored;
@@ -169,7 +169,7 @@ Result<PcdHeader> parse_header(std::string_view bytes, const std::string& name) 
   return header;
 }
 
-/// Point i of field f lies at base[f] + i * step[f].
+/// Point i of field f is at base[f] + i * step[f].
 void add_binary(const PcdHeader& header, const char* data, bool by_field, CloudBuilder& builder) {
   struct Source {
     const char* at;
@@ -199,7 +199,7 @@ void add_binary(const PcdHeader& header, const char* data, bool by_field, CloudB
 Status read_binary(std::string_view bytes, const PcdHeader& header, CloudBuilder& builder) {
   if (header.points > (bytes.size() - header.body) / header.stride) {
     return error_at_byte(builder.name(), bytes.size(),
-                         "the file ends; its header promises " + std::to_string(header.points) +
+                         "the file ends; its header declares " + std::to_string(header.points) +
                              " points of " + std::to_string(header.stride) + " bytes from byte " +
                              std::to_string(header.body));
   }
@@ -218,7 +218,7 @@ Status read_compressed(std::string_view bytes, const PcdHeader& header, CloudBui
   const auto unpacked = static_cast<std::uint64_t>(load(body.data() + 4, Scalar::u32, swap));
   if (packed > body.size() - 8) {
     return error_at_byte(name, header.body,
-                         "the compressed block is said to have " + std::to_string(packed) +
+                         "the header declares a compressed block of " + std::to_string(packed) +
                              " bytes, the file has " + std::to_string(body.size() - 8) + " more");
   }
   if (unpacked / header.stride != header.points || unpacked % header.stride != 0) {
@@ -264,7 +264,7 @@ Status read_ascii(std::string_view bytes, const PcdHeader& header, CloudBuilder&
   for (const PcdField& field : header.fields) words += field.count;
   if (header.points > (bytes.size() - header.body + 1) / (2 * words)) {
     return error_at_byte(builder.name(), bytes.size(),
-                         "the file ends; its header promises " + std::to_string(header.points) +
+                         "the file ends; its header declares " + std::to_string(header.points) +
                              " lines of " + std::to_string(words) + " numbers from byte " +
                              std::to_string(header.body));
   }

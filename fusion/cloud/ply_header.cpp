@@ -20,12 +20,12 @@ std::optional<Scalar> scalar_named(std::string_view name) {
   return std::nullopt;
 }
 
-/// Takes the lines of one header, one after the other.
+/// Parses the lines of one header in order.
 class HeaderLines {
  public:
   explicit HeaderLines(PlyHeader& header) : header_(header) {}
 
-  /// Empty where the line was understood; else what was expected.
+  /// Empty where the line was parsed; else what was expected.
   std::string take(std::string_view line) {
     const std::string_view keyword = take_word(line);
     if (keyword == "format") return format(line);
@@ -86,7 +86,7 @@ class HeaderLines {
     return "";
   }
 
-  /// "comment viewpoint i x y z", as the writer puts it; any other comment is somebody else's.
+  /// "comment viewpoint i x y z" as written by write_ply; other comments are ignored.
   std::string comment(std::string_view words) {
     if (take_word(words) != "viewpoint") return "";
     const auto index = parse_number<std::size_t>(take_word(words));
@@ -128,7 +128,7 @@ Result<PlyHeader> parse_ply_header(std::string_view bytes, const std::string& na
     if (!wrong.empty()) return error_at_line(name, lines.number(), wrong);
   }
   if (!line) return error_at_line(name, lines.number(), "the header ends without end_header");
-  if (!taken.has_format()) return error_at_line(name, lines.number(), "the header names no format");
+  if (!taken.has_format()) return error_at_line(name, lines.number(), "the header has no format");
   header.body = lines.offset();
   header.lines = lines.number();
   while (!header.elements.empty() && header.elements.back().name != "vertex") header.elements.pop_back();

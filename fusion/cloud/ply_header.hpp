@@ -14,7 +14,7 @@ namespace parhelion::cloud {
 struct PlyProperty {
   Column column = Column::ignored;
   Scalar type = Scalar::f32;
-  std::optional<Scalar> count;  ///< type of the number of elements where it is a list
+  std::optional<Scalar> count;  ///< type of the number of elements in a list
 };
 
 struct PlyElement {
@@ -23,14 +23,14 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   bool has_lists() const;
-  /// Bytes of one record; of a list only its count, so that no record is shorter.
+  /// Minimum bytes of one record; a list contributes only its count.
   std::uint64_t min_bytes() const;
 };
 
 struct PlyHeader {
   enum class Encoding : std::uint8_t { ascii, little_endian, big_endian };
   Encoding encoding = Encoding::ascii;
-  std::vector<PlyElement> elements;         ///< up to the vertices, which come last; others after are ignored
+  std::vector<PlyElement> elements;         ///< up to and including the vertices; later elements are ignored
   std::vector<Eigen::Vector3d> viewpoints;  ///< in the file's unit and axes
   std::size_t body = 0;                     ///< offset of the first byte after the header
   std::uint64_t lines = 0;

@@ -8,7 +8,7 @@
 namespace parhelion::cloud {
 namespace {
 
-/// Body of a PLY file: the elements before the vertices are passed over, the vertices go to the builder.
+/// Body of a PLY file: skips the elements before the vertices and passes the vertices to the builder.
 class PlyBody {
  public:
   PlyBody(std::string_view bytes, const PlyHeader& header, CloudBuilder& builder)
@@ -43,7 +43,7 @@ class PlyBody {
     for (const PlyElement& element : header_.elements) {
       const bool vertices = &element == &header_.elements.back();
       if (element.properties.empty()) continue;
-      // A record takes a digit and a separator for each property, the last may lack its end of line.
+      // A record has at least a digit and a separator for each property; the last may lack its end of line.
       const std::uint64_t least = 2 * element.properties.size();
       if (element.count > (bytes_.size() - lines.offset() + 1) / least) return too_many(element);
       if (vertices) {
@@ -65,7 +65,7 @@ class PlyBody {
  private:
   Error too_many(const PlyElement& element) const {
     return error_at_byte(builder_.name(), bytes_.size(),
-                         "the file ends; its header promises " + std::to_string(element.count) +
+                         "the file ends; its header declares " + std::to_string(element.count) +
                              " elements " + in_quotes(element.name) + " of at least " +
                              std::to_string(element.min_bytes()) + " bytes from byte " + std::to_string(at_));
   }
@@ -75,7 +75,7 @@ class PlyBody {
                              std::to_string(index) + " of " + std::to_string(element.count));
   }
 
-  /// Records of one length, all inside the file.
+  /// Records of equal length, all inside the file.
   void add_fixed(const PlyElement& element, std::uint64_t stride) {
     struct Field {
       std::size_t offset, column;
@@ -97,7 +97,7 @@ class PlyBody {
     }
   }
 
-  /// One record with lists in it; false where the file ends or a length is negative.
+  /// One record with lists; false where the file ends or a length is negative.
   bool take_record(const PlyElement& element) {
     for (const PlyProperty& property : element.properties) {
       const std::size_t size = size_of(property.type);
@@ -130,7 +130,7 @@ class PlyBody {
                std::to_string(element.properties.size()) + ", not " + in_quotes(word);
       }
       if (property.count) {
-        // The length is bounded by the words that are there.
+        // The length is bounded by the number of words present.
         for (double left = *number; left >= 1; --left) {
           if (take_word(line).empty()) return "a list is shorter than its length of " + in_quotes(word);
         }

@@ -11,22 +11,22 @@
 
 namespace parhelion::cloud {
 
-/// Columns of equal length; all but `points` may be empty. Points are finite: what is not is dropped, and
-/// counted, where a cloud enters.
+/// Columns of equal length; all but `points` may be empty. Points are finite: non-finite ones are dropped and
+/// counted on input.
 template <class Frame>
 struct PointCloud {
   std::vector<Eigen::Vector3f> points;               ///< m
-  std::vector<Eigen::Vector3f> normals;              ///< unit length, towards the scanner; zero: not known
+  std::vector<Eigen::Vector3f> normals;              ///< unit length, towards the scanner; zero: unknown
   std::vector<std::array<std::uint8_t, 3>> colours;  ///< red, green, blue
-  std::vector<std::uint8_t> labels;                  ///< meaning is the writer's; see fusion/semantic
+  std::vector<std::uint8_t> labels;                  ///< meaning depends on the writer; see fusion/semantic
   std::vector<std::uint16_t> scans;                  ///< index into `viewpoints`; empty: all are of scan 0
-  std::vector<Eigen::Vector3d> viewpoints;           ///< m, where the scanner stood; empty: not known
+  std::vector<Eigen::Vector3d> viewpoints;           ///< m, positions of the scanner; empty: unknown
 
   std::size_t size() const { return points.size(); }
   bool empty() const { return points.empty(); }
 };
 
-/// The cloud with its coordinates, normals and viewpoints taken to frame A.
+/// Transforms the cloud's coordinates, normals and viewpoints to frame A.
 template <class A, class B>
 PointCloud<A> transformed(const Transform<A, B>& T_a_b, const PointCloud<B>& cloud) {
   PointCloud<A> result{cloud.points, cloud.normals, cloud.colours, cloud.labels, cloud.scans, {}};
@@ -39,7 +39,7 @@ PointCloud<A> transformed(const Transform<A, B>& T_a_b, const PointCloud<B>& clo
   return result;
 }
 
-/// The same coordinates under another frame's name, for where the two are equal by definition: a cloud that
+/// Relabels the frame without changing coordinates, where both frames are equal by definition: a cloud that
 /// was written in frame A is read back in a file's own frame.
 template <class A, class B>
 PointCloud<A> renamed(PointCloud<B> cloud) {

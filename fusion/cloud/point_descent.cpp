@@ -10,7 +10,7 @@ Descent descend_points(const PointCloud<Target>& target, const PointCloud<Source
                        const Level& verdict, const Eigen::Isometry3d& guess,
                        const RegistrationOptions& options) {
   Descent result{guess, verdict.options, {verdict.target, verdict.source, verdict.options.gate}};
-  const double small = verdict.source.size / 500;  // closed-form steps only creep at the end
+  const double small = verdict.source.size / 500;  // m; closed-form steps become very small at the end
   const Eigen::Vector3d middle = source.points[source.size() / 2].cast<double>();
   for (double reach = options.max_distance;; reach = std::max(reach / 2, verdict.options.gate)) {
     PointIcp icp(target.points, source.points,

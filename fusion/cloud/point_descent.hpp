@@ -8,10 +8,10 @@
 
 namespace parhelion::cloud {
 
-/// Point-to-point over all points of both clouds in the paper's grid of 28 x 28 x 28 cubes, until it settles.
-/// Partners are looked for within max_distance, then within half of it and so on down to `verdict`'s gate:
-/// what only one of the scans has seen pulls less and less. `verdict`: the level whose surfels are asked
-/// whether to believe the result; its partners are those at T.
+/// Point-to-point over all points of both clouds in the paper's grid of 28 x 28 x 28 cubes, until
+/// convergence. The search radius starts at max_distance and is halved down to the gate of `verdict`, which
+/// reduces the influence of surfaces that only one scan has seen. `verdict`: the level whose surfels are used
+/// to check the result; its partners are those at T.
 Descent descend_points(const PointCloud<Target>& target, const PointCloud<Source>& source,
                        const Level& verdict, const Eigen::Isometry3d& guess,
                        const RegistrationOptions& options);

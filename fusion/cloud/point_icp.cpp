@@ -54,7 +54,7 @@ PointIcp::PointIcp(std::span<const Eigen::Vector3f> target, std::span<const Eige
   const double side = longest_side(target);
   rounding_ = 1e-5f * static_cast<float>(side);
   if (options.paper_grid) {
-    // The paper's cube of 2 x 2 x 2 in 28 x 28 x 28; a hair more, so that the far side is within.
+    // The paper's cube of 2 x 2 x 2 in 28 x 28 x 28; slightly larger, so that the far side is inside.
     grid_.emplace(target, side * (1 + 1e-6) / 28);
     constexpr std::size_t padding = 8;
     for (const Eigen::Vector3f& p : grid_->sorted()) {
@@ -83,8 +83,8 @@ Eigen::Vector3f PointIcp::target(std::int32_t i) const {
   return grid_ ? grid_->sorted()[at] : tree_->point(at);
 }
 
-/// Shells of buckets around p, nearest first, until what lies outside of them is further than the second
-/// nearest or than `reach`.
+/// Searches shells of buckets around p, nearest first, until everything outside of them is further than the
+/// second nearest or than `reach`.
 NearestPoint PointIcp::search_grid(const Eigen::Vector3f& p, float reach) const {
   const auto nearest = options_.portable || !have_avx2() ? nearest_point_portable : nearest_point_avx2;
   NearestPoint found;
@@ -108,8 +108,8 @@ NearestPoint PointIcp::search_grid(const Eigen::Vector3f& p, float reach) const 
         }
       }
     }
-    // p is within its bucket: from there to outside of the shells it is at least this far. Rounding costs a
-    // little.
+    // p is within its bucket: from there to outside of the shells it is at least this far, less a margin for
+    // rounding.
     const Eigen::Vector3f low = grid_->corner(centre), high = low.array() + size;
     const float margin = std::min((p - low).minCoeff(), (high - p).minCoeff());
     const float seen =
@@ -131,9 +131,9 @@ struct PointIcp::Sum {
   }
 };
 
-/// What a thread needs for a group.
+/// Scratch memory of a thread for one group.
 struct PointIcp::Room {
-  Sixteen x, y, z, bound2, move;  ///< in the target's frame; to the last partner, m^2; since the last step, m
+  Sixteen x, y, z, bound2, move;  ///< target frame; m^2 to the last partner; m since the last step
   std::array<PointTree::Query, group_> queries;
   std::array<std::uint8_t, group_> lane;  ///< of each query
   std::size_t searching = 0;
@@ -149,7 +149,7 @@ void PointIcp::search_tree(Group& group, Room& room) const {
   for (std::size_t i = 0; i < queries.size(); ++i) {
     PointTree::Query& query = queries[i];
     const auto lane = static_cast<Eigen::Index>(room.lane[i]);
-    // Steps get shorter: what is within two of them may soon be nearer. Worth looking at when they are short.
+    // Steps get shorter: points within two of them may soon be nearer. Only useful when steps are short.
     const float bound = std::sqrt(room.bound2[lane]), two_steps = 2 * room.move[lane];
     query.second = two_steps < 0.05f * bound;
     const float radius = query.second ? bound + two_steps : bound;
@@ -212,7 +212,7 @@ void PointIcp::step_group(Group& group, const Motion& motion, Room& room, Sum& s
 }
 
 void PointIcp::add_pairs(const Group& group, const Room& room, Sum& sum) const {
-  // [b; 1] [a; 1]^T holds every moment.
+  // [b; 1] [a; 1]^T contains every moment.
   Eigen::Matrix4d outer = Eigen::Matrix4d::Zero();
   double squares = 0;
   for (std::size_t i = 0; i < group.count; ++i) {

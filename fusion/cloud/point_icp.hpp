@@ -1,6 +1,6 @@
-// The paper's ICP at full resolution: exact closest points (algorithm 1) and the closed form for the motion
-// that brings the pairs together (equation 1). The points are in the paper's bucket grid, or in a tree of
-// boxes, which fits clouds that are denser in one place than in another.
+// The paper's ICP at full resolution: exact closest points (algorithm 1) and the closed form of the motion
+// that aligns the pairs (equation 1). The points are in the paper's bucket grid, or in a tree of boxes, which
+// suits clouds of uneven density.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,10 +17,10 @@
 namespace parhelion::cloud {
 
 struct PointIcpOptions {
-  double max_distance = 0.5;  ///< m, furthest partner
+  double max_distance = 0.5;  ///< m, largest distance of a partner
   bool paper_grid = false;    ///< 28 buckets along the longest side; else the tree
-  bool portable = false;      ///< the twin without AVX2, which finds the same partners
-  int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
+  bool portable = false;      ///< reference without AVX2, which finds the same partners
+  int threads = 0;            ///< 0: all; 1: the serial reference, which gives the same bits
 };
 
 /// The rotation and translation that minimise the sum of |b_i - (R a_i + t)|^2, from the moments of the pairs
@@ -35,35 +35,36 @@ struct PairMoments {
 };
 Eigen::Isometry3d closest_motion(const PairMoments& moments);
 
-/// Keeps the target in buckets and for each source point its last partner: as long as the source moves less
-/// than the second nearest is further, the partner is still the nearest, and no search is needed.
+/// Keeps the target in buckets and the last partner of each source point: while a source point moves less
+/// than its margin to the second nearest, its partner is still the nearest and no search is needed.
 class PointIcp {
  public:
-  /// Points are finite, of both at least one.
+  /// Points are finite, at least one in each cloud.
   PointIcp(std::span<const Eigen::Vector3f> target, std::span<const Eigen::Vector3f> source,
            const PointIcpOptions& options);
 
-  /// Finds the partners at T, and the next T from them; the moments are those of the pairs before the step.
+  /// Finds the partners at T and computes the next T from them; the moments are those of the pairs before the
+  /// step.
   Eigen::Isometry3d step(const Eigen::Isometry3d& T_target_source);
 
   /// For each source point the index of its nearest target point within max_distance at the last step's T;
   /// -1: none. Among equally near ones the first in the grid's or the tree's order.
   std::vector<std::int32_t> partners() const;
   const PairMoments& moments() const { return moments_; }
-  /// Of the last step: source points that had to search.
+  /// Number of source points that needed a search in the last step.
   std::size_t searched() const { return searched_; }
 
  private:
   static constexpr std::size_t group_ = 16;  ///< source points that are looked up together
   using Sixteen = Eigen::Array<float, group_, 1>;
-  /// Neighbours in the source; columns are filled up by copies of the last.
+  /// Neighbours in the source; the last group is padded with copies of its last point.
   struct Group {
     Sixteen x, y, z;                           ///< m, in the source's frame
     std::array<std::int32_t, group_> partner;  ///< in the target's order; -1: none within max_distance
-    Sixteen clearance;                         ///< m, no other point is nearer than this; negative: not known
+    Sixteen clearance;                         ///< m, no other point is nearer than this; negative: unknown
     std::size_t count;
   };
-  /// Both transforms of a step, and what their difference does to a point.
+  /// Both transforms of a step, and the effect of their difference on a point.
   struct Motion {
     Eigen::Isometry3f T, change;
   };
@@ -79,7 +80,7 @@ class PointIcp {
   std::optional<BucketGrid> grid_;
   std::optional<PointTree> tree_;
   std::vector<float> x_, y_, z_;  ///< the target in the grid's order, padded by 8 far points
-  std::vector<Group> groups_;     ///< the source in the order of a tree of its own
+  std::vector<Group> groups_;     ///< the source in the order of its own tree
   std::vector<std::uint32_t> source_order_;
   Eigen::Isometry3f last_T_ = Eigen::Isometry3f::Identity();
   float rounding_ = 0;  ///< m

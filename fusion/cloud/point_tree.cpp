@@ -31,7 +31,7 @@ void halve(std::span<Entry> entries, std::size_t leaf, int threads) {
   for (const Entry& entry : entries) box.extend(entry.p);
   int axis = 0;
   box.sizes().maxCoeff(&axis);
-  // A power of two in the first part, so that eight leaves in a row are always one subtree.
+  // A power of two in the first part, so that eight consecutive leaves always form one subtree.
   const std::size_t middle = std::bit_ceil(leaves) / 2 * leaf;
   std::nth_element(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(middle), entries.end(),
                    [axis](const Entry& a, const Entry& b) { return a.p[axis] < b.p[axis]; });
@@ -104,7 +104,7 @@ void PointTree::leaves_near(const Eigen::AlignedBox3f& box, float distance, Leav
       add_leaves(at.boxes, mask, near);
       continue;
     }
-    // The last is pushed first, so that the first is next.
+    // The last is pushed first, so that the first is processed next.
     while (mask != 0) {
       const auto last = static_cast<std::uint32_t>(31 - std::countl_zero(mask));
       stack[open++] = {at.level - 1, first + last};

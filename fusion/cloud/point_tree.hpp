@@ -1,7 +1,7 @@
-// A tree of boxes over points, eight to a leaf and eight to each box above, for exact closest points of whole
-// groups of queries at once: what a group is near to is looked up once, and each of its points tells those
-// leaves apart by itself. Eight boxes or points are looked at in one by AVX2 where the processor has it; the
-// portable twin gives the same answer.
+// A tree of boxes over points (eight points per leaf, eight boxes per node) for exact closest points of
+// groups of queries: the leaves near a group are looked up once, and each point of the group then searches
+// those leaves. Eight boxes or points are processed at once with AVX2 where the processor has it; the
+// portable reference gives the same result.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,26 +13,26 @@
 
 namespace parhelion::cloud {
 
-/// The order that puts points into a tree's leaves: halved along the longest side until `leaf` are left.
+/// The order of the points in a tree's leaves: split in half along the longest side until `leaf` are left.
 std::vector<std::uint32_t> tree_order(std::span<const Eigen::Vector3f> points, std::size_t leaf, int threads);
 
-/// Immutable after it was built; may be read by any number of threads.
+/// Immutable after construction; may be read by any number of threads.
 class PointTree {
  public:
-  static constexpr std::size_t lanes = 8;  ///< points of a leaf, boxes of a box
+  static constexpr std::size_t lanes = 8;  ///< points per leaf, child boxes per node
 
   /// Points are finite, at least one. `portable`: without AVX2.
   PointTree(std::span<const Eigen::Vector3f> points, int threads, bool portable);
 
-  /// In the tree's order: points, and for each its index in those that were given.
+  /// Points in the tree's order, and the index of each in the input.
   Eigen::Vector3f point(std::size_t i) const { return {x_[i], y_[i], z_[i]}; }
   const std::vector<std::uint32_t>& order() const { return order_; }
 
-  /// Eight boxes by columns: low x y z, high x y z.
+  /// Eight boxes by columns: minimum x y z, maximum x y z.
   struct alignas(32) Boxes {
     float side[6][lanes];
   };
-  /// Leaves with their boxes; the last eight are filled up by boxes that are near nothing.
+  /// Leaves with their boxes; the last eight are padded with boxes at infinite distance.
   struct Leaves {
     std::vector<Boxes> boxes;
     std::vector<std::uint32_t> first;  ///< of each leaf's points
@@ -44,16 +44,15 @@ class PointTree {
 
   struct Query {
     Eigen::Vector3f p;
-    float distance2;  ///< m^2, how far to look
-    bool second;      ///< whether the second nearest within that distance is of interest
+    float distance2;  ///< m^2, search radius
+    bool second;      ///< whether the second nearest within that distance is needed
     NearestPoint found;
   };
-  /// The nearest point to each p of those in `near`, the lowest index (of the tree's order) among equally
-  /// near ones; -1: none within distance. `second2` is at most the second nearest's, and less where that is
-  /// further than was looked.
+  /// The nearest point in `near` to each p (the lowest index in the tree's order among equally near ones);
+  /// -1: none within the distance. `second2` is a lower bound of the squared distance to the second nearest.
   void nearest(const Leaves& near, std::span<Query> queries) const;
 
-  /// Some point that is about the nearest.
+  /// An approximately nearest point.
   std::uint32_t about_nearest(const Eigen::Vector3f& p) const;
 
  private:
@@ -65,8 +64,8 @@ class PointTree {
 
   bool avx2_;
   std::vector<std::uint32_t> order_;
-  std::vector<float> x_, y_, z_;            ///< padded to whole leaves by far points
-  std::vector<std::vector<Boxes>> levels_;  ///< of the leaves, then of eight boxes each, one at the end
+  std::vector<float> x_, y_, z_;            ///< padded to whole leaves with far points
+  std::vector<std::vector<Boxes>> levels_;  ///< leaves first, then nodes of eight boxes, the root last
 };
 
 }  // namespace parhelion::cloud

@@ -17,7 +17,7 @@
 namespace parhelion::cloud {
 namespace {
 
-/// A file's content in memory that the kernel can take back.
+/// A file's content, mapped into memory that the kernel can reclaim.
 class MappedFile {
  public:
   static Result<MappedFile> open(const std::filesystem::path& path) {
@@ -127,7 +127,7 @@ Result<Transform<Cloud, Scanner>> parse_uos_pose(std::string_view bytes, const s
     const double radians = numbers[static_cast<std::size_t>(axis) + 3] * std::numbers::pi / 180;
     return Eigen::AngleAxisd(radians, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
   };
-  // M R M^-1: the scale cancels, a mirroring too.
+  // M R M^-1: the scale cancels, and so does a mirroring.
   const Eigen::Matrix3d M = file_to_scanner(ScanFormat::uos_3d, options);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = M * (turn(0) * turn(1) * turn(2)) * M.inverse();
@@ -141,7 +141,7 @@ Result<ScanFile> read_scan(const std::filesystem::path& path, const ReadOptions&
   const auto format = format_of(file->content(), path);
   if (!format) {
     return Error{path.string() +
-                 ": no known kind of 3D scan: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv"};
+                 ": unknown 3D scan format: expected .ply, .pcd, .3d, or text as .xyz .txt .asc .pts .csv"};
   }
   auto scan = parse_scan(file->content(), path.string(), *format, options);
   std::filesystem::path pose_path = path;

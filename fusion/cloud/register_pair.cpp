@@ -13,8 +13,8 @@
 namespace parhelion::cloud {
 namespace {
 
-/// Where else to begin where the first attempt is not believed: around the guess, as far as the coarsest
-/// level does not reach by itself.
+/// Further starting poses for when the first attempt is rejected: around the guess, beyond the reach of the
+/// coarsest level.
 std::vector<Eigen::Isometry3d> other_starts(const Eigen::Isometry3d& guess, double reach) {
   std::vector<Eigen::Isometry3d> starts;
   for (const double turn : {0.0, 0.25, -0.25}) {
@@ -30,7 +30,7 @@ std::vector<Eigen::Isometry3d> other_starts(const Eigen::Isometry3d& guess, doub
   return starts;
 }
 
-/// Everything of one call.
+/// State of one call.
 struct Problem {
   const PointCloud<Target>& target;
   const PointCloud<Source>& source;
@@ -82,8 +82,8 @@ double agreement(const Level& level, const Eigen::Isometry3d& T) {
   return agreement(level, search, T);
 }
 
-/// The winner turned by quarters about the upward axis, as the two coarsest levels pull them: nearly to their
-/// end, which is enough to tell them apart.
+/// The best result turned by quarters about the upward axis and refined by the two coarsest levels, nearly to
+/// convergence, which suffices to compare them.
 std::array<Descent, 3> turned(const Problem& problem, const Eigen::Isometry3d& T) {
   constexpr int most_a_level = 6;
   const std::span<const Level> coarse = std::span(problem.levels).last(2);
@@ -99,14 +99,14 @@ std::array<Descent, 3> turned(const Problem& problem, const Eigen::Isometry3d& T
   return {std::move(*found[0]), std::move(*found[1]), std::move(*found[2])};
 }
 
-/// Rooms look alike when turned by quarters: a result is only right where those turns fit clearly worse.
-/// From coarse to fine, for most of them are told apart by little.
+/// Rooms look similar when turned by quarters: a result is accepted only where those turns fit clearly worse.
+/// Compared from coarse to fine, as most differ already at coarse levels.
 std::string rival(const Problem& problem, const Attempt& winner, const Eigen::Isometry3d& guess) {
   constexpr double nearly = 0.8;
   const std::span<const Level> levels = problem.levels;
   const Eigen::Isometry3d& T = winner.descent.T;
-  // Of two that fit alike, a guess within an eighth of a turn decides; against one that fits better it does
-  // not.
+  // Between two that fit equally well, a guess within an eighth of a turn decides; it does not decide against
+  // a better fit.
   const Eigen::Matrix3d from_guess = (guess.inverse(Eigen::Isometry) * T).linear();
   const bool guess_decides = Eigen::AngleAxisd(from_guess).angle() < std::numbers::pi / 4;
   const auto score = [](const AlignmentEvidence& seen) { return seen.overlap - 2 * seen.contradiction; };
@@ -125,7 +125,7 @@ std::string rival(const Problem& problem, const Attempt& winner, const Eigen::Is
   return {};
 }
 
-/// From the guess, then from other starts, until one is believed; else the first.
+/// Starts from the guess, then from other poses, until a result is accepted; else returns the first.
 Registration best_registration(const Problem& problem, const Eigen::Isometry3d& guess) {
   Attempt best = attempt(problem, problem.levels, guess);
   if (!best.why.empty()) {

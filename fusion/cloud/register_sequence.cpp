@@ -14,14 +14,14 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr std::size_t most_scans_of_a_map = 3;  // nearest ones that a new scan is matched with
+constexpr std::size_t most_scans_of_a_map = 3;  // nearest ones matched with a new scan
 constexpr std::size_t least_steps_of_a_loop = 5;
 
-/// One scan, thinned to what matching needs: the paper's method takes all points.
+/// One scan, thinned to the points needed for matching; the paper's method uses all points.
 struct Node {
   PointCloud<Scanner> cloud;
-  std::size_t scan = 0;  ///< of the caller's
-  double reach = 0;      ///< m, four fifths of the points are nearer
+  std::size_t scan = 0;  ///< index in the input
+  double reach = 0;      ///< m, radius that contains 80 % of the points
 };
 
 Node make_node(const ScanToRegister& scan, std::size_t index, const RegistrationOptions& options) {
@@ -31,7 +31,7 @@ Node make_node(const ScanToRegister& scan, std::size_t index, const Registration
   for (std::size_t i = 0; i < scan.cloud.size(); i += 1 + scan.cloud.size() / 2000)
     ranges.push_back(scan.cloud.points[i].norm());
   node.reach = quantile(ranges, 0.8, QuantileRank::upper);
-  // A third of a surfel: their normals keep their points.
+  // A third of a surfel, so that enough points remain for their normals.
   node.cloud.points = options.method == IcpMethod::paper
                           ? scan.cloud.points
                           : VoxelMoments(scan.cloud.points, options.surfel_size / 3).surfels().means;
@@ -39,7 +39,7 @@ Node make_node(const ScanToRegister& scan, std::size_t index, const Registration
   return node;
 }
 
-/// One for all scans, so that they compare.
+/// The same for all scans, so that they are comparable.
 double middle_surfel_size(const std::vector<ScanToRegister>& scans) {
   std::vector<double> sizes;
   for (const ScanToRegister& scan : scans) sizes.push_back(fitted_surfel_size(scan.cloud.points));
@@ -52,7 +52,7 @@ class Sequence {
       : scans_(scans), options_(options), results_(scans.size()) {}
 
   Status add(std::size_t index);
-  /// Once more those that found no place: scans that came later may have seen what they see.
+  /// Retries the scans that were not placed: later scans may overlap with them.
   Status place_left_out();
   RegisteredSequence result() &&;
 
@@ -73,7 +73,7 @@ class Sequence {
   std::vector<pose::PoseGraph3Edge> edges_;
 };
 
-/// From the scan before it that has a place, by the difference of both guesses.
+/// From the last placed scan before it, by the difference of both guesses.
 Eigen::Isometry3d Sequence::predicted(std::size_t index) const {
   std::size_t before = 0;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -86,7 +86,7 @@ Eigen::Isometry3d Sequence::predicted(std::size_t index) const {
   return poses_[before] * last.guess.isometry().inverse(Eigen::Isometry) * scan.guess.isometry();
 }
 
-/// Nodes before `end` that stand within reach, the nearest first.
+/// Nodes before `end` within reach, the nearest first.
 std::vector<std::size_t> Sequence::nearest(const Eigen::Vector3d& p, double reach, std::size_t end) const {
   std::vector<std::size_t> found;
   const auto distance = [&](std::size_t i) { return (poses_[i].translation() - p).norm(); };
@@ -116,7 +116,7 @@ Result<Registration> Sequence::match(const Node& node, const std::vector<std::si
   return register_pair(target, source, Transform<Target, Source>(T_anchor_cloud * T_cloud_scan), options_);
 }
 
-/// An edge from a node to the newest, with the covariance turned into the newest's frame.
+/// An edge from a node to the newest, with the covariance rotated into the newest's frame.
 void Sequence::connect(std::size_t from, const Registration& found, bool loop) {
   const Eigen::Matrix3d R = found.T_target_source.rotation();
   Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
@@ -125,7 +125,7 @@ void Sequence::connect(std::size_t from, const Registration& found, bool loop) {
   edges_.push_back({from, nodes_.size() - 1, found.T_target_source.isometry(), covariance.inverse(), loop});
 }
 
-/// The newest node with the nearest that was passed long before.
+/// Matches the newest node with the nearest of those passed long before.
 Status Sequence::close_loop() {
   if (nodes_.size() <= least_steps_of_a_loop) return {};
   const Node& newest = nodes_.back();
@@ -140,8 +140,8 @@ Status Sequence::close_loop() {
   return {};
 }
 
-/// What is wrong with a result that far from its guess: corridors look alike a few metres and a quarter of a
-/// turn on, and ICP slides there where the scans have nothing in common. Empty: nothing.
+/// Why a result that far from its guess is implausible: corridors look similar a few metres and a quarter
+/// turn on, and ICP converges there where the scans do not overlap. Empty: plausible.
 std::string Sequence::leap(const Eigen::Isometry3d& guess, const Eigen::Isometry3d& found) const {
   const Eigen::Isometry3d moved = guess.inverse(Eigen::Isometry) * found;
   const double way = moved.translation().norm(), angle = Eigen::AngleAxisd(moved.linear()).angle();
@@ -214,7 +214,7 @@ RegisteredSequence Sequence::result() && {
   }
   for (const RegisteredScan& scan : results_)
     result.cloud.viewpoints.push_back(scan.T_cloud_scan.translation());
-  // A column that some scans lack is of no use to the rest.
+  // A column that some scans lack is dropped.
   const auto keep_whole = [&](auto& column) {
     if (column.size() != result.cloud.size()) column.clear();
   };
@@ -244,7 +244,7 @@ Result<RegisteredSequence> register_sequence(const std::vector<ScanToRegister>& 
       return Error{scan.name + ": register: the guess is not finite; give a rigid transform"};
   }
   RegistrationOptions fitted = options;
-  fitted.doubt_turns = false;  // from scan to scan the guess is worth more than that
+  fitted.doubt_turns = false;  // from scan to scan the guess is more reliable
   if (options.surfel_size == 0) fitted.surfel_size = middle_surfel_size(scans);
   Sequence sequence(scans, fitted);
   std::vector<double> seconds;

@@ -1,7 +1,7 @@
 // Registration of 3D scans: pairs by ICP, sequences into one consistent cloud.
 //
-// The cost is the paper's equation 1, with its bucket grid for the closest points (algorithm 1); beside it
-// point-to-plane (Chen and Medioni 1992) and generalised ICP (Segal et al. 2009).
+// The cost is the paper's equation 1, with its bucket grid for the closest points (algorithm 1).
+// Point-to-plane (Chen and Medioni 1992) and generalised ICP (Segal et al. 2009) are available as well.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@
 
 namespace parhelion::cloud {
 
-struct Target {};  ///< frame of the cloud that stays
-struct Source {};  ///< frame of the cloud that moves
+struct Target {};  ///< frame of the fixed cloud
+struct Source {};  ///< frame of the moving cloud
 
 enum class IcpMethod : std::uint8_t {
   point_to_point,
@@ -28,25 +28,25 @@ enum class IcpMethod : std::uint8_t {
 struct RegistrationOptions {
   IcpMethod method = IcpMethod::point_to_plane;
   double max_distance = 1.0;  ///< m, of a pair in the first round; shrinks with the residual
-  int max_iterations = 60;    ///< over all resolutions; of the paper's method, over all reaches
-  int threads = 0;            ///< 0: all; 1: the serial twin, which gives the same bits
+  int max_iterations = 60;    ///< over all resolutions; for the paper's method, over all search radii
+  int threads = 0;            ///< 0: all; 1: the serial reference, which gives the same bits
   double surfel_size = 0;     ///< m, of the finest resolution; 0: fitted to the size of the scene
-  bool doubt_turns = true;   ///< refuse where a quarter turn fits better; false: the guess is surer than that
-  bool other_starts = true;  ///< where the guess leads nowhere, begin around it too
-  double min_overlap = 0.3;  ///< share of the source's points that must find a partner
+  bool doubt_turns = true;    ///< reject where a quarter turn fits better; false: the guess is more certain
+  bool other_starts = true;   ///< where the guess does not converge, also start around it
+  double min_overlap = 0.3;   ///< fraction of the source's points that must have a partner
 };
 
-/// What ICP found. `T_target_source` is only to be used where `converged`.
+/// Result of ICP. `T_target_source` is valid only where `converged`.
 struct Registration {
   Transform<Target, Source> T_target_source;
   Eigen::Matrix<double, 6, 6> covariance =
       Eigen::Matrix<double, 6, 6>::Identity();  ///< of x, y, z (m), rotation vector (rad), in Target
   bool converged = false;
-  std::string why;  ///< where not converged: what spoke against it, in words for a person
-  /// Nothing speaks against it but that the surfaces leave directions open, as one wall does; there the
-  /// covariance is as large as the scene.
+  std::string why;  ///< reason for not converging, readable text
+  /// The only objection is that the surfaces leave directions unconstrained, as a single wall does; the
+  /// covariance of those directions is as large as the scene.
   bool undetermined = false;
-  double overlap = 0;  ///< share of source points with a partner
+  double overlap = 0;  ///< fraction of source points with a partner
   double rms = 0;      ///< m, of the pairs' residuals
   int iterations = 0;
 };
@@ -54,18 +54,18 @@ struct Registration {
 /// m, the surfel size that is fitted to a cloud; 0 for an empty one. Points are finite.
 double fitted_surfel_size(const std::vector<Eigen::Vector3f>& points);
 
-/// Errors: an empty cloud, points that are not finite, options out of range. A bad alignment is no error but
-/// a verdict.
+/// Errors: an empty cloud, points that are not finite, options out of range. A bad alignment is not an error:
+/// see `converged` and `why`.
 Result<Registration> register_pair(const PointCloud<Target>& target, const PointCloud<Source>& source,
                                    const Transform<Target, Source>& guess,
                                    const RegistrationOptions& options = {});
 
-/// One scan of a sequence, with where it roughly was.
+/// One scan of a sequence, with its approximate pose.
 struct ScanToRegister {
   std::string name;  ///< of its file, for messages
   PointCloud<Scanner> cloud;
   Transform<Cloud, Scanner> guess;
-  bool has_guess = false;  ///< else the one before's result
+  bool has_guess = false;  ///< else the result of the previous scan is used
 };
 
 struct RegisteredScan {
@@ -80,8 +80,8 @@ struct RegisteredSequence {
   std::vector<RegisteredScan> scans;
 };
 
-/// Each scan against the growing map, then loops closed over a pose graph. `progress` (may be empty) is told
-/// how many of all are done.
+/// Registers each scan against the growing map, then closes loops with a pose graph. `progress` (may be
+/// empty) receives the number of finished scans and the total.
 Result<RegisteredSequence> register_sequence(
     const std::vector<ScanToRegister>& scans, const RegistrationOptions& options = {},
     const std::function<void(std::size_t, std::size_t)>& progress = {});

@@ -9,15 +9,14 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr double surfels_a_radius =
-    25;  // fine enough for furniture, with a dozen points in each of a usual scan's
+constexpr double surfels_a_radius = 25;  // resolves furniture, with a dozen points per surfel in a usual scan
 
 template <class Frame>
 Status check(const PointCloud<Frame>& cloud, const char* name) {
   const auto error = [&](const std::string& what) {
     return Error{"register: the " + std::string(name) + " " + what};
   };
-  if (cloud.empty()) return error("cloud has no points; give one that has");
+  if (cloud.empty()) return error("cloud has no points");
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     if (!cloud.points[i].allFinite())
       return error("cloud's point " + std::to_string(i) +
@@ -71,7 +70,7 @@ Status check_options(const RegistrationOptions& options) {
                  "; give 1 or more"};
   if (!(options.min_overlap > 0 && options.min_overlap <= 1))
     return Error{"register: min_overlap is " + std::to_string(options.min_overlap) +
-                 "; give a share in (0, 1]"};
+                 "; give a fraction in (0, 1]"};
   if (!(options.surfel_size >= 0) || !std::isfinite(options.surfel_size))
     return Error{"register: surfel_size is " + std::to_string(options.surfel_size) +
                  " m; give one above 0, or 0"};
@@ -90,8 +89,8 @@ Status check_scales(double target, double source, double max_distance) {
   if (larger > most_apart * smaller)
     return Error{"register: " + sizes + ": is one of them in millimetres? Give both in metres"};
   if (smaller > 500 * max_distance)
-    return Error{"register: " + sizes + ", but partners are looked for within " + length_text(max_distance) +
-                 ": are they in millimetres? Give metres, or a greater max_distance"};
+    return Error{"register: " + sizes + ", but partners are searched within " + length_text(max_distance) +
+                 ": are they in millimetres? Give metres, or a larger max_distance"};
   return {};
 }
 

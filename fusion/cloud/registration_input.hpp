@@ -1,4 +1,4 @@
-// What registration asks of clouds and options before it begins.
+// Checks of clouds and options before registration.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace parhelion::cloud {
 
-/// m, four of five points are within it of the middle point: the size of a scene, whatever few points do.
+/// m, radius about the median point that contains 80 % of the points: the scene's size, robust to outliers.
 double scene_radius(const std::vector<Eigen::Vector3f>& points);
 
 /// m, of the finest resolution.
@@ -19,7 +19,8 @@ Status check_cloud(const PointCloud<Target>& cloud);
 Status check_cloud(const PointCloud<Source>& cloud);
 Status check_options(const RegistrationOptions& options);
 
-/// Clouds of the same place are of about one size; a factor of a thousand is a unit. Scene radii, m.
+/// Clouds of the same place have similar sizes; a factor of a thousand indicates a wrong unit. Scene radii,
+/// m.
 Status check_scales(double target, double source, double max_distance);
 
 }  // namespace parhelion::cloud

@@ -14,15 +14,14 @@
 namespace parhelion::cloud {
 namespace {
 
-// A right alignment explains most of what both saw and contradicts nearly none of it: 1 contradicted for each
-// 7 explained is 2 to 4 times what clutter and edges give, and half of what the best wrong ones give.
+// A correct alignment explains most of what both scans saw and contradicts very little: 1 contradicted per 7
+// explained is 2 to 4 times what clutter and edges cause, and half of what the best wrong ones cause.
 constexpr double most_contradicted = 0.15;
-// Residuals spread evenly over the search (ratio 1) are those of surfaces that have nothing to do with each
-// other.
+// Residuals spread evenly over the search radius (ratio 1) belong to unrelated surfaces.
 constexpr double most_ambiguous = 0.5;
-// Surfels overlap with their neighbours in the window of their normals: about 9 on a surface say the same.
+// Surfels overlap with their neighbours in the window of their normals: about 9 on a surface are correlated.
 constexpr double surfels_alike = 9;
-constexpr float flat = 0.05f;  // slack up to which a surfel counts as a piece of plane
+constexpr float flat = 0.05f;  // slack up to which a surfel counts as planar
 
 std::string format(const char* pattern, double a, double b = 0) {
   std::array<char, 200> text;
@@ -34,8 +33,8 @@ std::string direction_in_words(const Eigen::Vector3d& v) {
   return format("(%.2f, %.2f, ", v.x(), v.y()) + format("%.2f)", v.z());
 }
 
-/// What the planes of all flat pairs determine: lengths in units of `lever`, so that turning and moving
-/// compare.
+/// Directions determined by the planes of all flat pairs: lengths in units of `lever`, so that rotations and
+/// translations are comparable.
 struct PlaneInformation {
   Matrix6d sum = Matrix6d::Zero();
   double pairs = 0;
@@ -74,16 +73,16 @@ PlaneInformation plane_information(const AlignedPair& pair, const Eigen::Vector3
 }
 
 struct Undetermined {
-  std::string words;                            ///< for a person; empty: everything is determined
-  Matrix6d project_out = Matrix6d::Identity();  ///< from what is known, in units of lever
+  std::string words;                            ///< readable text; empty: everything is determined
+  Matrix6d project_out = Matrix6d::Identity();  ///< from the known directions, in units of lever
 };
 
-/// Directions in which normals change so little along the surfaces that their own noise could have made it.
+/// Directions in which normals vary so little along the surfaces that noise alone could explain it.
 Undetermined undetermined_directions(const PlaneInformation& planes, double normal_noise) {
   Undetermined result;
   if (planes.pairs < 6) return {"any direction: there are no flat surfaces in both", Matrix6d::Zero()};
   const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(planes.sum / planes.pairs);
-  // Of the mean squared cosine between a direction and the normals, noise makes the square of its angle.
+  // Noise contributes the square of its angle to the mean squared cosine between a direction and the normals.
   const double least = 3 * normal_noise * normal_noise + 1e-4;
   for (int k = 0; k < 6 && solver.eigenvalues()[k] < least; ++k) {
     const Vector6d v = solver.eigenvectors().col(k);
@@ -96,14 +95,14 @@ Undetermined undetermined_directions(const PlaneInformation& planes, double norm
   return result;
 }
 
-/// From the moved source's centre, in units of lever, to the target's origin of the source (see
+/// Converts from the moved source's centre, in units of lever, to the target's origin of the source (see
 /// Registration).
 Matrix6d covariance_of(const PlaneInformation& planes, double variance, double lever,
                        const Eigen::Vector3d& origin_from_centre) {
   Vector6d scale;
   scale << 1, 1, 1, lever, lever, lever;
   Matrix6d information = scale.asDiagonal() * planes.sum * scale.asDiagonal();
-  // What is not determined stays uncertain by a lever, or by a radian.
+  // Undetermined directions keep an uncertainty of a lever, or a radian.
   information.diagonal().array() += 1e-9 * planes.pairs + 1e-12;
   for (int k = 0; k < 6; ++k) information(k, k) += k < 3 ? variance / (lever * lever) : variance;
   Matrix6d move = Matrix6d::Identity();
@@ -115,7 +114,7 @@ Matrix6d covariance_of(const PlaneInformation& planes, double variance, double l
 }
 
 double contradiction(const AlignedPair& pair) {
-  // Along a grazing ray a surfel's neighbour is up to a few of its sizes nearer.
+  // Along a grazing ray a surfel's neighbour is nearer by up to a few surfel sizes.
   const double margin = 3 * pair.source.size;
   FreeSpace sum, back;
   do_both(
@@ -164,13 +163,13 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
   PlaneInformation planes = plane_information(pair, centre, lever, false);
   const double window = 1.5 * pair.source.size;
   const double noise = std::max(pair.source.noise(), pair.target.surfels.noise());
-  // A normal comes from about 9 surfels' points.
+  // A normal is estimated from the points of about 9 surfels.
   Undetermined open = undetermined_directions(planes, noise / window / 3);
-  // Either cloud may be the one with too few surfaces.
+  // Either cloud may have too few surfaces.
   if (open.words.empty())
     open = undetermined_directions(plane_information(pair, centre, lever, true), noise / window / 3);
   result.undetermined = open.words;
-  // There, what noise pretends to know is nothing.
+  // There the information is only noise and is dropped.
   planes.sum = open.project_out * planes.sum * open.project_out;
   result.covariance = covariance_of(planes, std::max(result.rms * result.rms, 1e-12), lever,
                                     pair.T_target_source.translation() - centre);
@@ -179,7 +178,7 @@ AlignmentEvidence evidence(const AlignedPair& pair) {
 
 std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
   if (evidence.overlap < min_overlap) {
-    return format("only %.0f %% of the source lies on the target, of %.0f %% asked for",
+    return format("only %.0f %% of the source lies on the target, %.0f %% are required",
                   100 * evidence.overlap, 100 * min_overlap);
   }
   if (evidence.ambiguity > most_ambiguous) {
@@ -189,7 +188,8 @@ std::string objection(const AlignmentEvidence& evidence, double min_overlap) {
   }
   if (evidence.contradiction > most_contradicted * evidence.overlap) {
     return format(
-        "%.0f %% of the surfaces would stand where the other scanner saw through, with %.0f %% explained",
+        "%.0f %% of the surfaces would be in space that the other scanner saw through, with %.0f %% "
+        "explained",
         100 * evidence.contradiction, 100 * evidence.overlap);
   }
   if (!evidence.undetermined.empty()) return "the surfaces do not determine " + evidence.undetermined;

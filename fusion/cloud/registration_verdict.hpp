@@ -1,5 +1,5 @@
-// Whether an alignment may be believed: a wrong one must not pass as a right one. Five questions, each of
-// which compares the clouds with themselves, their noise and their resolution, with nothing absolute.
+// Checks whether an alignment is plausible: a wrong one must not pass as correct. Five tests, each of which
+// compares the clouds with themselves, their noise and their resolution; none uses an absolute threshold.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 namespace parhelion::cloud {
 
 struct AlignmentEvidence {
-  double overlap = 0;        ///< share of the source's surfels that lie on the target's surface
+  double overlap = 0;        ///< fraction of the source's surfels that lie on the target's surface
   double rms = 0;            ///< m, of those
-  double contradiction = 0;  ///< surfels in what the other's scanner saw through, of those that could be; 0
-                             ///< where no viewpoint is known
-  double ambiguity = 0;  ///< median residual of the partners, of what it would be were all residuals alike
+  double contradiction = 0;  ///< fraction of checkable surfels that lie in space the other's scanner saw
+                             ///< through; 0 without viewpoints
+  double ambiguity = 0;      ///< median residual of the partners, relative to that of equal residuals
   Matrix6d covariance = Matrix6d::Zero();  ///< as in Registration
-  std::string undetermined;  ///< directions that the surfaces do not determine, in words; empty: none
+  std::string undetermined;  ///< directions that the surfaces do not determine, as text; empty: none
 };
 
 struct AlignedPair {
@@ -29,7 +29,7 @@ struct AlignedPair {
 
 AlignmentEvidence evidence(const AlignedPair& pair);
 
-/// Empty: believable; else what speaks against it, in words for a person.
+/// Empty: plausible; else the reason against it as readable text.
 std::string objection(const AlignmentEvidence& evidence, double min_overlap);
 
 }  // namespace parhelion::cloud

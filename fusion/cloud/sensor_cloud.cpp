@@ -8,7 +8,7 @@
 namespace parhelion::cloud {
 namespace {
 
-/// The distorted place of a ray (x, y) = (X/Z, Y/Z).
+/// The distorted coordinates of a ray (x, y) = (X/Z, Y/Z).
 Eigen::Vector2d distort(const CameraIntrinsics& camera, const Eigen::Vector2d& ray) {
   const auto& d = camera.distortion;
   const double r2 = ray.squaredNorm();
@@ -24,7 +24,8 @@ Eigen::Vector2d distort(const CameraIntrinsics& camera, const Eigen::Vector2d& r
           y * radial + d[2] * (r2 + 2 * y * y) + 2 * d[3] * x * y};
 }
 
-/// The ray that is distorted to `seen`: Newton with a numeric Jacobian; nullopt where it does not settle.
+/// The ray whose distorted coordinates are `seen`: Newton with a numeric Jacobian; nullopt without
+/// convergence.
 std::optional<Eigen::Vector2d> undistort(const CameraIntrinsics& camera, const Eigen::Vector2d& seen) {
   Eigen::Vector2d ray = seen;
   for (int i = 0; i < 20; ++i) {
@@ -58,7 +59,7 @@ Status check(std::size_t pixels, const CameraIntrinsics& camera, const DepthClou
   return {};
 }
 
-/// `take` gets the beam's index and the point in the laser's frame.
+/// Calls `take` with the beam's index and the point in the laser's frame.
 template <class Take>
 void each_hit(const Scan& line, const LaserDescription& laser, Take take) {
   for (std::size_t i = 0; i < line.ranges.size(); ++i) {

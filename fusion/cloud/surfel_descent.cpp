@@ -9,8 +9,8 @@
 namespace parhelion::cloud {
 namespace {
 
-/// The kernel's width that fits how well these clouds match at best: 3 sigma of the residuals, by their
-/// median; not below half a surfel, where their shape itself ends.
+/// The kernel's width fitted to the residuals of these clouds: 3 sigma, from their median; at least half a
+/// surfel, below which the surfel's own shape dominates.
 double fitted_kernel(const Level& level, const PartnerSearch& partners, const Eigen::Isometry3d& T) {
   std::vector<double> found = residuals(level.target, level.source, partners, T, level.options.threads);
   std::erase_if(found, [](double e) { return e < 0; });
@@ -32,7 +32,7 @@ Pyramid pyramid(VoxelMoments finest, int threads) {
 
 std::vector<SurfelTarget> targets(const Pyramid& surfels) { return {surfels.begin(), surfels.end()}; }
 
-/// The coarser, the wider partners are looked for: each level's gate holds what the one before leaves.
+/// Coarser levels search in a wider radius: each level's gate covers the remaining error of the previous one.
 std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Pyramid& source,
                                const RegistrationOptions& options) {
   constexpr std::array<double, surfel_resolutions> gates{2.5, 2, 1.5, 1.25};  // of the surfels' size
@@ -48,9 +48,9 @@ std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Py
 
 namespace {
 
-/// Rounds in one level, until it settles or its share of the iterations is used up.
+/// Iterates in one level until convergence or until its part of the iterations is used up.
 void settle(const Level& level, bool finest, int max_iterations, int most_a_level, Descent& result) {
-  // A coarser level only has to bring it within the reach of the next.
+  // A coarser level only has to come within the reach of the next.
   const double small = level.source.size / (finest ? 200 : 50);
   bool fitted = !finest;
   result.settled = false;
@@ -66,8 +66,8 @@ void settle(const Level& level, bool finest, int max_iterations, int most_a_leve
         match(level.target, level.source, result.T, centre, result.options, result.partners);
     if (equations.pairs < 6) return;
     Matrix6d H = equations.H;
-    H.diagonal().array() += 1e-6 * H.trace() / 6;  // along what is not determined, stay
-    // Partners that change to and fro would keep it swinging: shorter steps end that.
+    H.diagonal().array() += 1e-6 * H.trace() / 6;  // no motion along undetermined directions
+    // Partners that alternate would make it oscillate: shorter steps prevent that.
     const double shorter = i < 8 ? 1 : i < 16 ? 0.5 : 0.2;
     const Vector6d step = shorter * H.ldlt().solve(equations.b);
     if (!step.allFinite()) return;

@@ -9,7 +9,7 @@
 
 namespace parhelion::cloud {
 
-constexpr int surfel_resolutions = 4;  ///< each twice as fine as the one before
+constexpr int surfel_resolutions = 4;  ///< each twice as fine as the previous one
 
 /// Surfels of all sizes, the finest first.
 using Pyramid = std::vector<Surfels>;
@@ -23,7 +23,7 @@ struct Level {
   SurfelMatchOptions options;
 };
 
-/// The finest first; they refer to both, which must outlive them.
+/// Finest first; the levels refer to both arguments, which must outlive them.
 std::vector<Level> make_levels(const std::vector<SurfelTarget>& target, const Pyramid& source,
                                const RegistrationOptions& options);
 
@@ -36,12 +36,12 @@ struct Descent {
   double last_step = 0;  ///< m
 };
 
-/// Gauss and Newton's method from the last of the levels to the first, there once more with the fitted
-/// kernel. `most_a_level`: iterations in one.
+/// Gauss-Newton from the last level to the first, and once more at the first with the fitted kernel.
+/// `most_a_level`: maximum iterations per level.
 Descent descend(std::span<const Level> levels, const Eigen::Isometry3d& guess, int max_iterations,
                 int most_a_level = 25);
 
-/// Share of a level's source surfels that lie on the target; `partners` are those at T.
+/// Fraction of a level's source surfels that lie on the target; `partners` are those at T.
 double agreement(const Level& level, const PartnerSearch& partners, const Eigen::Isometry3d& T);
 
 }  // namespace parhelion::cloud

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t chunk = 512;
 constexpr float flat_enough = PartnerSearch::flat_enough;
 
-/// What a pair weighs, by direction: the inverse of the sum of both covariances, of 1 m^2 within the surface
+/// The weight of a pair by direction: the inverse of the sum of both covariances, of 1 m^2 within the surface
 /// and of the slack along the normal (Segal et al. 2009, equation 2).
 Eigen::Matrix3d weight_of(IcpMethod method, const Eigen::Vector3d& a, double slack_a,
                           const Eigen::Vector3d& b, double slack_b) {
@@ -23,7 +23,7 @@ Eigen::Matrix3d weight_of(IcpMethod method, const Eigen::Vector3d& a, double sla
   return sum.inverse();
 }
 
-/// Squared, in m^2: what the method minimises, scaled so that flat surfels give their distance.
+/// m^2, the squared residual that the method minimises, scaled so that flat surfels give their distance.
 double squared_residual(IcpMethod method, const Eigen::Matrix3d& M, const Eigen::Vector3d& d, double slacks) {
   return d.dot(M * d) * (method == IcpMethod::generalised ? slacks : 1);
 }
@@ -49,7 +49,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Geman and McClure's.
+/// Geman and McClure's kernel.
 double kernel_weight(double e2, double kernel) {
   const double say = kernel * kernel / (kernel * kernel + e2);
   return say * say;
@@ -70,7 +70,7 @@ inline void add_by_weight(NormalEquations& sum, const Pair& pair, const Eigen::V
   sum.pairs += 1;
 }
 
-/// The same for point-to-plane, of whose matrix one direction is all.
+/// The same for point-to-plane, whose matrix has a single direction.
 inline void add_along_normal(NormalEquations& sum, const Pair& pair, const Eigen::Vector3d& centre,
                              const SurfelMatchOptions& options) {
   sum.pairs += 1;

@@ -1,5 +1,5 @@
-// One round of ICP between surfels: for each of the source its partner in the target, and from all pairs the
-// step that brings them together.
+// One iteration of ICP between surfels: finds the partner of each source surfel in the target, and from all
+// pairs the step that aligns them.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,8 +18,8 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 struct SurfelMatchOptions {
   IcpMethod method = IcpMethod::generalised;
-  double gate = 1;    ///< m, furthest partner; at most 2.5 of the target's buckets
-  double kernel = 1;  ///< m, residual at which a pair has a quarter of its say (Geman and McClure)
+  double gate = 1;    ///< m, largest distance of a partner; at most 2.5 of the target's buckets
+  double kernel = 1;  ///< m, residual at which a pair's robust-kernel weight is a quarter (Geman and McClure)
   int threads = 1;
 };
 
@@ -37,18 +37,18 @@ struct NormalEquations {
 void find_partners(PartnerSearch& search, const Surfels& source, const Eigen::Isometry3d& T_target_source,
                    int threads);
 
-/// For each surfel of the source the metres that it is from its partner, as generalised ICP counts them
-/// whatever the method: along the normals for flat surfels. Negative: no partner. `partners`: those at T.
+/// Distance of each source surfel to its partner, m, as in generalised ICP whatever the method: along the
+/// normals for flat surfels. Negative: no partner. `partners`: those at T.
 std::vector<double> residuals(const SurfelTarget& target, const Surfels& source,
                               const PartnerSearch& partners, const Eigen::Isometry3d& T_target_source,
                               int threads);
 
-/// One round: partners at T, and their equations.
+/// One iteration: partners at T, and their equations.
 NormalEquations match(const SurfelTarget& target, const Surfels& source,
                       const Eigen::Isometry3d& T_target_source, const Eigen::Vector3d& centre,
                       const SurfelMatchOptions& options, PartnerSearch& search);
 
-/// T moved by the step.
+/// T after the step.
 Eigen::Isometry3d stepped(const Eigen::Isometry3d& T, const Vector6d& step, const Eigen::Vector3d& centre);
 
 }  // namespace parhelion::cloud

@@ -14,8 +14,8 @@ namespace parhelion::cloud {
 namespace {
 
 constexpr float least_slack = 1e-3f;  // Segal et al. 2009: variance along a plane's normal, of 1 within it
-constexpr float flat_slack = 0.05f;   // up to here a surfel is a piece of plane
-constexpr double least_points_of_plane = 6;  // three give a plane, but say nothing about its error
+constexpr float flat_slack = 0.05f;   // up to here a surfel counts as planar
+constexpr double least_points_of_plane = 6;  // three give a plane, but not its error
 
 }  // namespace
 
@@ -45,16 +45,16 @@ VoxelMoments::VoxelMoments(std::span<const Eigen::Vector3f> points, double size,
   Eigen::AlignedBox3f bounds;
   for (const Eigen::Vector3f& p : points) bounds.extend(p);
   if (points.empty()) return;
-  // Index 1 and up, so that a neighbour's index is never negative.
+  // From index 1, so that a neighbour's index is never negative.
   size_ = std::max(size_, static_cast<double>(bounds.sizes().maxCoeff()) / ((1 << VoxelIndex::bits) - 4));
   const auto side = static_cast<float>(size_);
   origin_ = bounds.min().array() - side;
   const float inverse = 1 / side;
   const Eigen::Vector3d origin = origin_.cast<double>();
-  Eigen::Vector3i last = Eigen::Vector3i::Zero();  // that no point has
+  Eigen::Vector3i last = Eigen::Vector3i::Zero();  // an index that no point has
   Cell* cell = nullptr;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    // Rounding may bring the least point of all to just below 1.
+    // Rounding may place the lowest point just below 1.
     const Eigen::Vector3i index = ((points[i] - origin_) * inverse).cast<int>().cwiseMax(1);
     const Eigen::Vector3d p = points[i].cast<double>() - origin;
     if (index != last) cell = &cell_at(index, scans.empty() ? 0 : scans[i]);
@@ -100,7 +100,7 @@ void VoxelMoments::make_surfel(std::size_t i, Surfels& surfels) const {
   const Eigen::Vector3d beside =
       about.segment<3>(7).matrix() / n - Eigen::Vector3d(m.x() * m.y(), m.x() * m.z(), m.y() * m.z());
   const LeastEigen eigen = least_eigen(diagonal.cwiseMax(0), beside);
-  // Spread below what floats round is none.
+  // Spread below the rounding error of floats counts as zero.
   if (!(eigen.middle > 1e-13 * m.squaredNorm())) return;
   const auto ratio = static_cast<float>(eigen.least / eigen.middle);
   surfels.slack[i] = std::clamp(ratio * ratio, least_slack, 1.0f);

@@ -7,22 +7,22 @@
 namespace parhelion::cloud {
 namespace {
 
-/// The least root of x^3 - a x^2 + b x - c, all of whose roots are real and not negative. From 0 Newton's
-/// steps go up to it and never beyond.
+/// The smallest root of x^3 - a x^2 + b x - c with real, non-negative roots. From 0, Newton's steps approach
+/// it from below without overshoot.
 double least_root(double a, double b, double c) {
-  constexpr int most_steps = 40;  // a threefold root is come near by thirds
+  constexpr int most_steps = 40;  // a triple root is approached by thirds
   double x = 0;
   for (int i = 0; i < most_steps; ++i) {
     const double value = ((x - a) * x + b) * x - c, slope = (3 * x - 2 * a) * x + b;
     if (!(slope > 0) || !(value < 0)) break;
     const double step = value / slope;
     x -= step;
-    if (-step <= 1e-5 * x) break;  // the next would be of its square
+    if (-step <= 1e-5 * x) break;  // the next step would be quadratically smaller
   }
   return x;
 }
 
-/// Perpendicular to the plane that a singular symmetric matrix's rows span.
+/// Normal of the plane spanned by the rows of a singular symmetric matrix.
 Eigen::Vector3d null_vector(const Eigen::Vector3d& d, const Eigen::Vector3d& o) {
   const Eigen::Vector3d rows[3] = {{d.x(), o.x(), o.y()}, {o.x(), d.y(), o.z()}, {o.y(), o.z(), d.z()}};
   Eigen::Vector3d best = rows[0].cross(rows[1]);
@@ -30,7 +30,7 @@ Eigen::Vector3d null_vector(const Eigen::Vector3d& d, const Eigen::Vector3d& o) 
     if (other.squaredNorm() > best.squaredNorm()) best = other;
   }
   if (best.squaredNorm() > 1e-24) return best.normalized();
-  // The rows are along one line: all that is perpendicular to it will do.
+  // The rows are collinear: any perpendicular vector is valid.
   Eigen::Vector3d line = rows[0];
   for (const Eigen::Vector3d& other : {rows[1], rows[2]}) {
     if (other.squaredNorm() > line.squaredNorm()) line = other;

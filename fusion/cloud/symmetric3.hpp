@@ -1,17 +1,17 @@
-// The plane of a scatter of points, in closed form: a general solver takes most of the time of surfels.
+// The plane through scattered points, in closed form: a general solver would dominate the time of surfels.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace parhelion::cloud {
 
-/// Of a symmetric, positive semidefinite 3x3 matrix.
+/// Smallest eigenvalue of a symmetric, positive semidefinite 3x3 matrix, with its eigenvector.
 struct LeastEigen {
   double least = 0, middle = 0;  ///< eigenvalues
-  Eigen::Vector3d vector;        ///< unit, of the least one; any of its plane where both are equal
+  Eigen::Vector3d vector;  ///< unit, of the smallest eigenvalue; any in its eigenspace where two are equal
 };
 
-/// The matrix is given by its diagonal (xx, yy, zz) and what is beside it (xy, xz, yz). All zero: UnitZ.
+/// The matrix is given by its diagonal (xx, yy, zz) and off-diagonal elements (xy, xz, yz). All zero: UnitZ.
 LeastEigen least_eigen(const Eigen::Vector3d& diagonal, const Eigen::Vector3d& beside);
 
 }  // namespace parhelion::cloud

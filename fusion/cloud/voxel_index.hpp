@@ -1,5 +1,5 @@
-// From a cube of space to its number: cubes by fours along each axis in one block of memory, as neighbours
-// are asked for one after the other, and a hash table of the blocks.
+// Maps a cube of space to its number: a hash table of blocks of 4 x 4 x 4 cubes, so that neighbours are close
+// in memory.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,11 +16,12 @@ class VoxelIndex {
 
   VoxelIndex();
 
-  /// The number of a cube, `none` when it is new: for the caller to set. Valid until the next call.
+  /// Reference to the number of a cube; `none` where it is new, to be set by the caller. Valid until the next
+  /// call.
   std::uint32_t& operator[](const Eigen::Vector3i& index);
 
-  /// Calls visit(number) for the up to 27 cubes around and at `index` that have one, by blocks, each in the
-  /// order of z, y, x.
+  /// Calls visit(number) for the up to 27 numbered cubes around and at `index`, by blocks, each in the order
+  /// of z, y, x.
   template <class Visit>
   void for_each_about(const Eigen::Vector3i& index, Visit&& visit) const {
     const Eigen::Vector3i low = (index.array() - 1).max(0), high = index.array() + 1;
@@ -49,7 +50,7 @@ class VoxelIndex {
  private:
   using Block = std::array<std::uint32_t, 64>;
   static std::uint64_t key(const Eigen::Vector3i& block);
-  std::size_t place(std::uint64_t key) const;  ///< in keys_: where the key is, or would be
+  std::size_t place(std::uint64_t key) const;  ///< slot in keys_ of the key, or where it would be inserted
   const Block* find(const Eigen::Vector3i& block) const;
   void grow();
 

@@ -15,7 +15,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "the binary formats are written as memory has them");
 
-/// Shortest text that reads back to the same bits.
+/// Shortest text that is read back to the same bits.
 std::string exact(double value) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
@@ -32,7 +32,7 @@ Status check(const std::filesystem::path& path, const CloudColumns& cloud) {
   return finite ? Status() : Error{path.string() + ": not written: the cloud has points that are not finite"};
 }
 
-/// Header and records into a file beside, then a rename.
+/// Writes header and records to a temporary file, then renames it.
 class File {
  public:
   explicit File(const std::filesystem::path& path) : path_(path), beside_(path.string() + ".part") {

@@ -1,5 +1,5 @@
-// Clouds to files. A file is written beside its place and renamed into it, so that no half of one is ever
-// seen under its name; one that was there is replaced.
+// Writes clouds to files. A file is written under a temporary name and then renamed, so that no partial file
+// is ever visible; an existing file is replaced.
 #pragma once
 
 #include <array>
@@ -31,12 +31,12 @@ struct CloudColumns {
 };
 
 /// Binary little endian PLY, metres: x y z and, where the cloud has them, nx ny nz (float), red green blue,
-/// label (uchar), scan (ushort); viewpoints as "comment viewpoint index x y z". read_scan gives the same bits
-/// back. Errors: columns of unequal length, points that are not finite, a file that cannot be written.
+/// label (uchar), scan (ushort); viewpoints as "comment viewpoint index x y z". read_scan restores the same
+/// bits. Errors: columns of unequal length, points that are not finite, a file that cannot be written.
 Status write_ply(const std::filesystem::path& path, const CloudColumns& cloud);
 
 /// Binary PCD 0.7, metres: x y z, normal_x normal_y normal_z, rgb, label (U 1), scan (U 2). Its header has
-/// room for one viewpoint: of several none is written. Errors as above.
+/// room for one viewpoint: where there are several, none is written. Errors as above.
 Status write_pcd(const std::filesystem::path& path, const CloudColumns& cloud);
 
 template <class Frame>

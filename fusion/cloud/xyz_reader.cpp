@@ -12,14 +12,14 @@ constexpr std::size_t max_words = 7;
 
 struct Line {
   std::array<double, max_words> numbers{};
-  std::size_t count = 0;          ///< of numbers that were read
-  std::string_view not_a_number;  ///< the word that ended them
+  std::size_t count = 0;          ///< number of values read
+  std::string_view not_a_number;  ///< the word at which parsing stopped
   bool more = false;
 };
 
 Line numbers_of(std::string_view text) {
   Line line;
-  // Files that separate by commas or semicolons have no other use for them.
+  // Files separated by commas or semicolons do not use them otherwise.
   const char also = text.find(';') != std::string_view::npos ? ';' : ',';
   for (std::string_view word = take_word(text, also); !word.empty(); word = take_word(text, also)) {
     if (word.front() == '#' || word.starts_with("//")) break;
@@ -37,7 +37,7 @@ Line numbers_of(std::string_view text) {
   return line;
 }
 
-/// What the columns after x y z are, from the first line that has them.
+/// Meaning of the columns after x y z, from the first line that has them.
 class Columns {
  public:
   Columns() = default;
@@ -72,7 +72,7 @@ class Columns {
 
  private:
   std::size_t count_ = 0;
-  std::size_t normal_ = 0, colour_ = 0;  ///< first of three; 0: none
+  std::size_t normal_ = 0, colour_ = 0;  ///< index of the first of three; 0: none
 };
 
 }  // namespace

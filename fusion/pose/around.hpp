@@ -1,4 +1,4 @@
-// The samples around an instant, for sensors that say a value and nothing of how it goes on.
+// The samples around an instant, for sensors that report values without rates.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@ namespace parhelion::pose {
 template <class Sample>
 struct Around {
   const Sample* before;
-  const Sample* after;  ///< `before` itself after the newest
+  const Sample* after;  ///< the same as `before` after the newest sample
   double s;             ///< 0 at before, 1 at after
 };
 
@@ -31,8 +31,8 @@ std::optional<Around<Sample>> around(const Ring<Sample>& samples, SensorTime t, 
   return Around<Sample>{&before, &after, (t - before.stamp).seconds() / gap.seconds()};
 }
 
-/// Keeps the sample, or refuses a backward stamp; one that is more than two seconds back is a new start of
-/// the sensor's clock, and what was known is dropped.
+/// Stores the sample, or rejects a backward stamp. A stamp more than two seconds back means that the sensor's
+/// clock restarted; the history is cleared.
 template <class Sample>
 bool push_in_order(const Sample& sample, Ring<Sample>& samples) {
   constexpr Duration restart = seconds(2.0);

@@ -5,8 +5,8 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double shortest_way = 0.02;  // m: a robot that stands says nothing of its odometry
-constexpr double stated_weight = 8;    // corrections that what the description states counts for at first
+constexpr double shortest_way = 0.02;  // m: a robot at rest gives no information about its odometry
+constexpr double stated_weight = 8;    // initial weight of the description's value, in corrections
 
 constexpr double squared(double x) { return x * x; }
 

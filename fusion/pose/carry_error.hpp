@@ -1,20 +1,20 @@
-// How far odometry goes wrong between two words of SLAM, learned from SLAM's corrections.
+// Odometry drift between two SLAM estimates, learned from SLAM's corrections.
 #pragma once
 
 #include "protocols/robot.hpp"
 
 namespace parhelion::pose {
 
-/// What the robot description says of its odometry is a floor: slipping wheels, or stamps that jitter, show
-/// in the corrections, and the predicted error of a return must not be smaller than what is being seen.
-/// Errors are taken as proportional to the way driven (heading: besides what turning adds), their squares
+/// The drift stated in the robot description is a lower bound: slipping wheels or jittering stamps show in
+/// the corrections, and the predicted error of a return must not be smaller than the observed one. Errors are
+/// taken as proportional to the distance driven (heading: plus the part due to turning); their squares are
 /// averaged over about the last `memory` corrections. Never allocates.
 class CarryError {
  public:
   explicit CarryError(const RobotDescription& robot);
 
-  /// One correction, after `driven` m and `turned` rad: its length (m) and turn (rad), and the variances (m^2
-  /// along one axis, rad^2) that the two words of SLAM have of their own.
+  /// One correction after `driven` m and `turned` rad: its length (m) and rotation (rad), and the variances
+  /// (m^2 along one axis, rad^2) of the two SLAM estimates themselves.
   struct Correction {
     double driven = 0, turned = 0;
     double distance = 0, angle = 0;
@@ -30,7 +30,7 @@ class CarryError {
 
  private:
   double stated_position_, stated_yaw_;      ///< 1 sigma per metre, per radian
-  double way_ = 0, position_ = 0, yaw_ = 0;  ///< faded sums of squares: m^2, m^2, rad^2
+  double way_ = 0, position_ = 0, yaw_ = 0;  ///< exponentially decayed sums of squares: m^2, m^2, rad^2
 };
 
 }  // namespace parhelion::pose

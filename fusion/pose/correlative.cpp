@@ -8,7 +8,7 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double kernel_cells = 3;  ///< reach of a point's likelihood
+constexpr double kernel_cells = 3;  ///< radius of a point's likelihood
 constexpr double sigma_cells = 1.2;
 
 /// grid(x) = max over grid(x .. x + step) along one axis, where grid already is the maximum over `step`
@@ -61,7 +61,7 @@ CorrelativeMap::CorrelativeMap(std::span<const Eigen::Vector2d> points_map, doub
   Eigen::Vector2d low(0, 0), high(0, 0);
   if (!points_map.empty()) low = high = points_map.front();
   for (const Eigen::Vector2d& p : points_map) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  // A margin on the low side: the maxima reach from a cell to higher ones, so a square may begin outside.
+  // A margin on the low side: the maxima extend from a cell to higher ones, so a square may begin outside.
   const double margin = resolution * ((1 << (levels - 1)) + kernel_cells);
   x_min_ = low.x() - margin, y_min_ = low.y() - margin;
   width_ = static_cast<int>((high.x() - x_min_) / resolution + kernel_cells) + 2;
@@ -161,7 +161,7 @@ void CorrelativeMap::each_yaw(std::span<const Eigen::Vector2d> points, const Win
                               Visit visit) const {
   double far = 1;
   for (const Eigen::Vector2d& p : points) far = std::max(far, p.norm());
-  // So that the farthest point moves by one cell, but not finer than 0.5 degrees.
+  // Angle step at which the farthest point moves by one cell, but at least 0.5 degrees.
   const double step = std::max(resolution_ / far, 0.0087);
   const int steps = static_cast<int>(std::ceil(window.angle / step));
   for (int i = 0; i <= 2 * steps; ++i) {

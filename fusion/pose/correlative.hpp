@@ -1,5 +1,5 @@
-// Finds a scan in a map without a good first guess: branch and bound over a likelihood grid and its maxima
-// over ever larger squares (Olson 2009; Hess et al. 2016, section V).
+// Matches a scan to a map without a good initial guess: branch and bound over a likelihood grid and its
+// maxima over ever larger squares (Olson 2009; Hess et al. 2016, section V).
 #pragma once
 
 #include <Eigen/Core>
@@ -27,17 +27,17 @@ class CorrelativeMap {
   };
   struct Request {
     double least_score = 0.5;
-    std::size_t count = 1;        ///< how many distinct answers at most
-    double distinct = 1.0;        ///< m, answers nearer than that (and `distinct_angle`) are one
+    std::size_t count = 1;        ///< maximum number of distinct results
+    double distinct = 1.0;        ///< m, results nearer than this (and `distinct_angle`) count as one
     double distinct_angle = 0.5;  ///< rad
   };
   /// Best first.
   std::vector<Candidate> search(std::span<const Eigen::Vector2d> points_base, const Window& window,
                                 const Request& request) const;
-  /// The same by trying everything; for tests.
+  /// The same by exhaustive search; for tests.
   std::vector<Candidate> search_slow(std::span<const Eigen::Vector2d> points_base, const Window& window,
                                      const Request& request) const;
-  /// A window that holds the whole map.
+  /// A window that covers the whole map.
   Window everywhere() const;
 
  private:
@@ -55,7 +55,7 @@ class CorrelativeMap {
   double x_min_ = 0, y_min_ = 0;
   int width_ = 0, height_ = 0, levels_;
   std::vector<std::vector<std::uint8_t>>
-      grids_;  ///< level h: maximum over the 2^h x 2^h cells from each cell on
+      grids_;  ///< level h: maximum over the 2^h x 2^h cells that start at each cell
 };
 
 }  // namespace parhelion::pose

@@ -1,4 +1,4 @@
-// From the plane of the matchers to the words of SLAM.
+// Converts a planar match to a 3D pose estimate.
 #pragma once
 
 #include "protocols/pose.hpp"
@@ -6,8 +6,8 @@
 
 namespace parhelion::pose {
 
-/// `covariance`: x, y, yaw. What a planar SLAM does not see gets the sigma that the assumption of a level
-/// floor leaves: 1 cm of height, 0.6 degrees of roll and pitch.
+/// `covariance`: x, y, yaw. The other components get the sigma of the level-floor assumption: 1 cm of height,
+/// 0.6 degrees of roll and pitch.
 inline PoseEstimate planar_estimate(SensorTime stamp, const Pose2& T_map_base,
                                     const Eigen::Matrix3d& covariance, SlamState state) {
   PoseEstimate estimate;
@@ -19,7 +19,7 @@ inline PoseEstimate planar_estimate(SensorTime stamp, const Pose2& T_map_base,
     for (int j = 0; j < 3; ++j)
       estimate.covariance(rows[i], rows[j]) = 0.5 * (covariance(i, j) + covariance(j, i));
   }
-  // A matcher cannot know better than its map is drawn: 5 mm and 0.1 degrees.
+  // The map's own accuracy bounds that of a match: 5 mm and 0.1 degrees.
   estimate.covariance(0, 0) += 2.5e-5;
   estimate.covariance(1, 1) += 2.5e-5;
   estimate.covariance(5, 5) += 3e-6;

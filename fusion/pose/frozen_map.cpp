@@ -15,7 +15,7 @@ bool occupied(const GridMap& grid, int x, int y) {
                        static_cast<std::size_t>(x)] > 0.65F;
 }
 
-/// Centres of the occupied cells that a laser could see: those with a free or unknown neighbour.
+/// Centres of the occupied cells visible to a laser: those with a free or unknown neighbour.
 std::vector<Eigen::Vector2d> surface(const GridMap& grid) {
   std::vector<Eigen::Vector2d> points;
   for (int y = 0; y < grid.height; ++y) {
@@ -61,7 +61,7 @@ Result<FrozenMap> from_grid(const std::string& path) {
   if (points.size() < 20)
     return Error{path + ": has " + std::to_string(points.size()) + " occupied cells: too few to localize in"};
   FrozenMap map;
-  // Cells are the points here: a surfel needs several of them across.
+  // The points are cells here: a surfel must contain several of them.
   const double cell = std::max(0.1, 2 * grid->resolution);
   map.fine = SurfelMap(cell);
   map.coarse = SurfelMap(4 * cell);

@@ -15,11 +15,11 @@ struct FrozenMap {
   GridMap grid;
   SurfelMap fine{0.1}, coarse{0.4};
   CorrelativeMap likelihood{{}, 0.1, 1};
-  double sigma = 0.01;  ///< m, how finely its surfaces are known
+  double sigma = 0.01;  ///< m, accuracy of its surfaces
 };
 
-/// The id of a .simplemap is that of the ROS map beside it (PREFIX.yaml) where there is one, as `slam
-/// --save-map` writes them; else that of its grid at `resolution`.
+/// The id of a .simplemap is that of the ROS map beside it (PREFIX.yaml) where there is one, as written by
+/// `slam --save-map`; else that of its grid at `resolution`.
 Result<FrozenMap> load_frozen_map(const std::string& path, double resolution);
 
 }  // namespace parhelion::pose

@@ -12,18 +12,18 @@
 
 namespace parhelion::pose {
 
-/// Fixed-size histories; adding never allocates. Joints that were not asked for are not kept.
+/// Fixed-size histories; adding never allocates. Only the joints of the given heads are kept.
 class JointTrack {
  public:
-  /// Follows the joints of these heads.
+  /// Tracks the joints of these heads.
   explicit JointTrack(const std::vector<std::vector<HeadJoint>>& heads);
 
-  /// A message may speak of some joints only: several drivers may share the channel.
+  /// A message may contain only some of the joints: several drivers may share the channel.
   void add(const Joints& joints);
-  /// Between two samples at most `longest_gap` apart, or at most that after the newest.
+  /// Interpolated between two samples at most `longest_gap` apart, or at most that long after the newest.
   std::optional<double> at(const std::string& joint, SensorTime t) const;
 
-  /// Whether the joint's encoder has spoken of t or later: at() is then no guess about what is to come.
+  /// Whether the joint has a sample at t or later, so that at() interpolates.
   bool reaches(const std::string& joint, SensorTime t) const;
 
   static constexpr Duration longest_gap = milliseconds(200);
@@ -40,12 +40,12 @@ class JointTrack {
   std::vector<Followed> joints_;
 };
 
-/// How the head has turned what it carries: T_base_sensor = turn * T_base_sensor(all joints at zero), a
-/// product of exponentials (Lynch and Park, Modern Robotics, section 4.1.1). Error: the encoders of a joint
-/// are silent or too old; the text says which.
+/// The motion of a sensor carried by a head: T_base_sensor = turn * T_base_sensor(all joints at zero), a
+/// product of exponentials (Lynch and Park, Modern Robotics, section 4.1.1). Error: a joint's encoder has
+/// sent no message, or its last one is too old; the text names the joint.
 Result<Transform<Base, Base>> head_turn(const std::vector<HeadJoint>& head, const JointTrack& joints,
                                         SensorTime t);
-/// The same for joints whose positions (rad) come from elsewhere.
+/// The same for joint positions (rad) from another source.
 using JointPosition = std::function<std::optional<double>(const std::string& joint)>;
 Result<Transform<Base, Base>> head_turn(const std::vector<HeadJoint>& head, const JointPosition& position);
 

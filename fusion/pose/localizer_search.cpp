@@ -10,12 +10,12 @@ constexpr std::size_t most_hypotheses = 40;
 constexpr std::size_t least_points = 20;
 constexpr double least_explained = 0.55;
 constexpr int least_scans = 4;
-/// A scan gives this mean advantage over the runner-up, or the robot has moved so far that a wrong place
-/// would have shown.
+/// A candidate is accepted with this mean advantage per scan over the runner-up, or after the robot has moved
+/// so far that a wrong candidate would have been noticed.
 constexpr double clear_lead = 0.08;
 constexpr double revealing_way = 1.0, revealing_turn = 1.0;  ///< m, rad
 constexpr double slight_lead = 0.03;
-constexpr int most_scans = 150;  ///< then the search starts over
+constexpr int most_scans = 150;  ///< then the search restarts
 
 MatchOptions options(const FrozenMap& map) {
   MatchOptions result;
@@ -56,7 +56,7 @@ void GlobalSearch::merge() {
       return (other.T_map_base.position() - hypothesis.T_map_base.position()).norm() < 0.3 &&
              std::abs(wrap_angle(other.T_map_base.yaw - hypothesis.T_map_base.yaw)) < 0.2;
     });
-    // Far behind the best after several scans: it will not catch up.
+    // Candidates far behind the best after several scans are dropped.
     const bool behind = scans_ >= least_scans && best - hypothesis.evidence > 0.4 * scans_;
     if (!doubled && !behind) kept.push_back(hypothesis);
   }

@@ -1,5 +1,5 @@
-// Where in the map could the robot be? Several places look alike: each is followed until the others have
-// fallen behind.
+// Global localization: where the map has several similar places, each candidate is followed until the others
+// score clearly worse.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ namespace parhelion::pose {
 
 class GlobalSearch {
  public:
-  /// The place, once it is the only one left; nullopt before.
+  /// The pose, once a single candidate is left; nullopt before.
   std::optional<Pose2> add(const FrozenMap& map, const ScanPoints& scan, const Pose2& step);
   void restart() { hypotheses_.clear(); }
 
  private:
   struct Hypothesis {
     Pose2 T_map_base;
-    double evidence = 0;  ///< sum of the shares of explained points, and of the likelihood, over the scans
+    double evidence = 0;  ///< sum over the scans of the fraction of explained points and of the likelihood
   };
   void seed(const FrozenMap& map, const ScanPoints& scan);
   void follow(const FrozenMap& map, const ScanPoints& scan, const Pose2& step);

@@ -10,15 +10,15 @@
 namespace parhelion::pose {
 namespace {
 
-/// Keyframes of one stretch of way, as a map in the frame of the keyframe in its middle.
+/// Keyframes of one stretch of the path, as a map in the frame of its middle keyframe.
 struct Submap {
   std::size_t anchor = 0, begin = 0, end = 0;  ///< keyframes; [begin, end)
   std::unique_ptr<SurfelMap> surfels;
-  std::unique_ptr<CorrelativeMap> likelihood;  ///< made when first searched
-  std::vector<Eigen::Vector2d> points;         ///< thinned, for that
+  std::unique_ptr<CorrelativeMap> likelihood;  ///< built when first searched
+  std::vector<Eigen::Vector2d> points;         ///< thinned, for the search
 };
 
-/// A scan found in a submap.
+/// A scan matched to a submap.
 struct Closure {
   std::size_t submap = 0, keyframe = 0;
   PoseGraphEdge edge;
@@ -90,14 +90,15 @@ class LoopCloser {
            (poses_[keyframe].position() - poses_[submap.anchor].position()).norm() < options_.reach + window;
   }
 
-  /// The scan of `keyframe` in `submap`, started from `T_anchor_base`.
+  /// Matches the scan of `keyframe` to `submap`, starting from `T_anchor_base`.
   std::optional<Closure> matched(std::size_t s, std::size_t keyframe, const Pose2& T_anchor_base,
                                  double least_explained) const {
     const Submap& submap = submaps_[s];
     const Match found = match(*submap.surfels, keyframes_[keyframe].scan.points, T_anchor_base, T_anchor_base,
                               Eigen::Matrix3d::Zero(), options_.match);
     if (found.explained < least_explained) return std::nullopt;
-    // What the points leave open (a corridor) stays open; nothing is trusted beyond 1 cm and 0.3 degrees.
+    // Directions that the points leave open (a corridor) stay open; accuracy is limited to 1 cm and 0.3
+    // degrees.
     const Eigen::Matrix3d regular = Eigen::Vector3d(1, 1, 10).asDiagonal();
     const Eigen::Matrix3d floor = Eigen::Vector3d(1e-4, 1e-4, 2.7e-5).asDiagonal();
     const Eigen::Matrix3d covariance = (found.information + regular).inverse() + floor;
@@ -111,7 +112,7 @@ class LoopCloser {
     return closure;
   }
 
-  /// Loops between the scans of one stretch and older submaps.
+  /// Finds loops between the scans of one stretch and older submaps.
   void search_stretch(std::size_t stretch) {
     const Submap& own = submaps_[stretch];
     const double way = keyframes_[own.anchor].driven - last_loop_driven_;
@@ -146,14 +147,14 @@ class LoopCloser {
     return matched(s, keyframe, candidates.front().T_map_base, options_.least_explained);
   }
 
-  /// One scan may look like another place; several of a stretch that agree on the correction do not.
+  /// One scan may match a wrong place; several of a stretch that agree on the correction are reliable.
   static void keep_consistent(const std::vector<Closure>& found, std::vector<Closure>& taken) {
     constexpr std::size_t enough = 3;
     std::vector<std::size_t> best;
     for (const Closure& seed : found) {
       std::vector<std::size_t> agree;
       for (std::size_t i = 0; i < found.size(); ++i) {
-        // Compared where the scan is, not at the map's origin.
+        // Compared at the scan's position, not at the map's origin.
         const Eigen::Vector2d p = found[i].place;
         if (std::abs(wrap_angle(seed.correction.yaw - found[i].correction.yaw)) < 0.06 &&
             (seed.correction * p - found[i].correction * p).norm() < 0.2) {
@@ -166,7 +167,7 @@ class LoopCloser {
     for (std::size_t i : best) taken.push_back(found[i]);
   }
 
-  /// All pairs of near places again, from the poses so far.
+  /// Matches all pairs of nearby places again, from the current poses.
   void refine() {
     for (Submap& submap : submaps_) build(submap);
     loops_.clear();

@@ -53,7 +53,7 @@ std::optional<int> header_number(const std::string& bytes, std::size_t& at) {
 
 Result<Pgm> read_pgm(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{path + ": cannot be opened; the map's YAML names it as its image"};
+  if (!file) return Error{path + ": cannot be opened; it is the image in the map's YAML"};
   std::ostringstream content;
   content << file.rdbuf();
   const std::string bytes = content.str();
@@ -70,7 +70,7 @@ Result<Pgm> read_pgm(const std::string& path) {
     return Error{path + ": offset " + std::to_string(at) +
                  ": expected width, height (1 or more) and a maximum of 1..255"};
   }
-  ++at;  // one white space between header and pixels
+  ++at;  // one white-space character between header and pixels
   const std::size_t size = static_cast<std::size_t>(*width) * static_cast<std::size_t>(*height);
   if (bytes.size() < at + size) {
     return Error{path + ": offset " + std::to_string(bytes.size()) + ": the file ends, expected " +
@@ -117,7 +117,7 @@ Result<MapHeader> read_header(const std::string& path) {
     if (!std::isfinite(header.x) || !std::isfinite(header.y))
       return fail(origin.Mark(), "origin must be finite");
     if (header.yaw != 0)
-      return fail(origin.Mark(), "a turned origin (yaw other than 0) is not supported: turn the image");
+      return fail(origin.Mark(), "a rotated origin (yaw other than 0) is not supported: rotate the image");
     if (root["negate"]) header.negate = root["negate"].as<int>() != 0;
     if (root["occupied_thresh"]) header.occupied = root["occupied_thresh"].as<double>();
     if (root["free_thresh"]) header.free = root["free_thresh"].as<double>();

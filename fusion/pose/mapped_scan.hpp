@@ -1,4 +1,4 @@
-// Scans at their places in the map: what a .simplemap holds, and what a grid map is made of.
+// Scans at their poses in the map: the content of a .simplemap and the input of a grid map.
 #pragma once
 
 #include <functional>
@@ -16,15 +16,15 @@ namespace parhelion::pose {
 struct MappedScan {
   Pose2 T_map_base;
   Transform<Base, Laser> T_base_laser;
-  Scan scan;              ///< as if taken at once; NaN where nothing is known
+  Scan scan;              ///< as if taken at one instant; NaN: unknown
   double range_max = 80;  ///< m
 };
 
-/// MRPT's .simplemap, both ways. Of a foreign one every 2D range scan is taken.
+/// Write and read MRPT's .simplemap. All 2D range scans of a file from elsewhere are read.
 Status write_simplemap(std::span<const MappedScan> scans, const std::string& path);
 Result<std::vector<MappedScan>> read_simplemap(const std::string& path);
 
-/// MRPT's occupancy grid with every scan inserted.
+/// MRPT's occupancy grid after inserting every scan.
 GridMap grid_of(std::span<const MappedScan> scans, double resolution);
 
 /// The points of a mapped scan, base_link.

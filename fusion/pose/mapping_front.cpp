@@ -6,16 +6,16 @@
 namespace parhelion::pose {
 namespace {
 
-/// Below this share of explained points a match says nothing.
+/// Below this fraction of explained points a match is unreliable.
 constexpr double least_explained = 0.3;
-/// 1 sigma, m: a pose carried by odometry alone beyond this is lost.
+/// 1 sigma, m: beyond this a pose from odometry alone counts as lost.
 constexpr double lost_sigma = 0.5;
 
 }  // namespace
 
 Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned) {
-  // Wider than the description says, with floors: a systematic error (a bent axis, a wrong wheel) that the
-  // filter believed would lag each match by a little, and the map, built from those, would bend with it.
+  // Wider than the description, with lower bounds: if the filter trusted a systematic error (a bent axis, a
+  // wrong wheel), each match would lag by a little, and the map built from them would bend.
   const double position = 4 * robot.odometry_error_translation * driven + 0.002;
   const double yaw = 4 * robot.odometry_error_rotation * turned + 0.5 * driven + 0.005;
   return Eigen::Vector3d(position * position, position * position, yaw * yaw).asDiagonal();

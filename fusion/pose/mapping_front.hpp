@@ -1,5 +1,4 @@
-// The live half of mapping: each scan is matched to the surfels of the way just driven, with odometry as
-// expectation.
+// The SLAM front end: each scan is matched to the surfels of the recent path, with odometry as prior.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +13,16 @@ namespace parhelion::pose {
 
 struct Keyframe {
   ScanPoints scan;
-  Pose2 T_map_base;  ///< as the front saw it, or as optimised
+  Pose2 T_map_base;  ///< as estimated by the front end, or as optimised
   Eigen::Matrix3d step_information =
-      Eigen::Matrix3d::Zero();  ///< of the motion since the keyframe before, in that one's frame
-  double driven = 0;            ///< m, way up to here
+      Eigen::Matrix3d::Zero();  ///< of the motion since the previous keyframe, in its frame
+  double driven = 0;            ///< m, path length up to here
   std::size_t scan_index = 0;   ///< number of the scan
 };
 
-/// What odometry may have done wrong over a motion: covariance of x, y, yaw in the frame of its end.
+/// Odometry error over a motion: covariance of x, y, yaw in the frame of its end.
 Eigen::Matrix3d odometry_covariance(const RobotDescription& robot, double driven, double turned);
-/// A covariance of a pose after the motion `step` from it, both in the map frame.
+/// The covariance of a pose, propagated over the motion `step`; both in the map frame.
 Eigen::Matrix3d carried_covariance(const Eigen::Matrix3d& covariance, const Pose2& before, const Pose2& after,
                                    const Eigen::Matrix3d& step_covariance);
 
@@ -33,7 +32,7 @@ class MappingFront {
     double cell = 0.1;                ///< m
     double keyframe_distance = 0.15;  ///< m
     double keyframe_angle = 0.1;      ///< rad
-    double window = 25;               ///< m of way that the local map holds
+    double window = 25;               ///< m of path that the local map covers
     MatchOptions match;
   };
   struct Word {
@@ -46,7 +45,7 @@ class MappingFront {
 
   MappingFront(const RobotDescription& robot, const Options& options);
 
-  /// `step`: odometry since the scan before; the first scan is at `start`.
+  /// `step`: odometry since the previous scan; the first scan is at `start`.
   Word add(const ScanPoints& scan, const Pose2& step);
   void set_start(const Pose2& start) { pose_ = start; }
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }

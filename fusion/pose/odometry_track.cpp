@@ -5,7 +5,7 @@ namespace {
 
 /// Two seconds at 1 kHz: faster odometry shortens the history.
 constexpr std::size_t odometry_slots = 2048;
-/// A twist is taken over at least this span, so that the quantisation of fast odometry does not become
+/// Minimum span over which a twist is computed, so that the quantisation of fast odometry does not become
 /// velocity.
 constexpr Duration twist_span = milliseconds(40);
 
@@ -68,7 +68,7 @@ std::optional<OdometryAtInstant> OdometryTrack::at(SensorTime t, Missing* missin
     return odometry;
   }
   const Sample& after = samples_.newest(age - 1);
-  // In the middle of a gap nobody knows what the robot did.
+  // In the middle of a gap the motion is unknown.
   if (t - before.stamp > max_extrapolation_ && after.stamp - t > max_extrapolation_)
     return none(Missing::none_there);
   const double s = (t - before.stamp).seconds() / (after.stamp - before.stamp).seconds();

@@ -1,5 +1,4 @@
-// Wheel odometry at any instant: along arcs of constant twist between two samples, with the last twist beyond
-// them.
+// Wheel odometry at any instant: interpolated along arcs of constant twist, extrapolated with the last twist.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +12,9 @@ namespace parhelion::pose {
 
 struct OdometryAtInstant {
   Pose2 T_odom_base;
-  double driven = 0;  ///< m, length of the path up to here; differences count
+  double driven = 0;  ///< m, path length up to here; only differences are meaningful
   double turned = 0;  ///< rad, the same for rotation
-  double ahead = 0;   ///< s beyond the last sample
+  double ahead = 0;   ///< s after the last sample
   Twist2 twist;       ///< body frame
 };
 
@@ -26,7 +25,8 @@ class OdometryTrack {
 
   OdometryTrack(Duration history, Duration max_extrapolation);
 
-  /// A stamp that jumps back by more than the history is a new start of the sensor's clock. Never allocates.
+  /// A stamp that jumps back by more than the history means that the sensor's clock restarted. Never
+  /// allocates.
   Taken add(const Odometry& odometry);
   std::optional<OdometryAtInstant> at(SensorTime t, Missing* missing = nullptr) const;
   bool empty() const { return samples_.count() == 0; }

@@ -7,13 +7,13 @@
 namespace parhelion::pose {
 namespace {
 
-/// What the poses say less what was measured, in the frame of `from`, where the information is given.
+/// Difference of the poses minus the measurement, in the frame of `from`, as for the information matrix.
 Eigen::Vector3d residual(const PoseGraphEdge& edge, const std::vector<Pose2>& poses) {
   const Pose2 seen = poses[edge.from].inverse() * poses[edge.to];
   return {seen.x - edge.T_from_to.x, seen.y - edge.T_from_to.y, wrap_angle(seen.yaw - edge.T_from_to.yaw)};
 }
 
-/// Geman and McClure. `knee`: chi^2 at which an edge has a quarter of its say.
+/// Geman and McClure. `knee`: chi^2 at which the weight of an edge is a quarter.
 double loop_weight(const PoseGraphEdge& edge, const std::vector<Pose2>& poses, double knee) {
   const Eigen::Vector3d e = residual(edge, poses);
   const double say = knee / (knee + e.dot(edge.information * e));
@@ -30,7 +30,7 @@ double weighted_cost(const std::vector<Pose2>& poses, const std::vector<PoseGrap
   return cost;
 }
 
-/// One step of Gauss and Newton, damped; pose 0 has no column.
+/// One damped Gauss-Newton step; pose 0 has no column.
 std::vector<Pose2> stepped(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
                            const std::vector<double>& weights, double damping) {
   const auto n = static_cast<Eigen::Index>(3 * (poses.size() - 1));

@@ -1,4 +1,4 @@
-// A graph of planar poses and what was measured between them.
+// A graph of planar poses and the measurements between them.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,13 +13,13 @@ struct PoseGraphEdge {
   std::size_t from = 0, to = 0;
   Pose2 T_from_to;
   Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< of x, y, yaw in the frame of `from`
-  bool loop = false;  ///< may be wrong: weighed down where the others disagree
+  bool loop = false;  ///< may be wrong: gets less weight where it contradicts the others
 };
 
-/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 stays.
-/// Loop edges are weighed by Geman and McClure's function, in a few rounds, so that a wrong one does not bend
-/// the rest. (MRPT 2.5.8's optimize_graph_spa_levmarq takes or refuses its steps by the error without
-/// weights, so a wrong loop stays in force.)
+/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 is fixed.
+/// Loop edges are weighted by Geman and McClure's kernel over a few iterations, so that a wrong loop does not
+/// distort the others. (MRPT 2.5.8's optimize_graph_spa_levmarq accepts or rejects its steps by the
+/// unweighted error, so a wrong loop keeps its influence.)
 std::vector<Pose2> optimized(const std::vector<Pose2>& poses, const std::vector<PoseGraphEdge>& edges,
                              int rounds);
 

@@ -1,5 +1,5 @@
-// A graph of poses in space and what was measured between them; the planar one is pose_graph.hpp. Header
-// only, so that fusion/cloud needs nothing of this room's library.
+// A graph of 3D poses and the measurements between them; the planar one is pose_graph.hpp. Header only, so
+// that fusion/cloud does not need this module's library.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,7 +16,7 @@ struct PoseGraph3Edge {
   Eigen::Isometry3d T_from_to = Eigen::Isometry3d::Identity();
   /// Of translation (m) and rotation vector (rad) of the error, in the frame of `to`.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Identity();
-  bool loop = false;  ///< may be wrong: weighed down where the others disagree
+  bool loop = false;  ///< may be wrong: gets less weight where it contradicts the others
 };
 
 namespace pose_graph3 {
@@ -43,7 +43,7 @@ inline Vector6 residual(const Eigen::Isometry3d& error) {
   return e;
 }
 
-/// Geman and McClure. `knee`: chi^2 at which an edge has a quarter of its say.
+/// Geman and McClure. `knee`: chi^2 at which the weight of an edge is a quarter.
 inline double loop_weight(const PoseGraph3Edge& edge, const Poses& poses, double knee) {
   const Vector6 e = residual(error_pose(edge, poses));
   const double say = knee / (knee + e.dot(edge.information * e));
@@ -59,7 +59,7 @@ inline double cost(const Poses& poses, const Edges& edges, const std::vector<dou
   return sum;
 }
 
-/// T moved by a step in its own frame.
+/// T after a step in its own frame.
 inline Eigen::Isometry3d moved(const Eigen::Isometry3d& T, const Vector6& step) {
   const double angle = step.tail<3>().norm();
   Eigen::Isometry3d delta = Eigen::Isometry3d::Identity();
@@ -70,7 +70,7 @@ inline Eigen::Isometry3d moved(const Eigen::Isometry3d& T, const Vector6& step) 
   return result;
 }
 
-/// One step of Gauss and Newton, damped; pose 0 has no column. Jacobians to first order of the error.
+/// One damped Gauss-Newton step; pose 0 has no column. Jacobians to first order of the error.
 inline Poses stepped(const Poses& poses, const Edges& edges, const std::vector<double>& weights,
                      double damping) {
   const auto n = static_cast<Eigen::Index>(6 * (poses.size() - 1));
@@ -136,13 +136,13 @@ inline Poses minimized(Poses poses, const Edges& edges, const std::vector<double
 
 }  // namespace pose_graph3
 
-/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 stays, and
-/// each other hangs together with it by edges. Loop edges are weighed by Geman and McClure's function, which
-/// starts as wide as the worst of them and narrows (graduated non-convexity, Yang et al. 2020): before a long
-/// loop is closed its own edges seem wrong too, and at the end a wrong one does not bend the rest.
+/// Least squares by damped Gauss-Newton on a sparse Cholesky factor (Grisetti et al. 2010); pose 0 is fixed,
+/// and all others are connected to it by edges. Loop edges are weighted by Geman and McClure's kernel, which
+/// starts at the width of the worst edge and narrows (graduated non-convexity, Yang et al. 2020): before a
+/// long loop is closed its own edges seem wrong too, and at the end a wrong loop does not distort the others.
 inline std::vector<Eigen::Isometry3d> optimized(const std::vector<Eigen::Isometry3d>& poses,
                                                 const std::vector<PoseGraph3Edge>& edges) {
-  constexpr double last_knee = 13, narrowing = 4;  // chi^2 of 6 degrees of freedom: 13 is passed by 1 in 23
+  constexpr double last_knee = 13, narrowing = 4;  // chi^2 of 6 dof exceeds 13 in 1 of 23 cases
   std::vector<Eigen::Isometry3d> result = poses;
   if (poses.size() < 2) return result;
   double knee = last_knee;

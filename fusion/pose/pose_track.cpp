@@ -24,7 +24,7 @@ double position_sigma(const PoseCovariance& covariance) {
       std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(planar).eigenvalues().maxCoeff()));
 }
 
-/// The covariance of a pose whose heading was known with `covariance` before it moved by `d_map`.
+/// Propagates the covariance of a pose over a motion `d_map` with the uncertain heading before it.
 PoseCovariance transported(const PoseCovariance& covariance, const Eigen::Vector3d& d_map) {
   PoseCovariance F = PoseCovariance::Identity();
   F.topRightCorner<3, 3>() = -cross_matrix(d_map);
@@ -96,7 +96,7 @@ PoseTrack::Correction PoseTrack::add(const PoseEstimate& estimate) {
   if (estimates_.count() > 0 && estimate.stamp <= estimates_.newest().stamp) {
     ++rejected_;
     if (estimates_.newest().stamp - estimate.stamp <= options_.history) return Correction::ignored;
-    // Only where odometry agrees that the clock started anew is the old knowledge dropped.
+    // The history is cleared only where odometry confirms that the clock restarted.
     if (!odometry_.empty() && odometry_.newest_stamp() - estimate.stamp > options_.history)
       return Correction::ignored;
     estimates_.clear();
@@ -139,7 +139,8 @@ void PoseTrack::learn(const EstimateSample& estimate, const Transform<Map, Base>
   if (!carried || carried->ahead > 0) return;
   const Pose2 there = planar(expected), here = planar(estimate.T_map_base);
   const PoseCovariance own = estimates_.newest().covariance + estimate.covariance;
-  // A leap is a relocalization: odometry is blamed for as much of it as is still taken for a correction.
+  // A jump is a relocalization: odometry drift is updated only by the largest step that counts as a
+  // correction.
   carry_error_.learn(
       {.driven = std::abs(carried->driven - at_correction_.driven),
        .turned = std::abs(carried->turned - at_correction_.turned),
@@ -188,7 +189,7 @@ std::optional<PoseAtInstant> PoseTrack::from_odometry(SensorTime t, NoPose& why)
   const double driven = std::abs(carried->driven - at_correction_.driven);
   const double turned = std::abs(carried->turned - at_correction_.turned);
   const double position_variance = carry_error_.position_variance(driven);
-  // The error of heading is counted as if made at once: it then bends the whole way since the word of SLAM.
+  // The heading error is applied at the start, so that it affects the whole path since the SLAM estimate.
   PoseCovariance covariance = estimate.covariance;
   covariance(5, 5) += carry_error_.yaw_variance(driven, turned);
   covariance = transported(covariance, pose.T_map_base.translation() - estimate.T_map_base.translation());
@@ -215,7 +216,7 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
     why = NoPose::too_far_ahead;
     return std::nullopt;
   }
-  // The pair that t lies between, or the last pair where it lies beyond.
+  // The pair that encloses t, or the last pair beyond it.
   const std::size_t end = age == 0 ? 0 : age - 1;
   const EstimateSample& b = estimates_.newest(end);
   PoseAtInstant pose;
@@ -230,7 +231,7 @@ std::optional<PoseAtInstant> PoseTrack::from_estimates(SensorTime t, NoPose& why
       why = b.jumped ? NoPose::relocalizing : NoPose::no_slam;
       return std::nullopt;
     }
-    // One word alone says nothing about motion: the robot may do what its limits allow.
+    // A single estimate contains no motion: the robot may move within its limits.
     const double reach = robot_.limits.speed * ahead, turn = robot_.limits.yaw_rate * ahead;
     pose.covariance.topLeftCorner<2, 2>().diagonal().array() += reach * reach;
     pose.covariance(5, 5) += turn * turn;

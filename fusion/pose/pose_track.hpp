@@ -1,5 +1,5 @@
-// The robot's pose at any instant: SLAM corrects, odometry carries.
-// pose(t) = T_map_odom (last word of SLAM) * T_odom_base(t), with age and covariance.
+// The robot's pose at any instant: odometry, corrected by SLAM.
+// pose(t) = T_map_odom (last SLAM estimate) * T_odom_base(t), with age and covariance.
 #pragma once
 
 #include <optional>
@@ -16,18 +16,18 @@ namespace parhelion::pose {
 struct PoseAtInstant {
   Transform<Map, Base> T_map_base;
   PoseCovariance covariance =
-      PoseCovariance::Zero();  ///< map frame, grown by what odometry carried since the last word of SLAM
-  Duration age;  ///< since the stamp of the last word of SLAM; negative for an instant before it
-  bool attitude_known = false;  ///< roll and pitch are measured; else they are what SLAM says, planar: none
-  Twist2 twist;                 ///< body frame, from odometry (without odometry: from two words of SLAM)
+      PoseCovariance::Zero();  ///< map frame, including odometry drift since the last SLAM estimate
+  Duration age;  ///< since the stamp of the last SLAM estimate; negative for an instant before it
+  bool attitude_known = false;  ///< roll and pitch are measured; else they are those of planar SLAM: zero
+  Twist2 twist;                 ///< body frame, from odometry (without odometry: from two SLAM estimates)
 };
 
-/// Why there is no pose, in words for MR_SCAN_INFO and people.
+/// Why there is no pose, for MR_SCAN_INFO and messages.
 enum class NoPose : std::uint8_t {
-  no_odometry,  ///< nothing within the history at that instant
-  no_slam,      ///< SLAM has said nothing yet
+  no_odometry,  ///< no sample within the history at that instant
+  no_slam,      ///< no SLAM estimate received yet
   slam_lost,
-  relocalizing,  ///< a correction above 0.2 m or 5 degrees: off until the covariance recovers
+  relocalizing,  ///< a correction above 0.2 m or 5 degrees: until the covariance recovers
   older_than_history,
   too_far_ahead,  ///< more than `max_extrapolation` after the last odometry
   map_mismatch,
@@ -39,21 +39,20 @@ struct PoseTrackOptions {
   Duration max_extrapolation = milliseconds(500);
   double relocalization_distance = 0.2;                            ///< m
   double relocalization_angle = 5 * 3.14159265358979323846 / 180;  ///< rad
-  double recovered_sigma = 0.05;  ///< m, 1 sigma at which injection may return
+  double recovered_sigma = 0.05;  ///< m, 1 sigma below which injection resumes
   std::string map_id;             ///< empty: any
 };
 
 /// Fixed-size histories; adding never allocates after construction. All instants are SensorTime of the
 /// robot's clock.
 ///
-/// Where odometry comes, it carries the pose between the words of SLAM: along arcs of constant twist between
-/// two samples, and with the last twist beyond them. A word of SLAM on an instant that odometry has not
-/// reached yet is placed by extrapolation and placed again when odometry gets there. Where no odometry has
-/// ever come (a hand-held camera), the words of SLAM carry themselves: interpolated between two of them,
-/// extrapolated beyond the last.
+/// With odometry, the pose is propagated between SLAM estimates: along arcs of constant twist between two
+/// samples, and with the last twist beyond them. A SLAM estimate for an instant that odometry has not reached
+/// yet is placed by extrapolation and placed again when odometry arrives. Without any odometry (a hand-held
+/// camera), SLAM estimates are interpolated, and extrapolated beyond the last.
 ///
-/// A stamp that jumps back by more than the history is taken as a new start of the sensor's clock: what was
-/// known is dropped.
+/// A stamp that jumps back by more than the history means that the sensor's clock restarted: the history is
+/// cleared.
 class PoseTrack {
  public:
   PoseTrack(const RobotDescription& robot, const PoseTrackOptions& options);
@@ -65,13 +64,13 @@ class PoseTrack {
     ignored /* stale, lost, of another map or not causal */
   };
 
-  /// Backward stamps are kept out and counted.
+  /// Backward stamps are rejected and counted.
   void add(const Odometry& odometry);
   Correction add(const PoseEstimate& estimate);
 
-  /// The pose, or why there is none. Never an identity in its place.
+  /// The pose, or why there is none. Never an identity instead.
   std::optional<PoseAtInstant> at(SensorTime t, NoPose* why = nullptr) const;
-  std::uint64_t rejected() const { return rejected_; }  ///< inputs kept out
+  std::uint64_t rejected() const { return rejected_; }  ///< number of rejected inputs
   bool carried_by_odometry() const { return !odometry_.empty(); }
 
  private:
@@ -79,7 +78,7 @@ class PoseTrack {
     SensorTime stamp;
     Transform<Map, Base> T_map_base;
     PoseCovariance covariance = PoseCovariance::Zero();
-    bool jumped = false;  ///< not to be interpolated from the one before
+    bool jumped = false;  ///< must not be interpolated from the previous one
   };
   std::optional<PoseAtInstant> from_odometry(SensorTime t, NoPose& why) const;
   std::optional<PoseAtInstant> from_estimates(SensorTime t, NoPose& why) const;
@@ -96,17 +95,17 @@ class PoseTrack {
   CarryError carry_error_;
   Ring<EstimateSample> estimates_;
   std::optional<Transform<Map, Odom>> T_map_odom_;
-  OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last word of SLAM
-  bool provisional_ = false;         ///< that was extrapolated: place again when odometry gets there
+  OdometryAtInstant at_correction_;  ///< odometry at the stamp of the last SLAM estimate
+  bool provisional_ = false;         ///< at_correction_ was extrapolated: place again when odometry arrives
   bool lost_ = false;
   bool relocalizing_ = false;
   bool mismatch_ = false;
   std::uint64_t rejected_ = 0;
 };
 
-/// Predicted error (1 sigma, m) of a return at p_map seen from the pose: sqrt of the largest eigenvalue of
-/// the planar position covariance that the pose's covariance causes at that place (lever arm of yaw
-/// included).
+/// Predicted error (1 sigma, m) of a return at p_map seen from the pose: square root of the largest
+/// eigenvalue of the planar position covariance at that point, caused by the pose's covariance (including the
+/// lever arm of yaw).
 double predicted_error(const PoseAtInstant& pose, const Eigen::Vector3d& p_map);
 
 }  // namespace parhelion::pose

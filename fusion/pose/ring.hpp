@@ -14,7 +14,7 @@ class Ring {
   explicit Ring(std::size_t slots) : slots_(slots) {}
 
   std::size_t count() const { return count_; }
-  /// The newest at age 0.
+  /// The newest sample has age 0.
   const T& newest(std::size_t age = 0) const {
     return slots_[(next_ + 2 * slots_.size() - 1 - age) % slots_.size()];
   }

@@ -9,16 +9,16 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double knee = 9;  ///< chi^2 at which a point has a quarter of its say, and the most that it costs
+constexpr double knee = 9;  ///< chi^2 at which a point has weight 1/4; maximum cost of a point
 
-/// Neighbouring beams see the same error of the map and of the laser: they do not count as independent.
+/// Neighbouring beams share errors of the map and of the laser: they are not independent.
 constexpr double independent_share = 0.1;
 
 struct NormalEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double squares = 0;
-  double cost = 0;  ///< of all points, those without a surfel counting as the worst
+  double cost = 0;  ///< of all points; those without a surfel have the maximum cost
   int explained = 0;
 };
 
@@ -48,7 +48,7 @@ NormalEquations equations(const SurfelMap& map, std::span<const Eigen::Vector2d>
       ++sum.explained;
       sum.squares += distance * distance;
     }
-    // Geman-McClure on the normalised distance: people and moved chairs lose their say.
+    // Geman-McClure on the normalised distance: people and moved chairs are down-weighted.
     const double chi2 = offset.dot(W * offset);
     const double robust = knee / (knee + chi2);
     const double weight = robust * robust;

@@ -6,8 +6,8 @@
 namespace parhelion::pose {
 namespace {
 
-/// Jittered stamps make a twist over a short span far too large, and over a long one late: the smaller of
-/// both is believed, for too little deskewing does less harm than too much.
+/// Jittered stamps make a twist over a short span far too large, and a long span delays it: the smaller of
+/// both is used, as too little deskewing does less harm than too much.
 double cautious(double brief, double lasting) {
   if (brief * lasting <= 0) return 0;
   return std::copysign(std::min(std::abs(brief), std::abs(lasting)), brief);

@@ -1,4 +1,4 @@
-// Which motion odometry saw between two scans.
+// The motion between two scans according to odometry.
 #pragma once
 
 #include <optional>
@@ -10,23 +10,23 @@ namespace parhelion::pose {
 class ScanOdometry {
  public:
   struct Step {
-    Pose2 step;         ///< of the base since the scan before; identity at the first
+    Pose2 step;         ///< of the base since the previous scan; identity at the first
     Twist2 twist;       ///< at the scan
-    bool known = true;  ///< false: odometry says nothing about that instant, `step` is a standstill
+    bool known = true;  ///< false: odometry has no sample for that instant, `step` is identity
   };
 
   void add(const Odometry& odometry) {
     track_.add(odometry);
     latest_ = odometry;
   }
-  /// nullopt before the first odometry. A sample with the scan's own stamp that came just before it is taken
-  /// as it is: recordings with stamps that go backwards pair them so, and file order is then the truth.
+  /// nullopt before the first odometry. A sample with the scan's own stamp that arrived just before it is
+  /// used directly: in recordings with stamps that go backwards, file order is correct.
   std::optional<Step> step_to(SensorTime stamp);
 
  private:
   OdometryTrack track_{seconds(2), milliseconds(500)};
   std::optional<Odometry> latest_;
-  std::optional<Pose2> T_odom_base_;  ///< at the scan before
+  std::optional<Pose2> T_odom_base_;  ///< at the previous scan
 };
 
 }  // namespace parhelion::pose

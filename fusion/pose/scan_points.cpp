@@ -25,7 +25,7 @@ ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist
 
 namespace {
 
-/// Range along the beam to the line through a and b.
+/// Range along the beam to its intersection with the line through a and b.
 double range_to_line(double angle, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
   const Eigen::Vector2d along = b - a;

@@ -1,5 +1,4 @@
-// A scan as points where the robot was at the scan's stamp: the motion during the sweep is taken out beam by
-// beam.
+// A scan as points in base_link at the scan's stamp, corrected beam by beam for the motion during the sweep.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,16 +15,16 @@ struct ScanPoints {
   SensorTime stamp;
   Eigen::Vector2d laser = Eigen::Vector2d::Zero();  ///< m, base_link
   std::vector<Eigen::Vector2d> points;    ///< m, base_link at the stamp; hits only, in the order of the beams
-  std::size_t beams = 0;                  ///< of the scan that they come from, with its angles
+  std::size_t beams = 0;                  ///< of the scan that the points come from, as its angles
   float angle_first = 0, angle_step = 0;  ///< rad
 };
 
-/// `twist`: of the base during the sweep. Only hits become points; a laser that is rolled over or tilted is
+/// `twist`: of the base during the sweep. Only hits become points; those of a rolled or tilted laser are
 /// projected to the floor plane.
 ScanPoints deskewed(const Scan& scan, const LaserDescription& laser, const Twist2& twist);
 
-/// The scan that a robot standing still at the stamp would have taken: the points laid back on regular beams,
-/// between two neighbours on the line through them. NaN where nothing is known.
+/// The scan that a robot at rest at the stamp would have taken: the points resampled at regular beam angles,
+/// interpolated on the line between neighbours. NaN: unknown.
 Scan rectified(const ScanPoints& scan, const LaserDescription& laser);
 
 /// At most `count` points, spread evenly over the scan.

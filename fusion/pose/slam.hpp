@@ -1,4 +1,4 @@
-// MRPT SLAM on raw scans and odometry: localization in a frozen map, or mapping that closes loops. No MRPT
+// MRPT SLAM on raw scans and odometry: localization in a frozen map, or mapping with loop closing. No MRPT
 // type is named here.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace parhelion::pose {
 
-/// Occupancy as SLAM leaves it. Row 0 is at the lowest y.
+/// Occupancy grid. Row 0 is at the lowest y.
 struct GridMap {
   std::string id;                     ///< SHA-256 of the cells, hex: the map id of models and poses
   double resolution = 0.05;           ///< m
@@ -25,11 +25,11 @@ struct GridMap {
   std::vector<Eigen::Vector3d> path;  ///< x, y, yaw driven while mapping, for pictures; may be empty
 };
 
-/// SHA-256, hex, over the geometry and the cells as map_server's trinary format knows them (occupied, free,
-/// unknown): the same before saving and after loading.
+/// SHA-256, hex, over the geometry and the cells in map_server's trinary format (occupied, free, unknown):
+/// the same before saving and after loading.
 std::string grid_map_id(const GridMap& map);
 
-/// ROS map YAML + PGM (map_server's trinary format), both ways. `prefix`.yaml and `prefix`.pgm are
+/// Write and read ROS map YAML + PGM (map_server's trinary format). `prefix`.yaml and `prefix`.pgm are
 /// overwritten. Errors name file and line or byte.
 Status save_ros_map(const GridMap& map, const std::string& prefix);
 Result<GridMap> load_ros_map(const std::string& yaml_path);
@@ -41,16 +41,16 @@ struct SlamOptions {
   std::function<void(double)> progress;  ///< 0..1, called while finish() closes loops
 };
 
-/// Causal: each scan is answered with what is known then.
+/// Causal: each estimate uses only the input up to its scan.
 class Slam {
  public:
   virtual ~Slam() = default;
   virtual void add(const Odometry& odometry) = 0;
-  /// The word on this scan; nullopt where there is none yet (before the first odometry; global localization
-  /// before it has converged answers with state initializing).
+  /// The estimate for this scan; nullopt where there is none yet (before the first odometry). Global
+  /// localization returns estimates with state initializing until it has converged.
   virtual std::optional<PoseEstimate> add(const Scan& scan) = 0;
-  /// Mapping: optimises what is left (loops), and gives the final trajectory (causal = false), one per scan
-  /// taken.
+  /// Mapping: closes the remaining loops and returns the final trajectory (causal = false), one pose per
+  /// processed scan.
   virtual std::vector<PoseEstimate> finish() = 0;
   virtual GridMap grid_map() const = 0;
   /// MRPT's .simplemap (mapping only).

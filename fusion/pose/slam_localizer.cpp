@@ -10,13 +10,13 @@
 namespace parhelion::pose {
 namespace {
 
-constexpr double least_explained = 0.35;  ///< below it a scan says nothing (people stand around the robot)
-constexpr double found_again = 0.55;      ///< share of explained points that ends being lost
-constexpr int patience = 10;              ///< scans in a row without a word before being lost
+constexpr double least_explained = 0.35;  ///< minimum for a valid scan (people may surround the robot)
+constexpr double found_again = 0.55;      ///< fraction of explained points that ends the lost state
+constexpr int patience = 10;              ///< consecutive scans without estimate before the lost state
 constexpr double lost_sigma = 0.3;        ///< m
-constexpr int retry_every = 5;            ///< lost scans between two searches near where the robot should be
-constexpr int give_up_after = 40;         ///< lost scans before it could be anywhere
-constexpr double start_sigma = 0.3, start_yaw_sigma = 0.15;  ///< m, rad: what `start` may be wrong by
+constexpr int retry_every = 5;            ///< lost scans between two searches near the expected pose
+constexpr int give_up_after = 40;         ///< lost scans before a global search
+constexpr double start_sigma = 0.3, start_yaw_sigma = 0.15;  ///< m, rad: uncertainty of `start`
 constexpr std::size_t least_points = 10;
 
 class Localizer final : public Slam {
@@ -57,7 +57,7 @@ class Localizer final : public Slam {
   std::vector<PoseEstimate> finish() override { return {}; }
   GridMap grid_map() const override { return map_.grid; }
   Status save_simplemap(const std::string& path) const override {
-    return Error{path + ": localization makes no map; leave --map away to build one"};
+    return Error{path + ": localization does not build a map; omit --map to build one"};
   }
 
  private:
@@ -84,7 +84,7 @@ class Localizer final : public Slam {
     }
   }
 
-  /// Near a place that is known roughly: correlative search, then the fine match.
+  /// Search around an approximate pose: correlative search, then the fine match.
   bool search_near(const ScanPoints& scan, double reach, double angle, double least) {
     if (scan.points.size() < least_points) return false;
     const auto found =

@@ -22,7 +22,7 @@ class Mapper final : public Slam {
     if (!step) return std::nullopt;
     const ScanPoints points = deskewed(scan, *robot_.laser, step->twist);
     const MappingFront::Word word = front_.add(points, step->step);
-    if (front_.keyframes().empty()) return std::nullopt;  // nothing but empty scans yet
+    if (front_.keyframes().empty()) return std::nullopt;  // only empty scans yet
     PoseEstimate estimate = planar_estimate(scan.stamp, word.T_map_base, word.covariance,
                                             word.lost ? SlamState::lost : SlamState::tracking);
     words_.push_back(estimate);
@@ -70,7 +70,7 @@ class Mapper final : public Slam {
     return finished_ ? final_[k] : front_.keyframes()[k].T_map_base;
   }
 
-  /// Between two keyframes the correction changes evenly from the one's to the other's.
+  /// Between two keyframes the correction is interpolated.
   Pose2 corrected(std::size_t k, std::size_t scan, const Pose2& word) const {
     const std::vector<Keyframe>& keyframes = front_.keyframes();
     const auto by = [&](std::size_t i) { return final_pose(i) * (keyframes[i].T_map_base.inverse() * word); };

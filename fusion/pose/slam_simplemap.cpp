@@ -26,8 +26,8 @@ Eigen::Isometry3d from_mrpt(const mrpt::poses::CPose3D& pose) {
   return T;
 }
 
-/// MRPT implies the angles of beams: centred about the sensor's x axis. What is not centred goes into the
-/// sensor's pose.
+/// MRPT's beam angles are implicitly centred about the sensor's x axis; an offset goes into the sensor's
+/// pose.
 CObservation2DRangeScan::Ptr to_mrpt(const MappedScan& mapped) {
   auto scan = CObservation2DRangeScan::Create();
   const std::size_t n = mapped.scan.ranges.size();
@@ -116,7 +116,7 @@ Result<std::vector<MappedScan>> read_simplemap(const std::string& path) {
       if (scan) scans.push_back(from_mrpt(*scan, mean));
     }
   }
-  if (scans.empty()) return Error{path + ": holds no 2D range scan, expected at least one"};
+  if (scans.empty()) return Error{path + ": contains no 2D range scan, expected at least one"};
   return scans;
 }
 
@@ -148,7 +148,7 @@ GridMap grid_of(std::span<const MappedScan> scans, double resolution) {
     reach(scan.T_map_base.position());
     for (const Eigen::Vector2d& p : points_of(scan)) reach(scan.T_map_base * p);
   }
-  // Whole cells with a metre about everything, so that the same scans give the same cells.
+  // Whole cells with a margin of a metre, so that the same scans give the same cells.
   const long x0 = std::lround(std::floor((low.x() - 1) / resolution)),
              y0 = std::lround(std::floor((low.y() - 1) / resolution));
   const long x1 = std::lround(std::ceil((high.x() + 1) / resolution)),

@@ -10,7 +10,7 @@ namespace {
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 std::int64_t cell_of(double v, double cell) { return static_cast<std::int64_t>(std::floor(v / cell)); }
 
-/// Eigenvalues in ascending order with the vector of the smaller one, in closed form.
+/// Eigenvalues in ascending order and the eigenvector of the smaller one, in closed form.
 struct Axes {
   double small, large;
   Eigen::Vector2d normal;
@@ -72,7 +72,7 @@ void SurfelMap::add(std::span<const Eigen::Vector2d> points_base, const Pose2& T
     cell.n += weight;
     cell.x += weight * dx, cell.y += weight * dy;
     cell.xx += weight * dx * dx, cell.xy += weight * dx * dy, cell.yy += weight * dy * dy;
-    // Rounding must not leave a ghost where everything was taken out.
+    // Rounding must not leave residues where all points were removed.
     if (cell.n < 0.5) cell.n = cell.x = cell.y = cell.xx = cell.xy = cell.yy = 0;
     for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
       for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {

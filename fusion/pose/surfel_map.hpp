@@ -1,7 +1,7 @@
-// A map of scan points as small pieces of surface: per cell the moments of the points that fell into it, and
-// from those of the cell and its neighbours a mean and a normal (a normal distributions map, Biber and
-// Strasser 2003, matched point to line). Averaging makes it finer than its cells; moments can be taken out
-// again, so a map can follow the robot.
+// A map of scan points as small pieces of surface: per cell the moments of its points, and from those of the
+// cell and its neighbours a mean and a normal (a normal distributions map, Biber and Strasser 2003, matched
+// point to line). Averaging makes it more accurate than its cell size; moments can be subtracted again, so
+// the map can follow the robot.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,10 +16,10 @@ namespace parhelion::pose {
 
 struct Surfel {
   Eigen::Vector2d mean;        ///< m, map frame
-  Eigen::Vector2d normal;      ///< unit; of no meaning where not flat
+  Eigen::Vector2d normal;      ///< unit; undefined where not flat
   Eigen::Matrix2d covariance;  ///< m^2, of the points about the mean
   double thickness = 0;        ///< m, 1 sigma along the normal
-  float points = 0;            ///< that it was made from
+  float points = 0;            ///< number of points that it was made from
   bool flat = false;
 };
 
@@ -28,12 +28,12 @@ class SurfelMap {
   explicit SurfelMap(double cell);  ///< m, side of a cell
 
   double cell() const { return cell_; }
-  /// weight 1 adds the points, -1 takes out what was added from the same pose.
+  /// weight 1 adds the points, -1 removes points that were added from the same pose.
   void add(std::span<const Eigen::Vector2d> points_base, const Pose2& T_map_base, double weight = 1);
-  /// The surfel that explains p best: that of its cell, or the nearest of the cells about; nullptr where
-  /// there is none.
+  /// The surfel that explains p best: that of its own cell, or the nearest of the neighbouring cells; nullptr
+  /// where there is none.
   const Surfel* nearest(const Eigen::Vector2d& p_map) const;
-  /// The same by looking at every cell; for tests.
+  /// The same by checking every cell; for tests.
   const Surfel* nearest_slow(const Eigen::Vector2d& p_map) const;
 
  private:

@@ -12,7 +12,7 @@ bool is_hit(const RangeHit& hit) {
   return hit.body >= 0 && hit.range < std::numeric_limits<float>::infinity();
 }
 
-/// Whether a virtual return would be the one that the sensor reports: nearer than what it really saw.
+/// Whether the sensor would report a virtual return: it is nearer than the real one.
 bool nearer_than_real(const Measurement& virtual_return, BeamKind real_kind, float real_range,
                       float true_range, const RangeHit* wall) {
   switch (real_kind) {
@@ -20,7 +20,7 @@ bool nearer_than_real(const Measurement& virtual_return, BeamKind real_kind, flo
       return virtual_return.kind == BeamKind::too_close ||
              (virtual_return.kind == BeamKind::hit && virtual_return.range < real_range);
     case BeamKind::no_return:
-      // The wall may be what swallowed the real beam (glass, black paint): nothing shows behind it, noise
+      // The wall may have absorbed the real beam (glass, black paint): nothing behind it is shown, noise
       // included.
       return wall != nullptr && true_range < wall->range &&
              (virtual_return.kind == BeamKind::too_close ||

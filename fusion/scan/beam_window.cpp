@@ -8,7 +8,7 @@ namespace parhelion::scan {
 namespace {
 
 constexpr double kFullTurn = 2 * std::numbers::pi;
-constexpr double kSlack = 1e-4;  // rad; more than coarse_bearing is off, far less than a beam
+constexpr double kSlack = 1e-4;  // rad; larger than coarse_bearing's error, far less than a beam
 
 /// atan2 to 2e-5 rad (Abramowitz and Stegun 4.4.49), 0 at the origin.
 double coarse_bearing(double y, double x) {
@@ -22,7 +22,7 @@ double coarse_bearing(double y, double x) {
   return y < 0 ? -a : a;
 }
 
-/// Nearest whole number below; quicker than std::floor where the CPU's baseline has no rounding instruction.
+/// Floor to an integer; faster than std::floor where the CPU's baseline has no rounding instruction.
 long floor_of(double x) {
   const auto whole = static_cast<long>(x);
   return whole - (static_cast<double>(whole) > x ? 1 : 0);
@@ -50,7 +50,7 @@ BeamWindow::BeamWindow(const BeamSet& beams, double half_turn, double half_tilt,
       plane_slack_((half_tilt > 0 ? half_tilt * max_range : 0) + kSlack),
       sin_turn_(std::sin(half_turn)),
       cos_turn_(std::cos(half_turn)) {
-  // Sweeps of many turns, or of none at all: every beam is a candidate.
+  // For sweeps of many turns, or of zero angle, every beam is a candidate.
   const double turns = static_cast<double>(beams_) / beams_per_turn_;
   const bool told = beams.angle_step != 0 && turns < static_cast<double>(BeamRanges{}.range.size()) - 1;
   if (!told || std::abs(angle_first_) > 1e3 || beams_per_turn_ > 1e9) beams_per_turn_ = 0;
@@ -63,8 +63,8 @@ BeamRanges BeamWindow::all() const {
 }
 
 BeamRanges BeamWindow::meet(const Eigen::Vector3d& center, double radius) const {
-  // A point P of a beam is off the middle plane by at most tilt * |P|. The sum of absolute values is no less
-  // than |center|.
+  // A point P of a beam is off the middle plane by at most tilt * |P|. The sum of absolute values is an upper
+  // bound of |center|.
   const double off_plane = std::abs(center.z()) - radius;
   if (off_plane > half_tilt_ * (center.lpNorm<1>() + radius) + kSlack) return {};
   const double distance_squared = center.squaredNorm();
@@ -72,16 +72,15 @@ BeamRanges BeamWindow::meet(const Eigen::Vector3d& center, double radius) const 
   if (distance_squared > reach * reach) return {};
   const double distance = std::sqrt(distance_squared);
   if (distance <= radius) return all();
-  // The sphere is a cap of the sky of angular radius beta; the laser's turning widens it. Beams lie on the
-  // sky's equator, where the cap about elevation e reaches cos(bearing) >= cos(beta) / cos(e) (spherical law
-  // of cosines).
+  // The sphere covers a cap of angular radius beta; the laser's rotation widens it. Beams lie on the equator,
+  // where the cap at elevation e reaches cos(bearing) >= cos(beta) / cos(e) (spherical law of cosines).
   const double sin_cap = radius / distance;
   const double cos_cap = std::sqrt(1 - sin_cap * sin_cap);
   const double c = (cos_cap * cos_turn_ - sin_cap * sin_turn_) * distance;  // cos(beta) * distance
   const double in_plane = std::sqrt(center.x() * center.x() + center.y() * center.y());
   if (c <= -in_plane) return all();
   if (c > in_plane) return {};
-  // acos(c / in_plane) as an arc tangent.
+  // acos(c / in_plane) by atan2.
   const double width = coarse_bearing(std::sqrt(std::max(in_plane * in_plane - c * c, 0.0)), c);
   return about(coarse_bearing(center.y(), center.x()), width + kSlack);
 }
@@ -89,7 +88,7 @@ BeamRanges BeamWindow::meet(const Eigen::Vector3d& center, double radius) const 
 BeamRanges BeamWindow::about(double bearing, double width) const {
   const double half = width * std::abs(beams_per_radian_);
   if (beams_per_turn_ == 0 || 2 * half >= beams_per_turn_) return all();
-  // In beam numbers: [middle - half, middle + half], and the same a turn on and back.
+  // In beam numbers: [middle - half, middle + half], and the same a turn later and earlier.
   const auto n = static_cast<long>(beams_);
   double middle = (bearing - angle_first_) * beams_per_radian_;
   middle -= static_cast<double>(floor_of((middle + half) * turns_per_beam_)) * beams_per_turn_;

@@ -1,5 +1,4 @@
-// Which beams of a sweep can meet a sphere: a conservative answer in a few operations, so that only those are
-// cast.
+// Conservative bounds of the beams of a sweep that can meet a sphere, so that only those are cast.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,7 +16,7 @@ struct BeamRange {
   bool empty() const { return first >= last; }
 };
 
-/// Ascending, apart from each other. More than one where the sphere lies across the ends of a full turn.
+/// Ascending and disjoint. More than one where the sphere lies across the ends of a full turn.
 struct BeamRanges {
   std::array<BeamRange, 4> range;
   int count = 0;
@@ -26,19 +25,19 @@ struct BeamRanges {
   const BeamRange* end() const { return range.data() + count; }
 };
 
-/// Bearings from first to last beam, how the laser turns during the sweep, and how far it sees.
+/// Bearings from first to last beam, rotation of the laser during the sweep, and maximum range.
 class BeamWindow {
  public:
-  /// `half_turn`, `half_tilt`: rad, bounds on how far the laser's frame and its plane turn from where it is
-  /// half-way.
+  /// `half_turn`, `half_tilt`: rad, bounds on the rotation of the laser's frame and of its plane from their
+  /// orientation half-way through the sweep.
   BeamWindow(const BeamSet& beams, double half_turn, double half_tilt, double max_range);
 
-  /// Whether no beam comes near: `height` over the laser's plane half-way, m, of a centre that all of a shape
-  /// lies within `reach` of, as far as height goes.
+  /// Whether every beam misses a shape. `height`: m, of the shape's centre over the laser's plane half-way
+  /// through the sweep; `reach`: m, bound on the shape's extent in height.
   bool misses_plane(double height, double reach) const { return std::abs(height) - reach > plane_slack_; }
 
-  /// Beams that can meet a sphere with its centre in the frame that the laser has half-way through the sweep.
-  /// The radius includes how far the centre moves, seen from the laser, either way from where it is half-way.
+  /// Beams that can meet a sphere with its centre in the laser's frame half-way through the sweep. The radius
+  /// includes the motion of the centre relative to the laser during the sweep.
   BeamRanges meet(const Eigen::Vector3d& center, double radius) const;
 
  private:
@@ -46,11 +45,11 @@ class BeamWindow {
   BeamRanges about(double bearing, double width) const;
 
   double angle_first_;
-  double beams_per_radian_, beams_per_turn_;  ///< infinite where the beams cannot be told by their bearing
+  double beams_per_radian_, beams_per_turn_;  ///< infinite where bearings do not distinguish the beams
   std::size_t beams_;
   double turns_per_beam_;
   double half_tilt_, max_range_;
-  double plane_slack_;  ///< m, how far off the middle plane the farthest point of a beam can be
+  double plane_slack_;  ///< m, largest distance of a beam's end from the middle plane
   double sin_turn_, cos_turn_;
 };
 

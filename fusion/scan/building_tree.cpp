@@ -25,7 +25,8 @@ struct Triangle {
   std::array<Eigen::Vector3f, 3> corners;  ///< map, m
 };
 
-/// Embree's rays are floats; ours go along, so that the answer does not depend on where the map's origin is.
+/// Embree's rays are floats; the exact double rays are passed along, so that the result does not depend on
+/// the map's origin.
 struct Query {
   RTCIntersectContext context;
   Vector3d origin, direction;
@@ -61,7 +62,8 @@ void BuildingTree::Scene::bounds(const RTCBoundsFunctionArguments* args) {
   const auto& self = *static_cast<const Scene*>(args->geometryUserPtr);
   Vector3d low, high;
   self.extent(args->primID, low, high);
-  // A tree of floats is off by 0.1 mm at a kilometre; a millimetre more and none of its tests can miss a box.
+  // Floats have an error of 0.1 mm at a kilometre; boxes are grown by a millimetre so that no test misses
+  // one.
   low -= self.middle + Vector3d::Constant(1e-3);
   high -= self.middle - Vector3d::Constant(1e-3);
   RTCBounds& out = *args->bounds_o;
@@ -89,7 +91,7 @@ void BuildingTree::Scene::intersect(const RTCIntersectFunctionNArguments* args) 
   if (!(range < query.range)) return;
   query.range = range;
   query.reflectivity = reflectivity;
-  // The next boxes need not be farther than this; a little more, as the tree is in floats.
+  // Further boxes must be nearer than this, with a small margin as the tree is in floats.
   auto& ray = *reinterpret_cast<RTCRayHit*>(args->rayhit);
   ray.ray.tfar = std::min(ray.ray.tfar, static_cast<float>(range) + 2e-3F);
 }
@@ -134,7 +136,8 @@ void BuildingTree::Scene::build() {
   }
   middle = (low + high) / 2;
   device.reset(rtcNewDevice("threads=1"));
-  if (!device) throw std::runtime_error("Embree gives no device; is libembree3 complete for this CPU?");
+  if (!device)
+    throw std::runtime_error("Embree cannot create a device; is libembree3 complete for this CPU?");
   scene.reset(rtcNewScene(device.get()));
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER);

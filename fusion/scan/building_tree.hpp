@@ -1,5 +1,5 @@
-// The static building in Embree's bounding-volume tree: the tree finds boxes and triangles, exact arithmetic
-// meets them.
+// The static building in Embree's bounding-volume tree: the tree finds candidate boxes and triangles, exact
+// arithmetic intersects them.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace parhelion::scan {
 
-/// Of a model's meshes, whose material no scan tells.
+/// For a model's meshes, whose material is unknown.
 inline constexpr float kMeshReflectivity = 0.5F;
 
 class BuildingTree {
@@ -23,10 +23,10 @@ class BuildingTree {
 
   /// Empty: nothing is hit.
   BuildingTree();
-  /// Doors need not stand where the model draws them: who knows better leaves them out and casts them as
-  /// bodies.
+  /// Doors may be open at other angles than in the model; a caller that knows their angles leaves them out
+  /// and casts them as bodies.
   enum class Doors : std::uint8_t { as_drawn, left_out };
-  /// All solid entities that are not is_virtual, and all meshes. What is not finite is left out.
+  /// All solid entities that are not is_virtual, and all meshes. Non-finite ones are left out.
   explicit BuildingTree(const SemanticModel& model, Doors doors = Doors::as_drawn);
   ~BuildingTree();
   BuildingTree(BuildingTree&&) noexcept;

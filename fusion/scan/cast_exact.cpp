@@ -1,5 +1,6 @@
-// The slow exact twins: as simple as can be, sharing no geometry with the fast path. Surfaces are met one by
-// one: each face of a box, the side and the caps of a cylinder, the pieces of a capsule.
+// Exact reference implementations, as simple as possible and without geometry code of the fast path. Surfaces
+// are intersected one by one: each face of a box, the side and the caps of a cylinder, the pieces of a
+// capsule.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,7 +43,7 @@ double box(const Ray& ray, const Vector3d& size) {
   return nearest;
 }
 
-/// Where the ray meets the triangle's plane, if that point is on the inner side of its three edges.
+/// Intersection of the ray with the triangle's plane, if it is on the inner side of all three edges.
 double triangle(const Ray& ray, const ModelMesh& mesh, const std::array<std::uint32_t, 3>& corners) {
   std::array<Vector3d, 3> p;
   for (std::size_t i = 0; i < 3; ++i) p[i] = mesh.vertices[corners[i]].cast<double>();
@@ -67,7 +68,7 @@ double sphere(const Ray& ray, const Vector3d& center, double radius) {
   return t >= 0 ? t : kNone;
 }
 
-/// The round side of a cylinder about z: both crossings that lie between its ends.
+/// The round side of a cylinder about z: both intersections between its ends.
 double side(const Ray& ray, double radius, double half_height) {
   const double a = ray.direction.head<2>().squaredNorm();
   if (a == 0) return kNone;

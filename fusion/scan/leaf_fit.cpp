@@ -11,18 +11,18 @@ namespace parhelion::scan {
 namespace {
 
 constexpr double kTau = 2 * std::numbers::pi;
-constexpr double kSlack = 0.05;     // rad beyond its limits that a leaf may be seen
+constexpr double kSlack = 0.05;     // rad, tolerance of a leaf's limits
 constexpr double kUpright = 0.999;  // cosine
 constexpr int kRefinements = 3;
 constexpr int kCandidates = 3;
-constexpr double kGrazing = 0.1;  // sine of the angle between beam and leaf below which it says nothing
+constexpr double kGrazing = 0.1;  // minimum sine of the angle between beam and leaf
 
 double within_turn(double angle) {
   const double turned = std::fmod(angle, kTau);
   return turned < 0 ? turned + kTau : turned;
 }
 
-/// The shortest way from b to a.
+/// The shortest rotation from b to a.
 double between(double a, double b) { return std::remainder(a - b, kTau); }
 
 }  // namespace
@@ -41,7 +41,7 @@ std::vector<WallBeside> walls_beside(const ModelEntity& door, const Hinge& hinge
     const auto outside = [&](const Eigen::Vector3d& p) {
       return ((beside.T_wall_map * p).cwiseAbs() - beside.half).cwiseMax(0).norm();
     };
-    // One that is drawn across the opening says nothing of what stands there.
+    // An entity drawn across the opening is ignored.
     if (outside(axis) <= reach && outside(closed) > 0) walls.push_back(beside);
   }
   return walls;
@@ -67,7 +67,7 @@ void LeafFit::set_scan(const Scan& real, const LaserDescription& laser, const La
                      options_.margin + options_.sigmas * std::hypot(sigma, laser.noise_sigma));
 }
 
-/// The beams that come near the hinge, as the drawn leaf's plane has them.
+/// The beams that come near the hinge, in the drawn leaf's plane.
 void LeafFit::gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector2d& axis, const Leaf& leaf,
                      std::span<const WallBeside> walls) {
   near_.clear();
@@ -87,7 +87,7 @@ void LeafFit::gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector
       const Eigen::Vector3d origin = R.transpose() * (rays_.origin(i) - at);
       const Eigen::Vector3d direction = R.transpose() * rays_.direction(i);
       const Eigen::Vector2d o = origin.head<2>(), d = direction.head<2>();
-      // What passes the axis farther off than the leaf is long meets it at no angle.
+      // Beams farther from the axis than the leaf's length cannot meet it at any angle.
       if (std::abs(o.x() * d.y() - o.y() * d.x()) > leaf.length() * d.norm()) continue;
       const double range =
           kind == BeamKind::hit ? double{real_->ranges[i]} : std::numeric_limits<double>::infinity();
@@ -98,7 +98,7 @@ void LeafFit::gather(const Transform<Map, Body>& T_map_leaf, const Eigen::Vector
   }
 }
 
-/// Of returns in the ring that the leaf sweeps, by degree.
+/// Votes of returns in the ring swept by the leaf, per degree.
 void LeafFit::vote(const Leaf& leaf) {
   votes_.fill(0);
   const double sense = leaf.x1 >= -leaf.x0 ? 0 : std::numbers::pi;
@@ -108,7 +108,7 @@ void LeafFit::vote(const Leaf& leaf) {
     const double r = p.norm();
     if (r < options_.jamb || r > leaf.length() + margin_) continue;
     if (std::abs(beam.origin_z + beam.range * beam.direction_z) > leaf.half_height) continue;
-    // Where the leaf's middle line is that has this point, seen from here, on its face.
+    // The direction of the leaf's middle line if this point lies on the face towards the laser.
     const double side = p.x() * beam.origin.y() - p.y() * beam.origin.x() > 0 ? 1 : -1;
     const double off = std::asin(std::clamp(side * leaf.half_thickness / r, -1.0, 1.0));
     const double angle = within_turn(std::atan2(p.y(), p.x()) - off - sense);
@@ -130,7 +130,7 @@ LeafFit::Judged LeafFit::judge(const Leaf& leaf, double angle, double margin) co
     const double x = o.x() + t * d.x();
     if (t <= 0 || x < leaf.x0 || x > leaf.x1 || std::abs(x) < options_.jamb) continue;
     if (std::abs(beam.origin_z + t * beam.direction_z) > leaf.half_height) continue;
-    const double offset = (beam.range - t) * d.y();  // across the leaf
+    const double offset = (beam.range - t) * d.y();  // m across the leaf
     if (std::abs(offset) > margin) {
       if (beam.range > t) ++judged.through;
       continue;
@@ -146,9 +146,9 @@ LeafFit::Judged LeafFit::judge(const Leaf& leaf, double angle, double margin) co
   return judged;
 }
 
-/// Least squares about a vote; none where what is there is no leaf.
+/// Least squares around a vote; none where the returns fit no leaf.
 std::optional<double> LeafFit::refine(const Leaf& leaf, double angle, Judged& judged) const {
-  // A vote is for a whole degree: the first fit takes in what is as far off at the leaf's end.
+  // A vote covers a whole degree: the first fit includes the resulting offset at the leaf's end.
   double margin = margin_ + leaf.length() * kTau / 360;
   for (int i = 0; i < kRefinements; ++i) {
     judged = judge(leaf, angle, margin);
@@ -196,7 +196,7 @@ LeafSight LeafFit::find(const ModelEntity& door, const Hinge& hinge, std::option
     const auto angle = refine(leaf, (static_cast<double>(degree) + 0.5) * kTau / 360, judged);
     if (!angle) continue;
     if (sight.angle && std::abs(*angle - *sight.angle) > options_.apart) {
-      // Two leaves: a wall beside the door looks like one. Where it was seen before tells them apart.
+      // Two fits: a wall beside the door looks like a leaf. The last known angle resolves the ambiguity.
       const bool first = known && std::abs(*sight.angle - *known) < options_.apart;
       const bool second = known && std::abs(*angle - *known) < options_.apart;
       if (first == second) return {std::nullopt, sight.gone, 0};

@@ -1,4 +1,4 @@
-// How far a real door is open: its leaf's angle, fitted to the returns of one scan.
+// Estimates the opening angle of a real door by fitting its leaf to the returns of one scan.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,66 +15,67 @@
 
 namespace parhelion::scan {
 
-/// What one scan says of one leaf.
+/// Result for one leaf from one scan.
 struct LeafSight {
-  std::optional<double> angle;  ///< rad, of the hinge; none: too few beams fall on it, or they fit no leaf
-  bool gone = false;            ///< beams pass where it was known to be
-  std::size_t returns = 0;      ///< that lie on it
+  std::optional<double> angle;  ///< rad, of the hinge; none: too few beams meet it, or they fit no leaf
+  bool gone = false;            ///< beams pass through its last known position
+  std::size_t returns = 0;      ///< that lie on the leaf
 };
 
-/// A wall, pillar or window near a door: a return on it is not the leaf's, which may lie in one plane with
-/// it.
+/// A wall, pillar or window near a door: a return on it does not count for the leaf, which may lie in the
+/// same plane.
 struct WallBeside {
   Transform<Body, Map> T_wall_map;
   Eigen::Vector3d half;  ///< m
 };
-/// Those of a model that are within the leaf's reach.
+/// The entities of a model within the leaf's reach.
 std::vector<WallBeside> walls_beside(const ModelEntity& door, const Hinge& hinge, const SemanticModel& model);
 
 struct LeafFitOptions {
   std::size_t min_returns = 6;
-  double min_share = 0.8;    ///< of the beams that a leaf there would stop, those that it did stop
-  double min_extent = 0.45;  ///< of the leaf's length, that its returns span: a person's are fewer
-  double margin = 0.03;      ///< m across the leaf, and...
-  double sigmas = 2;         ///< ...so many standard deviations of a return...
-  double most_margin = 0.1;  ///< m, ...up to here
-  double jamb = 0.1;         ///< m from the axis: nearer are frame and wall
-  double in_wall = 0.08;     ///< m: a return this near a wall is the wall's
-  double apart = 0.17;       ///< rad: two fits so far apart are two leaves, and then nobody knows
+  double min_share = 0.8;    ///< minimum fraction of the beams at the leaf that end on it
+  double min_extent = 0.45;  ///< minimum fraction of the leaf's length with returns; a person covers less
+  double margin = 0.03;      ///< m across the leaf
+  double sigmas = 2;         ///< standard deviations of a return, added to `margin`...
+  double most_margin = 0.1;  ///< m, ...up to this limit
+  double jamb = 0.1;         ///< m from the axis: nearer returns belong to frame and wall
+  double in_wall = 0.08;     ///< m: a return this near a wall belongs to the wall
+  double apart = 0.17;       ///< rad: two fits this far apart are ambiguous, and no angle is reported
 };
 
-/// One-dimensional: each return votes for the angle at which it stands about the hinge (a Hough transform,
-/// Duda and Hart 1972), and what has most votes is fitted by least squares and judged by all beams, those
-/// that pass through it too. Upright leaves only. Memory is kept from scan to scan.
+/// One-dimensional: each return votes for its angle about the hinge (a Hough transform, Duda and Hart 1972);
+/// the best angle is refined by least squares and checked against all beams, including those that pass
+/// through it. Upright leaves only. Memory is reused from scan to scan.
 class LeafFit {
  public:
   explicit LeafFit(const LeafFitOptions& options = {}) : options_(options) {}
 
-  /// The scan that the next calls are about; `real`, `laser` and what `time` refers to stay until then.
-  /// `time` as in BeamSet; `sigma`: m, 1 sigma of where a return lies in the map (pose and model), to which
+  /// Sets the scan for the next calls; `real`, `laser` and the span of `time` must stay valid until then.
+  /// `time` as in BeamSet; `sigma`: m, 1 sigma of a return's position in the map (pose and model), to which
   /// the laser's own noise is added.
   void set_scan(const Scan& real, const LaserDescription& laser, const LaserMotion& motion,
                 std::span<const float> time, double sigma);
-  /// `known`: rad, the hinge's angle as it was last seen, if it was.
+  /// `known`: rad, the last known hinge angle, if any.
   LeafSight find(const ModelEntity& door, const Hinge& hinge, std::optional<double> known,
                  std::span<const WallBeside> walls = {});
 
  private:
   /// A beam in the drawn leaf's plane, from the hinge's axis.
   struct Beam {
-    Eigen::Vector2d origin, direction;  ///< m; m for each metre of range
+    Eigen::Vector2d origin, direction;  ///< m; m per metre of range
     double range = 0;                   ///< m; infinite: no return
     double origin_z = 0, direction_z = 0;
-    bool of_wall = false;  ///< what it returned from
+    bool of_wall = false;  ///< whether it returned from a wall
   };
-  /// The leaf from its axis: along it from x0 to x1, across it about y, in height about its middle.
+  /// The leaf relative to its axis: from x0 to x1 along it, centred at y across it, in height about its
+  /// middle.
   struct Leaf {
     double x0, x1, y, half_thickness, half_height, lower, upper;
     double length() const { return std::max(std::abs(x0), std::abs(x1)); }
   };
   struct Judged {
     std::size_t on = 0, through = 0;
-    double first = 0, last = 0;             ///< m along the leaf, of those on it
+    double first = 0, last = 0;             ///< m along the leaf, of the returns on it
     double moment = 0, moment_squared = 0;  ///< sums of arm times offset, and of squared arms
   };
 

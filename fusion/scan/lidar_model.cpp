@@ -12,7 +12,7 @@ namespace {
 std::uint32_t low(std::uint64_t word) { return static_cast<std::uint32_t>(word); }
 std::uint32_t high(std::uint64_t word) { return static_cast<std::uint32_t>(word >> 32); }
 
-/// In (0, 1): 52 bits of two words, in the middle of their steps.
+/// In (0, 1): 52 bits of two words, centred in their steps.
 double uniform(std::uint32_t a, std::uint32_t b) {
   const std::uint64_t bits = (std::uint64_t{a} << 32 | b) >> 12;
   return (static_cast<double>(bits) + 0.5) * 0x1p-52;
@@ -82,7 +82,7 @@ Measurement measure(const LaserDescription& laser, NoiseKey key, std::size_t bea
   auto written = static_cast<float>(range);
   if (!(written < convention.range_max)) return no_return;
 
-  // At most two sentinels can be in the way.
+  // At most two sentinels can be skipped.
   for (int i = 0; i < 2 && written > 0 && convention.classify(written) == BeamKind::no_return; ++i) {
     range -= step;
     written = step > 0 ? static_cast<float>(range) : std::nextafter(written, 0.0F);

@@ -1,4 +1,4 @@
-// Bodies: for each shape the beams that can meet it, then exact intersection with those alone. Building:
+// Bodies: for each shape the beams that can meet it, then exact intersection with only those. Building:
 // Embree's tree.
 #include "fusion/scan/ray_caster.hpp"
 
@@ -23,12 +23,12 @@ using Eigen::Vector3d;
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// A body's sweep as the laser's middle frame sees it: shapes' centres lie within `drift + spin * |offset|`
-/// of their middle.
+/// A body's motion in the laser's middle frame: the centres of its shapes stay within `drift + spin *
+/// |offset|` of their middle positions.
 struct SeenBody {
   Matrix3d A;    ///< mean of the start's and the end's rotation, into the laser's middle frame
   Vector3d t;    ///< middle of the body's origin relative to the laser
-  double drift;  ///< m, half of the relative way
+  double drift;  ///< m, half of the relative path
   double spin;   ///< m per m from the body's origin: half chord of the turn
 };
 
@@ -43,13 +43,13 @@ SeenBody seen(const BodyMotion& motion, const SweepRays& rays) {
           0.5 * (to - from).norm(), (R_end - R_start).norm() / (2 * std::numbers::sqrt2)};
 }
 
-/// How far a shape reaches from its centre along a direction of the body's frame (no longer than 1), m.
+/// m, extent of a shape from its centre along a direction of the body's frame (length at most 1).
 double reach_along(const Shape& shape, const Vector3d& direction) {
   if (shape.kind != ShapeKind::box) return bounding_radius(shape.kind, shape.size);
   return 0.5 * (shape.T_body_shape.isometry().linear().transpose() * direction).cwiseAbs().dot(shape.size);
 }
 
-/// Without a finite pose and finite bearings nothing is seen.
+/// Without a finite pose and finite bearings there are no hits.
 bool can_cast(const LaserMotion& laser, const BeamSet& beams) {
   return laser.T_map_laser_start.finite() && laser.T_map_laser_end.finite() &&
          std::isfinite(beams.angle_first) && std::isfinite(beams.angle_step);
@@ -66,11 +66,11 @@ struct RayCaster::State {
   std::vector<std::int32_t> body;
   std::vector<float> reflectivity;
 
-  // Bodies by distance from the laser; each with what it is seen as.
+  // Bodies by distance from the laser, each with its view.
   std::vector<std::pair<double, std::int32_t>> by_distance;
   std::vector<SeenBody> seen_bodies;
 
-  // Rays in the frame of the body at hand, made where first needed: valid where `ray_of` names that body.
+  // Rays in the frame of the current body, computed on demand: valid where `ray_of` names that body.
   std::vector<std::int32_t> ray_of;
   std::vector<Vector3d> origin_body, direction_body;
 
@@ -83,15 +83,15 @@ struct RayCaster::State {
     direction_body.resize(beams);
   }
 
-  /// Makes the rays of the sweep, and casts them against the bodies.
+  /// Computes the rays of the sweep, and casts them against the bodies.
   void cast_all(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                 double max_range);
   /// The same for groups of bodies.
   void cast_groups(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                    std::span<const BodyGroup> groups, double max_range);
-  /// Something nearer than `nearest` is in the way of all these beams.
+  /// Whether something nearer than `nearest` blocks all these beams.
   bool hidden(const BeamRanges& ranges, double nearest) const;
-  /// Nearest first: what is hidden behind is then given up early.
+  /// Nearest first, so that hidden bodies are skipped early.
   void order(std::span<const BodyMotion> bodies);
   void cast(const BodyMotion& motion, const SeenBody& view, std::int32_t index, const BeamWindow& window);
   void cast(const Shape& shape, std::int32_t index, const BeamRange& beams, double nearest);
@@ -163,7 +163,7 @@ void RayCaster::State::cast(const BodyMotion& motion, const SeenBody& view, std:
                             const BeamWindow& window) {
   RotationSweep rotation;
   bool has_rotation = false;
-  const Vector3d up = view.A.row(2);  // of the laser's plane, in the body
+  const Vector3d up = view.A.row(2);  // normal of the laser's plane, in the body
   for (const Shape& shape : motion.body->shapes) {
     const Vector3d offset = shape.T_body_shape.isometry().translation();
     const double farthest = offset.lpNorm<1>() + shape.size.lpNorm<1>();

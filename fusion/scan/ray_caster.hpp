@@ -1,5 +1,5 @@
-// Casts the beams of a sweep against moving bodies and the building: each beam at its own time, from where
-// the laser was then.
+// Casts the beams of a sweep against moving bodies and the building: each beam at its own time, from the
+// laser's pose at that time.
 #pragma once
 
 #include <cstdint>
@@ -12,43 +12,43 @@
 
 namespace parhelion::scan {
 
-/// A rigid body over a sweep: pose at the sweep's start and end; between them position linear, rotation
-/// slerp.
+/// Motion of a rigid body over a sweep: poses at its start and end; in between the position is interpolated
+/// linearly and the rotation by slerp.
 struct BodyMotion {
   const BodyDefinition* body = nullptr;
   Transform<Map, Body> T_map_body_start;
   Transform<Map, Body> T_map_body_end;
 };
 
-/// Bodies [first, last) of a list over a sweep, and a sphere in the map that holds them all the while.
+/// Bodies [first, last) of a list over a sweep, and a sphere in the map that contains them throughout.
 struct BodyGroup {
   std::uint32_t first = 0, last = 0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< m
   double radius = 0;                                 ///< m
 };
 
-/// The laser over a sweep, the same way.
+/// Motion of the laser over a sweep, interpolated likewise.
 struct LaserMotion {
   Transform<Map, Laser> T_map_laser_start;
   Transform<Map, Laser> T_map_laser_end;
 };
 
-/// Which beams to cast: angles from the scan, instants from the description, both over the sweep [0, 1].
+/// The beams to cast: angles from the scan, times from the description, normalized to [0, 1] over the sweep.
 struct BeamSet {
   float angle_first = 0, angle_step = 0;  ///< rad
   std::span<const float> time;            ///< per beam: 0 at the sweep's start, 1 at its end
 };
 
-/// Exact range of the nearest surface along each beam, and whose. Shapes are solid: a beam that starts inside
-/// one has range 0.
+/// Exact range of the nearest surface along each beam, and the body it belongs to. Shapes are solid: a beam
+/// that starts inside one has range 0.
 struct RangeHit {
   float range = 0;         ///< m; +inf: nothing within max_range
   std::int32_t body = -1;  ///< index into the bodies given, -1: none; the building counts as none
   float reflectivity = 0;
 };
 
-/// Casts beams against moving bodies (and, where asked, the building). Not thread-safe; one per thread. After
-/// warm-up our own code allocates nothing.
+/// Casts beams against moving bodies and optionally the building. Not thread-safe; one per thread. Allocates
+/// nothing of its own after warm-up.
 class RayCaster {
  public:
   RayCaster();
@@ -59,26 +59,26 @@ class RayCaster {
   /// The static building, from the semantic model (all solid entities that are not
   /// is_virtual, and all meshes).
   void set_building(const SemanticModel& model);
-  /// The same with the tree made elsewhere, which takes time with large models.
+  /// The same with a tree built elsewhere, as building takes time for large models.
   void set_building(BuildingTree tree);
-  /// The building that `other` has now. Casting in one building by several casters at once is safe.
+  /// Shares the current building of `other`. Several casters may cast against one building concurrently.
   void share_building(const RayCaster& other);
-  /// hits.size() == beams.time.size(). The origin's own body is left out by not being in `bodies`. A body
-  /// whose pose is not finite is nowhere. Of surfaces at one range the body with the lowest index is named.
+  /// hits.size() == beams.time.size(). The laser's own body must not be in `bodies`. A body with a non-finite
+  /// pose is ignored. Among surfaces at the same range, the body with the lowest index is reported.
   void cast_bodies(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                    double max_range, std::span<RangeHit> hits);
-  /// The same hits from those bodies alone that are in `groups`: what is quick in a crowd, as a group is
-  /// given up whole where something nearer hides it.
+  /// The same for the bodies in `groups` only; faster in a crowd, as a group that is hidden by something
+  /// nearer is skipped as a whole.
   void cast_groups(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                    std::span<const BodyGroup> groups, double max_range, std::span<RangeHit> hits);
   void cast_building(const LaserMotion& laser, const BeamSet& beams, double max_range,
                      std::span<RangeHit> hits);
-  /// Only what is nearer than `nearer`'s ranges (hits of the same beams) is sure to be found: quicker, where
-  /// the rest is hidden.
+  /// Only hits nearer than the ranges of `nearer` (hits of the same beams) are guaranteed to be found; faster
+  /// where the rest is hidden.
   void cast_building_before(std::span<const RangeHit> nearer, const LaserMotion& laser, const BeamSet& beams,
                             double max_range, std::span<RangeHit> hits);
-  /// The same with what of the building moves and is not in its tree: doors. They count as building: no hit
-  /// names a body.
+  /// The same with the moving parts of the building that are not in its tree: doors. They count as building:
+  /// no hit reports a body.
   void cast_building(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> doors,
                      double max_range, std::span<RangeHit> hits);
 
@@ -87,13 +87,13 @@ class RayCaster {
   std::unique_ptr<State> state_;
 };
 
-/// The slow exact twin: every shape against every beam analytically, double precision, no acceleration
-/// structure.
+/// Exact reference implementation: every shape against every beam analytically, in double precision, without
+/// an acceleration structure.
 void cast_bodies_exact(const LaserMotion& laser, const BeamSet& beams, std::span<const BodyMotion> bodies,
                        double max_range, std::span<RangeHit> hits);
 void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const SemanticModel& model,
                          double max_range, std::span<RangeHit> hits);
-/// Without the model's doors, and with these.
+/// With these doors instead of the model's.
 void cast_building_exact(const LaserMotion& laser, const BeamSet& beams, const SemanticModel& model,
                          std::span<const BodyMotion> doors, double max_range, std::span<RangeHit> hits);
 

@@ -1,4 +1,4 @@
-// Where a line passes through a solid convex shape, in the shape's own frame: an interval of distances along
+// Intersection of a line with a solid convex shape in the shape's own frame: an interval of distances along
 // it.
 #pragma once
 
@@ -20,7 +20,7 @@ struct Chord {
     return {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   }
   bool empty() const { return enter > leave; }
-  /// Distance to the solid from the line's origin onwards; 0 inside; +inf where it lies behind or is missed.
+  /// Distance from the line's origin to the solid; 0 inside; +inf where it lies behind or is missed.
   double range() const {
     if (empty() || leave < 0) return std::numeric_limits<double>::infinity();
     return enter > 0 ? enter : 0;
@@ -50,14 +50,13 @@ inline Chord box_chord(const Eigen::Vector3d& origin, const Eigen::Vector3d& dir
               slab(origin.z(), direction.z(), half.z()));
 }
 
-/// Round in the dimensions that the vectors have: a sphere (3) or an endless cylinder about the axis left out
-/// (2).
+/// A sphere (3 dimensions) or an infinite cylinder about the omitted axis (2 dimensions).
 template <class Vector>
 Chord round_chord(const Vector& origin, const Vector& direction, double radius) {
   const double a = direction.squaredNorm();
   if (a == 0) return origin.squaredNorm() <= radius * radius ? Chord{} : Chord::none();
-  // From the point nearest to the centre: no cancellation at long range (Haines et al., Ray Tracing Gems,
-  // chapter 7).
+  // Computed from the point nearest to the centre to avoid cancellation at long range (Haines et al., Ray
+  // Tracing Gems, chapter 7).
   const double middle = -origin.dot(direction) / a;
   const double miss = (origin + middle * direction).squaredNorm();
   const double half_squared = (radius * radius - miss) / a;
@@ -97,8 +96,8 @@ inline Chord shape_chord(ShapeKind kind, const Eigen::Vector3d& size, const Eige
   return Chord::none();
 }
 
-/// Distance along a line to a triangle, met from either side; +inf where it is missed or lies behind (Moeller
-/// and Trumbore 1997). Its edges belong to it, with a hair's breadth more: no ray slips between two
+/// Distance along a line to a triangle, hit from either side; +inf where it is missed or lies behind (Moeller
+/// and Trumbore 1997). Edges are included with a small tolerance, so that no ray passes between two
 /// triangles.
 inline double triangle_range(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                              const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {

@@ -6,8 +6,8 @@
 namespace parhelion::scan {
 namespace {
 
-/// Sine and 1 - cosine. Sweeps turn little: Taylor's series is exact to the last bit or two below a quarter
-/// radian.
+/// Sine and 1 - cosine. Rotations during a sweep are small: Taylor's series is exact to the last bit or two
+/// below a quarter radian.
 void sine_and_versine(double phi, double& sine, double& versine) {
   if (std::abs(phi) > 0.25) {
     const double half = std::sin(phi / 2);
@@ -39,7 +39,7 @@ RotationSweep::RotationSweep(const Eigen::Matrix3d& R_start, const Eigen::Matrix
 
 Eigen::Matrix3d RotationSweep::at(double s) const {
   if (angle_ == 0) return R_start_;
-  // Rodrigues' formula, with 1 - cos written so that nothing cancels.
+  // Rodrigues' formula, with 1 - cos in a form without cancellation.
   double sine = 0, versine = 0;
   sine_and_versine(s * angle_, sine, versine);
   return R_start_ + sine * across_ + versine * back_;

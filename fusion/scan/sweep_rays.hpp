@@ -1,4 +1,4 @@
-// The rays of a sweep in the map frame, and rotations that go on at a constant rate over it.
+// The rays of a sweep in the map frame, and rotations at a constant rate over it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,7 +9,7 @@
 
 namespace parhelion::scan {
 
-/// R_a_b(s) between two orientations along the shortest arc, as interpolate() has it: R_start * Rot(axis, s *
+/// R_a_b(s) between two orientations along the shortest arc, as in interpolate(): R_start * Rot(axis, s *
 /// angle).
 class RotationSweep {
  public:
@@ -28,7 +28,7 @@ class RotationSweep {
   Eigen::Matrix3d across_ = Eigen::Matrix3d::Zero(), back_ = Eigen::Matrix3d::Zero();
 };
 
-/// Rays of one sweep. Memory is kept from sweep to sweep.
+/// Rays of one sweep. Memory is reused from sweep to sweep.
 class SweepRays {
  public:
   void set(const LaserMotion& laser, const BeamSet& beams);
@@ -38,8 +38,8 @@ class SweepRays {
   const Eigen::Vector3d& origin(std::size_t i) const { return origin_[i]; }        ///< map, m
   const Eigen::Vector3d& direction(std::size_t i) const { return direction_[i]; }  ///< map, unit length
 
-  /// The laser half-way through the sweep, and how far it turns from there: half of the whole angle, and how
-  /// much of that its plane can tilt; rad.
+  /// The laser half-way through the sweep, and its rotation from there: half of the whole angle, and the
+  /// largest tilt of its plane within that; rad.
   const Eigen::Vector3d& start() const { return start_; }
   const Eigen::Vector3d& end() const { return end_; }
   const Eigen::Matrix3d& R_map_middle() const { return R_map_middle_; }
@@ -47,7 +47,8 @@ class SweepRays {
   double half_tilt() const { return half_tilt_; }
 
  private:
-  /// Bodies and building are cast over one sweep, one after the other: the second finds the rays made.
+  /// Whether the rays are those of this sweep; bodies and building are cast one after the other over the same
+  /// rays.
   bool holds(const LaserMotion& laser, const BeamSet& beams) const;
   void set_angles(float first, float step, std::size_t n);
 

@@ -19,22 +19,22 @@ std::span<const UnexplainedDisc> UnexplainedReturns::find(const Scan& real, cons
   if (beams == 0 || !motion.T_map_laser_start.finite() || !motion.T_map_laser_end.finite()) return discs_;
   rays_.set(motion, {real.angle_first, real.angle_step, time.first(beams)});
 
-  // Which returns lie in front of the model, and by themselves.
+  // Returns in front of the model and apart from its surfaces.
   const double doubt = options_.sigmas * std::hypot(sigma, laser.noise_sigma);
   unexplained_.assign(beams, 0);
   for (std::size_t i = 0; i < beams; ++i) {
     const double range = real.ranges[i];
     if (laser.convention.classify(real.ranges[i]) != BeamKind::hit) continue;
     if (!(range < building_hits[i].range - (options_.margin + doubt))) continue;
-    // A laser that points down, on a ramp, sees the floor, which no model need have.
+    // A laser that points down, on a ramp, sees the floor, which need not be in the model.
     const double height = (rays_.origin(i) + range * rays_.direction(i)).z();
     if (rays_.direction(i).z() < -1e-6 && height < options_.floor_margin + options_.floor_slope * range)
       continue;
     unexplained_[i] = clear_of_model(i, range, building_hits, options_.clearance + doubt, real.angle_step);
   }
 
-  // Neighbours that are near each other are one obstacle. A full turn starts where no obstacle is, so that
-  // none is cut.
+  // Neighbouring returns close to each other form one obstacle. A full turn starts at a gap, so that no
+  // obstacle is cut.
   const double step = std::abs(double{real.angle_step});
   std::size_t start = 0;
   if (step * static_cast<double>(beams + 1) >= 2 * std::numbers::pi) {
@@ -75,8 +75,7 @@ bool UnexplainedReturns::clear_of_model(std::size_t i, double range, std::span<c
 
 void UnexplainedReturns::close_cluster() {
   if (cluster_.size() >= options_.min_returns) {
-    // About the middle between the two that lie farthest from each other, as far as the ends of an arc can
-    // say.
+    // Centred between the two returns farthest from each other, estimated from the ends of the arc.
     Eigen::Vector2d low = cluster_.front(), high = low;
     for (const Eigen::Vector2d& p : cluster_) {
       low = low.cwiseMin(p);

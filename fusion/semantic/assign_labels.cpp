@@ -8,17 +8,17 @@
 namespace parhelion::semantic {
 namespace {
 
-// What relations are worth, in logarithms: the odds that two labels stand together against chance.
+// Scores of relations, in logarithms: the odds that two labels occur together against chance.
 constexpr double kAtRightAngles = 0.25;  ///< walls that are parallel or orthogonal
 constexpr double kOnLevel = 0.4;         ///< a wall that stands on a floor or carries a ceiling
-constexpr double kInNoWall = -8;         ///< a door or a window in what is no wall
-constexpr double kRepeats = 4;           ///< against a shorter one in a longer one's place
+constexpr double kInNoWall = -8;         ///< a door or a window without a wall
+constexpr double kRepeats = 4;           ///< against a shorter wall in the place of a longer one
 constexpr double kLeaf = 2;              ///< a surface that is the leaf of a door
-constexpr double kTwice = -6;            ///< two walls in one place
-constexpr double kTreadAndFloor = -6;    ///< a step's tread that is a floor too
+constexpr double kTwice = -6;            ///< two walls in the same place
+constexpr double kTreadAndFloor = -6;    ///< a step's tread that is also a floor
 constexpr double kNextStep = 1.5;        ///< a step above and parallel to a step
 
-/// One variable of the graph and what its labels mean.
+/// One variable of the graph and the meaning of its labels.
 struct Variable {
   std::size_t index = 0;
   std::vector<EntityLabel> labels;
@@ -37,7 +37,7 @@ class Net {
     unary_.push_back(values);
     return variable;
   }
-  /// A worth for label `a` of one variable together with label `b` of the other.
+  /// A score for label `a` of one variable together with label `b` of the other.
   void relate(const Variable& a, EntityLabel label_a, const Variable& b, EntityLabel label_b, double worth) {
     Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(a.labels.size()),
                                                    static_cast<Eigen::Index>(b.labels.size()));
@@ -85,7 +85,7 @@ double distance(const WallCandidate& a, const WallCandidate& b) {
 }
 
 void relate_walls(Net& net, const std::vector<Variable>& variables, const std::vector<WallCandidate>& walls) {
-  constexpr std::size_t kNeighbours = 4;  // of each wall: its corner's others and the opposite one
+  constexpr std::size_t kNeighbours = 4;  // of each wall: those at its corners and the opposite one
   constexpr double kFarthest = 8;         // m
   constexpr double kSquare = 0.035;       // rad, 2 degrees
   std::set<std::pair<std::size_t, std::size_t>> related;
@@ -109,7 +109,7 @@ void relate_walls(Net& net, const std::vector<Variable>& variables, const std::v
   }
 }
 
-/// A hole through a thick wall is one door or one window, not one in each face.
+/// A hole through a thick wall is one door or one window, not one per face.
 void relate_holes(Net& net, const std::vector<Variable>& variables, const WallCandidates& candidates) {
   const std::vector<Opening>& openings = candidates.openings;
   for (std::size_t i = 0; i < openings.size(); ++i) {
@@ -124,7 +124,7 @@ void relate_holes(Net& net, const std::vector<Variable>& variables, const WallCa
   }
 }
 
-/// Whether a slender thing stands in an opening: the leaf of a door, seen from its edge or ajar.
+/// Whether a slender object is in an opening: the leaf of a door, seen from its edge or ajar.
 bool stands_in(const PillarCandidate& pillar, const Opening& opening, const WallCandidate& around) {
   constexpr double kBefore = 0.15, kBehind = 0.5;  // m
   const Eigen::Vector2d along = (around.end - around.start).normalized();
@@ -133,7 +133,7 @@ bool stands_in(const PillarCandidate& pillar, const Opening& opening, const Wall
   return at > opening.from && at < opening.to && depth > -kBefore && depth < kBehind;
 }
 
-/// Whether `wall` is what closes the opening: the leaf of a recessed door.
+/// Whether `wall` closes the opening: the leaf of a recessed door.
 bool closes(const WallCandidate& wall, const Opening& opening, const WallCandidate& around) {
   if (opening.closed <= 0.35 || angle_between(wall, around) > 0.17) return false;
   const Eigen::Vector2d along = (around.end - around.start).normalized();
@@ -147,7 +147,7 @@ void relate_levels(Net& net, const std::vector<Variable>& walls, const std::vect
                    const NetCandidates& candidates) {
   constexpr double kSame = 0.12;  // m, between a wall's foot and its floor
   const std::vector<HorizontalSurface>& surfaces = candidates.segmentation.horizontals;
-  // The largest surface at a height, of those that reach a place near the wall.
+  // The largest surface at a height among those that extend close to the wall.
   const auto level_at = [&](double z) {
     std::size_t best = surfaces.size();
     for (std::size_t h = 0; h < surfaces.size(); ++h) {
@@ -186,7 +186,7 @@ Labelling assign_labels(const NetCandidates& candidates) {
   Net net;
   std::vector<Variable> walls, openings, horizontals, pillars;
   std::vector<std::vector<Variable>> flights;
-  // A short surface in a longer wall's place is furniture along it, or the same wall again.
+  // A short surface in the place of a longer wall is furniture along it, or the same wall again.
   const auto repeats = [&](const WallCandidate& wall) {
     const auto& all = candidates.walls.walls;
     return std::any_of(all.begin(), all.end(),
@@ -205,7 +205,7 @@ Labelling assign_labels(const NetCandidates& candidates) {
                                 {EntityLabel::window, opening.window_score}}));
     for (const EntityLabel label : {EntityLabel::door, EntityLabel::window})
       net.relate(openings.back(), label, walls[opening.wall], EntityLabel::unknown, kInNoWall);
-    // What an opening is, given a wall, says nothing for the wall: a railing has many openings.
+    // The label of an opening does not support its wall: a railing has many openings.
     const double all = std::log(1 + std::exp(opening.door_score) + std::exp(opening.window_score));
     for (const EntityLabel label : openings.back().labels)
       net.relate(openings.back(), label, walls[opening.wall], EntityLabel::wall, -all);

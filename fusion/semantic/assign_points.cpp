@@ -1,4 +1,4 @@
-// Each point to the surface that it lies on, and to each surface the figures of its points.
+// Assigns each point to its surface, and computes each surface's figures from its points.
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::span<const Plate> BlockPlates::at(const Eigen::Vector3f& p) const {
 bool BlockPlates::lies_flat(const Eigen::Vector3f& p) const {
   constexpr double at_least = 0.02;  // m, the noise of a good scanner
   return std::ranges::any_of(at(p), [&](const Plate& plate) {
-    // Of the whole surface: a cell at the foot of a riser has a spread of its own.
+    // Of the whole surface: a cell at the foot of a riser has a different spread.
     const double spread = 1.25 * surfaces_[plate.surface].thickness;
     return std::abs(static_cast<double>(p.z() - plate.z)) <= std::clamp(spread, at_least, near_);
   });
@@ -70,7 +70,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> near_blocks(
   return pairs;
 }
 
-/// A vertical surface as distances are asked from it.
+/// A vertical surface prepared for distance queries.
 struct Band {
   Eigen::Vector2d p, d;
   double length;
@@ -78,7 +78,7 @@ struct Band {
   explicit Band(const VerticalSurface& s, std::uint32_t i)
       : p(s.start), d((s.end - s.start).normalized()), length((s.end - s.start).norm()), index(i) {}
   double across(const Eigen::Vector2d& q) const { return d.x() * (q.y() - p.y()) - d.y() * (q.x() - p.x()); }
-  /// m from the plane; far where beside the segment by more than `near`.
+  /// m from the plane; large where beyond the segment's ends by more than `near`.
   double distance(const Eigen::Vector2d& q, double near) const {
     const double along = d.dot(q - p);
     return along < -near || along > length + near ? 1e9 : std::abs(across(q));
@@ -112,7 +112,7 @@ void assign_block(const Site& site, const HorizontalSearch& horizontals, std::si
   }
 }
 
-/// Heights, thickness and number of the points that were given to a vertical surface.
+/// Heights, thickness and number of the points assigned to a vertical surface.
 void measure(const Site& site, const std::vector<std::uint32_t>& surface_of, std::uint32_t index,
              std::span<const std::uint32_t> blocks, VerticalSurface& surface) {
   std::vector<float> heights;

@@ -13,11 +13,11 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kHighestRoom = 100;  ///< m, of a cloud: more is a wrong unit
-constexpr double kLowestRoom = 0.5;   ///< m: less is a wrong unit or no building
-constexpr double kStray = 50;  ///< m, and a quarter of the site: what lies farther out is no part of it
+constexpr double kHighestRoom = 100;  ///< m, of a cloud: a larger height indicates a wrong unit
+constexpr double kLowestRoom = 0.5;   ///< m: a smaller one indicates a wrong unit or no building
+constexpr double kStray = 50;         ///< m, and a quarter of the site: points farther out are outliers
 
-/// Heights between which 98 of 100 points lie: an outlier says nothing of the unit.
+/// Heights between which 98 % of the points lie, so that outliers do not affect the check of the unit.
 Eigen::AlignedBox3d extent_of(const cloud::PointCloud<Cloud>& cloud) {
   Eigen::AlignedBox3d extent;
   const std::size_t stride = std::max<std::size_t>(1, cloud.size() / 20'000);
@@ -41,7 +41,7 @@ Status check_size(const Eigen::AlignedBox3d& extent, double max_extent, std::vec
   if (size.maxCoeff() > max_extent || size.z() > kHighestRoom) {
     return Error{"the cloud is " + length_text(size.x()) + " by " + length_text(size.y()) + " and " +
                  length_text(size.z()) +
-                 " high: were millimetres or centimetres taken for metres? Say --unit mm or --unit cm"};
+                 " high: is its unit millimetres or centimetres? Use --unit mm or --unit cm"};
   }
   if (size.z() < kLowestRoom && size.maxCoeff() < 10 * kLowestRoom) {
     notes.push_back("the cloud is only " + length_text(size.maxCoeff()) + " large and " +
@@ -60,7 +60,7 @@ void keep_marked(const std::vector<bool>& keep, Column& column) {
   column.resize(kept);
 }
 
-/// A beam that came back from nowhere must not make the plan a thousand times larger.
+/// A single erroneous return must not enlarge the plan a thousand times.
 void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud>& cloud,
                       std::vector<std::string>& notes) {
   const double margin = kStray + 0.25 * extent.sizes().maxCoeff();
@@ -82,7 +82,7 @@ void leave_out_strays(const Eigen::AlignedBox3d& extent, cloud::PointCloud<Cloud
                   " away from the site");
 }
 
-/// In place: a cloud of fifty million points must not be there twice.
+/// In place: a cloud of fifty million points must not be copied.
 cloud::PointCloud<Map> placed(cloud::PointCloud<Cloud>&& cloud, const Transform<Map, Cloud>& T_map_cloud) {
   cloud::PointCloud<Map> result{std::move(cloud.points),  std::move(cloud.normals),
                                 std::move(cloud.colours), std::move(cloud.labels),
@@ -136,11 +136,11 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   if (const std::string& stages = options.segmentation.stages; !stages.empty()) {
     if (Status written = write_net(built.net, stages); !written) return written.error();
   }
-  segmentation = Segmentation{};  // its memory is needed no longer
+  segmentation = Segmentation{};  // frees its memory
   built.model.entities = std::move(built.net.entities);
   built.model.relations = std::move(built.net.relations);
   if (const std::size_t doubles = drop_doubles(built.model); doubles > 0)
-    built.notes.push_back(std::to_string(doubles) + " entities left out: in the place of surer ones");
+    built.notes.push_back(std::to_string(doubles) + " entities left out: duplicates of more certain ones");
   built.cloud.labels = std::move(built.net.labels);
   join_sagging_floors(built.cloud, built.model);
   begin("mesh", 3);
@@ -148,8 +148,8 @@ Result<BuiltModel> build_model(cloud::PointCloud<Cloud> cloud, const ModelOption
   auto mesh = unknown_mesh(built.cloud, built.cloud.labels, options.mesh);
   if (!mesh) return mesh.error();
   if (mesh->cube > options.mesh.cube * 1.001)
-    built.notes.push_back("the mesh of what is unknown has cubes of " + length_text(mesh->cube) +
-                          " to stay small");
+    built.notes.push_back("the mesh of unknown objects has cubes of " + length_text(mesh->cube) +
+                          " to limit its size");
   if (!mesh->mesh.empty()) built.model.meshes.push_back(std::move(mesh->mesh));
   begin("finish", 4);
   const auto floor = ground_floor(built.model);

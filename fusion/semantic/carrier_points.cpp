@@ -12,12 +12,12 @@ namespace {
 
 constexpr double kCube = 0.1;           // m
 constexpr double kCarrier = 1.0;        // m, in the plan, from the viewpoint
-constexpr double kAround = 1.2;         // m: what is joined to the carrier lies within
+constexpr double kAround = 1.2;         // m: distance within which the carrier is connected
 constexpr double kHigher = 0.2;         // m, over the viewpoint
 constexpr double kScanner = 0.3;        // m, from the viewpoint
-constexpr double kBehind = 0.2;         // m, from a thing to where a line of sight through it ends
+constexpr double kBehind = 0.2;         // m, from an object to the end of a line of sight through it
 constexpr double kSight = 15;           // m, of a line of sight
-constexpr double kLookedThrough = 0.5;  // share of a thing's cubes
+constexpr double kLookedThrough = 0.5;  // fraction of an object's cubes
 
 using Index = std::tuple<int, int, int>;
 
@@ -54,17 +54,17 @@ class NearViewpoints {
 struct Cube {
   std::vector<std::uint32_t> points;
   std::uint16_t view = 0;
-  bool alone = true;     ///< of one view only
-  bool carried = false;  ///< may be of what carried the scanner of that view
+  bool alone = true;     ///< seen from one view only
+  bool carried = false;  ///< may belong to the carrier of that view's scanner
   bool visited = false, looked_through = false;
 };
 
-/// Cubes that touch and may be of one carrier.
+/// Touching cubes that may belong to one carrier.
 struct Thing {
   std::vector<Cube*> cubes;
   std::vector<Eigen::Vector3d> centres;
   std::uint16_t view = 0;
-  bool joined = false;  ///< to what cannot be of it
+  bool joined = false;  ///< touches something that is not the carrier
   Eigen::AlignedBox3d bounds;
 };
 
@@ -134,7 +134,7 @@ class Carriers {
     return thing;
   }
 
-  /// Whether all of it is near the one viewpoint that saw it.
+  /// Whether all of it is near the single viewpoint that saw it.
   bool may_be_carried(const Cube& cube) const {
     if (!cube.alone || cube.view >= cloud_.viewpoints.size()) return false;
     const Eigen::Vector3d& eye = cloud_.viewpoints[cube.view];

@@ -1,4 +1,5 @@
-// Points of the scanner itself and of the robot or person that carried it: they were there for one scan only.
+// Points of the scanner itself and of the robot or person that carried it, which are present in one scan
+// only.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +9,10 @@
 
 namespace parhelion::semantic {
 
-/// Labels as free space what is unknown within a metre of the viewpoint that saw it (not over 0.2 m higher),
-/// was seen by no other scan, and has at least half of it looked through by other scans; what touches
-/// something else, too. Within 0.3 m, where no scanner measures, a thing by itself goes without that.
-/// `labels`: one per point. Without viewpoints nothing is done.
+/// Labels as free space the unknown points within a metre of the viewpoint that saw them (at most 0.2 m
+/// higher) that no other scan saw and of which other scans look through at least half. Clusters that touch
+/// something else are included. Isolated clusters within 0.3 m, below a scanner's minimum range, need no such
+/// evidence. `labels`: one per point. Does nothing without viewpoints.
 void drop_carriers(const cloud::PointCloud<Map>& cloud, std::vector<std::uint8_t>& labels);
 
 }  // namespace parhelion::semantic

@@ -1,4 +1,4 @@
-// A grid map cut into three kinds of cells, and boxes seen from above. Internal to this room.
+// A grid map classified into three kinds of cells, and boxes seen from above. Internal to this module.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ struct CellGrid {
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
   }
-  /// Outside of the map nothing is known.
+  /// Cells outside of the map are unknown.
   Cell at(int x, int y) const { return contains(x, y) ? cells[index(x, y)] : Cell::unknown; }
   /// In cells, from the origin.
   Eigen::Vector2d centre(std::size_t i) const {
@@ -48,24 +48,24 @@ struct PlanBox {
 /// 1 for each occupied cell that no box covers yet.
 using CellMask = std::vector<std::uint8_t>;
 
-/// Straight walls of at least `min_length` cells, longest support first; the cells that they cover leave
-/// `left`.
+/// Straight walls of at least `min_length` cells, longest support first; the cells that they cover are
+/// removed from `left`.
 std::vector<PlanBox> find_walls(const CellGrid& grid, double min_length, CellMask& left);
 
-/// Cells in one rectangle of a cover, of which more make it be cut even where that saves little at once: a
-/// hole in its middle takes four cuts.
+/// Limits on the cells of one rectangle of a cover; beyond them it is split even where that gains little at
+/// once: a hole in its middle takes four cuts.
 struct CoverLimits {
   long not_solid = std::numeric_limits<long>::max();  ///< free or unknown
   long free = std::numeric_limits<long>::max();
 };
 
-/// Few upright, disjoint rectangles over the cells of `mask`, with few other cells in them.
+/// A small number of upright, disjoint rectangles over the cells of `mask` that contain few other cells.
 std::vector<PlanBox> cover_with_blocks(const CellGrid& grid, const CellMask& mask,
                                        const CoverLimits& limits = {});
 
 /// The groups of touching cells of `mask` (8 neighbours) that have at least `min_support` cells, or a cell
-/// within `reach` cells (along x and along y) of a place where a robot may stand: the square in the disc of
-/// `clear_radius` cells about it is known to be free.
+/// within `reach` cells (along x and along y) of a position where a robot may be: one where the square in the
+/// disc of `clear_radius` cells around it is known to be free.
 CellMask supported_or_in_reach(const CellGrid& grid, const CellMask& mask, int min_support,
                                double clear_radius, double reach);
 

@@ -8,8 +8,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr long box_price =
-    2;  ///< a box more is worth it where it saves more cells than this that are not solid
+constexpr long box_price = 2;  ///< minimum number of saved non-solid cells that justifies one more box
 
 struct Rectangle {
   int x0 = 0, y0 = 0, x1 = -1, y1 = -1;  ///< cells, inclusive
@@ -43,7 +42,7 @@ class SummedArea {
   std::vector<long> sums_;
 };
 
-/// Cuts the plane in two, again and again, where that saves most cells that are not solid.
+/// Splits the plane recursively where that saves the largest number of non-solid cells.
 class BlockCover {
  public:
   BlockCover(const CellGrid& grid, const CellMask& mask, const CoverLimits& limits)
@@ -85,7 +84,7 @@ class BlockCover {
   /// The smallest rectangle with the same wanted cells.
   Rectangle tight(Rectangle r) const {
     if (r.empty() || wanted_.sum(r) == 0) return {};
-    // The nearest bound at which cells are lost, by halves.
+    // The nearest bound at which cells are lost, by bisection.
     const auto shrink = [&](auto lose, int low, int high) {
       while (low < high) {
         const int middle = low + (high - low + 1) / 2;
@@ -104,8 +103,8 @@ class BlockCover {
     return r;
   }
 
-  /// Fewest cells that are not solid in the two halves; where that is equal the wider gap between them, then
-  /// the larger half without such cells: so cuts go along the sides of a hole.
+  /// Minimises the non-solid cells in the two halves; if equal, prefers the wider gap between them, then the
+  /// larger half without such cells, so that cuts follow the sides of a hole.
   Cut best_cut(const Rectangle& r) const {
     Cut best;
     long best_gap = -1, best_clean = -1;
@@ -163,7 +162,7 @@ CellMask solid_areas(const CellGrid& grid, const CellMask& mask, int side) {
 
 CellMask supported_or_in_reach(const CellGrid& grid, const CellMask& mask, int min_support,
                                double clear_radius, double reach) {
-  // Squares, so that sums do: a smaller one than the robot and a larger one than its reach, never the
+  // Squares, so that sums suffice: a smaller one than the robot and a larger one than its reach, never the
   // reverse.
   const auto around = [&](std::size_t i, int side) {
     const auto w = static_cast<std::size_t>(grid.width);

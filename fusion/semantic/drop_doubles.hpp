@@ -1,4 +1,4 @@
-// One place, one thing: of two boxes of a label in one place only the surer one stays.
+// Removes duplicates: of two boxes with the same label in the same place, only the more certain one is kept.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,9 @@
 
 namespace parhelion::semantic {
 
-/// Takes away, with its relations, the less certain one (the later of two alike) of each pair of entities
-/// that a model file may not have both (see find_overlap). The first `given` entities always stay; a pair of
+/// Removes, with its relations, the less certain (if equal, the later) of each pair of entities that a model
+/// file may not contain together (see find_overlap). The first `given` entities are always kept; a pair of
+/// two of them is left alone. Returns the number of removed entities.
 /// two such is left alone. Returns how many went.
 std::size_t drop_doubles(SemanticModel& model, std::size_t given = 0);
 

@@ -1,5 +1,6 @@
-// Rises of one flight are built alike, and treads level. Where a cloud bends, treads lean in it, and how much
-// a tread leans says how little its height is known: depth cameras stretch what is far by centimetres.
+// Rises of one flight are equal as built, and treads are level. Where a cloud bends, treads incline in it,
+// and the inclination indicates the uncertainty of a tread's height: depth cameras distort distant points by
+// centimetres.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -12,14 +13,14 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kBuilt = 0.005;     // m, one sigma of a rise as built (DIN 18065: 5 mm)
-constexpr double kSharp = 0.001;     // m, one sigma of a tread's height, however many points it has
-constexpr double kUnknown = 0.02;    // m, of one with too few to say
+constexpr double kSharp = 0.001;     // m, minimum sigma of a tread's height
+constexpr double kUnknown = 0.02;    // m, sigma of a tread with too few points
 constexpr double kBand = 0.06;       // m, around a tread's height
 constexpr std::size_t kEnough = 15;  // points
 constexpr double kOutlier = 2.5,
-                 kLeastBand = 0.008;  // medians, m: points farther from its line are not the tread's
+                 kLeastBand = 0.008;  // medians, m: points farther from its line are ignored
 
-/// Height over the way along the flight.
+/// Line of height over distance along the flight.
 struct Profile {
   double length = 0;  ///< m, along the flight
   double slope = 0;   ///< m/m
@@ -63,14 +64,14 @@ void even_rises(const PlanBlocks& points, Flight& flight) {
   const std::size_t n = flight.steps.size();
   if (n < 4) return;
   const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);
-  // Least squares over all heights and the rise that they share: each height from what was measured, each
-  // rise from what is built.
+  // Least squares over all heights and the common rise: each height is measured, and each rise is close to
+  // the common one.
   const auto size = static_cast<Eigen::Index>(n) + 1;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
   for (Eigen::Index i = 0; i < size - 1; ++i) {
     const Profile profile = profile_of(treads[static_cast<std::size_t>(i)]);
-    // Heights along a line that leans are spread evenly: a twelfth of their range squared.
+    // Heights along an inclined line are uniformly distributed: variance is a twelfth of the range squared.
     const double spread = profile.slope * profile.length / std::sqrt(12.0);
     const double sigma = profile.known ? std::hypot(kSharp, spread) : kUnknown;
     normal(i, i) += 1 / (sigma * sigma);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kBlockBytes = 12'300;
 constexpr std::size_t kSomeBlocks = 5'000;
-constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's number has 21 bits an axis
+constexpr double kReach = 1.6e7;  ///< cubes from the origin: a block's index has 21 bits per axis
 
 }  // namespace
 
@@ -17,8 +17,8 @@ EvidenceGrid::EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOp
     : options_(options) {
   if (options_.most_blocks == 0)
     options_.most_blocks = kSomeBlocks + cloud.size() * sizeof(Eigen::Vector3f) / kBlockBytes;
-  // Surfaces first: what is measured stays so, whoever looks through a corner of its cube, and has its room
-  // first.
+  // Surfaces first: a measured cube stays measured even if a line of sight crosses its corner, and gets its
+  // memory first.
   for (const Eigen::Vector3f& point : cloud.points) {
     const Eigen::Vector3d p = point.cast<double>();
     if (!(p.cwiseAbs().maxCoeff() < kReach * options_.cube)) continue;
@@ -69,7 +69,7 @@ EvidenceGrid::Block* EvidenceGrid::block_at(const Index& cube, bool make) {
   return last_;
 }
 
-/// From cube to cube (Amanatides and Woo 1987), up to but without the one that the ray ends in.
+/// From cube to cube (Amanatides and Woo 1987), excluding the one in which the ray ends.
 void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end) {
   const Eigen::Vector3d way = end - eye;
   if (!(way.norm() <= options_.range)) return;
@@ -77,7 +77,7 @@ void EvidenceGrid::follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end
   const Index last = index_of(end);
   Index step = Index::Zero();
   Eigen::Array3d next,
-      each;  // of the way, at which the next border along each axis is crossed, and from one to the next
+      each;  // ray parameters of the next border along each axis, and of one cube
   for (int axis = 0; axis < 3; ++axis) {
     next[axis] = each[axis] = std::numeric_limits<double>::infinity();
     if (way[axis] == 0) continue;

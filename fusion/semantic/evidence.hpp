@@ -1,5 +1,5 @@
-// What is known of space, in cubes as in the paper's figure 5: where a surface was measured, where a scanner
-// looked through, and what nobody has seen. Only what was measured or looked through takes memory.
+// Occupancy of space in cubes as in the paper's figure 5: a surface was measured, a scanner looked through,
+// or unobserved. Only measured or looked-through cubes take memory.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,46 +17,45 @@ enum class Evidence : std::uint8_t { unobserved, seen_through, measured };
 
 struct EvidenceOptions {
   double cube = 0.10;  ///< m, > 0
-  double range = 30;   ///< m, of a line of sight; of a longer one only its end counts
-  /// Of 16 x 16 x 16 cubes, 12 kB each; further ones stay unobserved. 0: as many as the cloud itself takes
-  /// memory and 5,000 more.
+  double range = 30;   ///< m, of a line of sight; for a longer one only its end counts
+  /// Maximum number of blocks of 16 x 16 x 16 cubes, 12 kB each; further ones stay unobserved. 0: as many as
+  /// take the memory of the cloud itself, plus 5,000.
   std::size_t most_blocks = 0;
 };
 
-/// Immutable after it was made.
+/// Immutable after construction.
 class EvidenceGrid {
  public:
-  /// Lines of sight go from the viewpoints (none: nothing is known to be looked through) to one point of each
-  /// cube and view.
+  /// Lines of sight go from the viewpoints to one point of each cube and view; without viewpoints no cube
+  /// counts as looked through.
   explicit EvidenceGrid(const cloud::PointCloud<Map>& cloud, const EvidenceOptions& options = {});
 
   double cube() const { return options_.cube; }
-  /// Of the cube that `p` (m, map) lies in.
+  /// Evidence of the cube that contains `p` (m, map).
   Evidence at(const Eigen::Vector3d& p) const;
-  /// Cubes of that kind.
+  /// Number of cubes of that kind.
   std::size_t count(Evidence kind) const;
-  /// Centres of the cubes that were measured and of those that were looked through, labels 0 and 1; by place.
+  /// Centres of the measured cubes (label 0) and of those looked through (label 1), sorted by position.
   cloud::PointCloud<Map> centres() const;
   std::size_t blocks() const { return blocks_.size(); }
 
  private:
-  static constexpr int kSide = 16;  ///< cubes of a block
+  static constexpr int kSide = 16;  ///< cubes along a side of a block
   using Index = Eigen::Array3i;     ///< of a cube
   struct Block {
-    Index first;  ///< its lowest cube
+    Index first;  ///< its cube with the lowest indices
     std::array<Evidence, kSide * kSide * kSide> cubes{};
-    std::array<std::uint16_t, kSide * kSide * kSide>
-        followed{};  ///< 1 + the last view that was followed here
+    std::array<std::uint16_t, kSide * kSide * kSide> followed{};  ///< 1 + the last view that was traced here
   };
   Index index_of(const Eigen::Vector3d& p) const { return (p / options_.cube).array().floor().cast<int>(); }
   static std::uint64_t key_of(const Index& cube);
   static std::size_t place_in(const Index& cube);
-  /// nullptr: not there, and not to be made or no more room.
+  /// nullptr: it does not exist, and `make` is false or the limit is reached.
   Block* block_at(const Index& cube, bool make);
   void follow(const Eigen::Vector3d& eye, const Eigen::Vector3d& end);
 
   EvidenceOptions options_;
-  std::deque<Block> blocks_;  // a pointer to one stays right
+  std::deque<Block> blocks_;  // a deque keeps pointers valid
   std::unordered_map<std::uint64_t, std::uint32_t> block_of_;
   std::uint64_t last_key_ = ~std::uint64_t{0};
   Block* last_ = nullptr;

@@ -1,5 +1,5 @@
-// The levels next to a flight's ends that are no surfaces of their own: a narrow strip before the first
-// riser, a tread that is half hidden.
+// The levels adjacent to a flight's ends that are no surfaces of their own: a narrow strip before the first
+// riser, a half hidden tread.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -13,22 +13,22 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.05;      ///< m, of the plan beside the flight's end
-constexpr double kReach = 0.6;      ///< m beyond the end that are looked at
-constexpr double kInto = 0.05;      ///< m of the end's own strip: edges are not sharp
+constexpr double kReach = 0.6;      ///< m, search range beyond the end
+constexpr double kInto = 0.05;      ///< m, overlap with the end's own strip: edges are not sharp
 constexpr double kOff = 0.03;       ///< m, the next rise may differ from the flight's median
-constexpr double kSkin = 0.03;      ///< m, of the outermost points that are a cell's surface, noise included
-constexpr double kWindow = 0.03;    ///< m, heights of cells that are one level
-constexpr double kAcross = 0.5;     ///< share of the flight's width that the level must be seen along
-constexpr double kAgree = 0.3;      ///< share of the cells there: less is a slope
+constexpr double kSkin = 0.03;      ///< m, thickness of a cell's outermost layer, noise included
+constexpr double kWindow = 0.03;    ///< m, tolerance of the heights of one level
+constexpr double kAcross = 0.5;     ///< minimum fraction of the flight's width on which it is seen
+constexpr double kAgree = 0.3;      ///< minimum fraction of the cells there: less is a slope
 constexpr std::size_t kLeast = 50;  ///< points
 constexpr std::size_t kMostSteps = 60;
 
 struct Seen {
-  double s, height;  ///< m; height counts from the end's tread, onwards
+  double s, height;  ///< m; height relative to the end's tread, onwards
   std::uint32_t surface;
 };
 
-/// Points beside the end, by cell of the plan. `height` is up for the upper end, down for the lower one.
+/// Points beyond the end, by cell of the plan. `height` is up for the upper end, down for the lower one.
 using Cells = std::map<std::pair<int, int>, std::vector<Seen>>;
 
 Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, const Flight& flight,
@@ -50,8 +50,8 @@ Cells cells_beside(const PlanBlocks& points, const Segmentation& segmentation, c
   return cells;
 }
 
-/// Height of a cell's outermost points: where a riser begins, or the level itself. A riser that goes on
-/// beyond one rise has them elsewhere.
+/// Height of a cell's outermost points: the lower edge of a riser, or the level itself. A riser higher than
+/// one rise has them elsewhere.
 double outermost(std::vector<Seen>& seen) {
   const double most = std::max_element(seen.begin(), seen.end(), [](const Seen& a, const Seen& b) {
                         return a.height < b.height;
@@ -62,7 +62,7 @@ double outermost(std::vector<Seen>& seen) {
   return median(heights);
 }
 
-/// The fullest window of heights near one more rise; its middle.
+/// The centre of the fullest window of heights around one more rise.
 std::optional<double> fullest_window(std::vector<double> heights, double rise) {
   std::sort(heights.begin(), heights.end());
   std::size_t begin = 0, most = 0;
@@ -78,7 +78,7 @@ std::optional<double> fullest_window(std::vector<double> heights, double rise) {
   return most > 0 ? std::optional(middle) : std::nullopt;
 }
 
-/// The surface that most of these points are of, where that is most of them.
+/// The surface of the majority of these points, if there is one.
 std::uint32_t main_surface(const std::map<std::uint32_t, std::size_t>& count, std::size_t total,
                            std::size_t verticals) {
   for (const auto& [surface, points] : count) {
@@ -88,7 +88,7 @@ std::uint32_t main_surface(const std::map<std::uint32_t, std::size_t>& count, st
   return no_surface;
 }
 
-/// The level that continues the series beyond one end: seen along the flight's width, level, one rise on.
+/// The level that continues the series beyond one end: across the flight's width, level, one rise further.
 std::optional<Step> next_level(const PlanBlocks& points, const Segmentation& segmentation,
                                const Flight& flight, bool below) {
   const double rise = median(flight.rises());
@@ -145,7 +145,7 @@ std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& poin
     const double s = flight.direction.dot(p), t = across.dot(p);
     for (std::size_t i = 0; i < flight.steps.size(); ++i) {
       const Step& step = flight.steps[i];
-      // A riser stands where the next tread begins.
+      // A riser is located where the next tread begins.
       const double begin = i > 0 ? 0.5 * (flight.steps[i - 1].far + step.near) + kEdge : step.near;
       const double end =
           i + 1 < flight.steps.size() ? 0.5 * (step.far + flight.steps[i + 1].near) - kEdge : step.far;
@@ -157,7 +157,7 @@ std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& poin
 }
 
 void refine_heights(const PlanBlocks& points, const Segmentation& segmentation, Flight& flight) {
-  constexpr double kThick = 0.03, kBand = 0.06;  // m, of a surface that has more in it than noise: a riser
+  constexpr double kThick = 0.03, kBand = 0.06;  // m, thickness above which a surface contains a riser
   constexpr std::size_t kEnough = 15;            // points
   const std::vector<std::vector<Eigen::Vector2d>> treads = points_on_steps(points, flight, kBand);
   for (std::size_t i = 0; i < flight.steps.size(); ++i) {

@@ -10,7 +10,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int solid_side = 8;  ///< cells: what is as wide as this in both directions is a block, not a wall
+constexpr int solid_side = 8;  ///< cells: minimum width in both directions of a block, instead of a wall
 constexpr double max_cells = 4e8;
 
 Status check(const pose::GridMap& map, const ExtrudeOptions& options) {
@@ -64,7 +64,7 @@ CellMask occupied_mask(const CellGrid& grid) {
   return mask;
 }
 
-/// Micrometres: no digits of floating point in a file that people read.
+/// Rounds to micrometres, to keep floating-point digits out of the file.
 double tidy(double metres) { return std::round(metres * 1e6) / 1e6; }
 
 ModelEntity upright_box(const CellGrid& grid, const PlanBox& box, double bottom, double top) {
@@ -77,7 +77,7 @@ ModelEntity upright_box(const CellGrid& grid, const PlanBox& box, double bottom,
   return entity;
 }
 
-/// Share of the box along which the map says "wall" and not "free".
+/// Fraction of the box's length along which the map has "wall" and not "free".
 double confidence(const CellGrid& grid, const PlanBox& box) {
   int wall = 0, open = 0;
   const Eigen::Vector2d along(std::cos(box.yaw), std::sin(box.yaw));
@@ -96,7 +96,7 @@ double confidence(const CellGrid& grid, const PlanBox& box) {
   return wall + open == 0 ? 0 : std::round(1000.0 * wall / (wall + open)) / 1000;
 }
 
-/// Walls that mostly lie in another one are left out; their cells go back to `left`.
+/// Drops walls that mostly lie in another one; their cells return to `left`.
 std::vector<ModelEntity> walls_of(const CellGrid& grid, const ExtrudeOptions& options, CellMask& left) {
   std::vector<ModelEntity> walls;
   std::vector<PlanBox> kept;
@@ -123,7 +123,7 @@ std::vector<ModelEntity> walls_of(const CellGrid& grid, const ExtrudeOptions& op
   return walls;
 }
 
-/// Around all cells of which anything is known.
+/// Bounds of all cells that are not unknown.
 PlanBox known_area(const CellGrid& grid) {
   Eigen::AlignedBox2d area;
   for (std::size_t i = 0; i < grid.cells.size(); ++i) {

@@ -8,8 +8,8 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr int kRounds = 60;
-constexpr double kDamping = 0.5;   ///< share of the old message that stays: keeps loops from swinging
-constexpr double kSettled = 1e-9;  ///< largest change of a message that counts as none
+constexpr double kDamping = 0.5;   ///< fraction of the old message that is kept, against oscillation
+constexpr double kSettled = 1e-9;  ///< largest change of a message at convergence
 
 /// exp(scores), scaled to sum 1.
 Eigen::VectorXd normalized_exp(const Eigen::VectorXd& scores) {
@@ -56,7 +56,7 @@ double FactorGraph::score(const std::vector<std::size_t>& labels) const {
 }
 
 std::vector<Eigen::VectorXd> FactorGraph::propagate() const {
-  // Messages in logarithms: towards b and towards a of each pair.
+  // Log messages: towards b and towards a of each pair.
   std::vector<Eigen::VectorXd> to_b, to_a;
   for (const Pair& pair : pairs_) {
     to_b.push_back(Eigen::VectorXd::Zero(pair.scores.cols()));

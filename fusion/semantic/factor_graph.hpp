@@ -1,4 +1,4 @@
-// A small pairwise factor graph over labels: what each variable says by itself, what each pair says together.
+// A small pairwise factor graph over labels, with scores for each variable and for each pair.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@ class FactorGraph {
   /// `scores(i, j)`: label i of `a` together with label j of `b`. a != b.
   void add_pair(std::size_t a, std::size_t b, Eigen::MatrixXd scores);
 
-  /// Variables with a label each that may be right together though none is alone: `solve` tries them at once.
+  /// Variables with one label each that may only improve the score together: `solve` tries them at once.
   using Proposal = std::vector<std::pair<std::size_t, std::size_t>>;
   void propose(Proposal proposal);
 
@@ -28,12 +28,12 @@ class FactorGraph {
     double score = 0;                      ///< of the assignment
   };
 
-  /// Loopy sum-product for the beliefs (Pearl 1988; exact on trees), then the assignment that starts from
-  /// the most believed labels and climbs, one variable or one pair at a time, to where no such change is
-  /// better, nor any proposal. The order is fixed: the same graph gives the same solution.
+  /// Loopy sum-product for the beliefs (Pearl 1988; exact on trees), then a local search that starts from the
+  /// most probable labels and changes one variable, one pair or one proposal at a time until no change
+  /// improves the score. Deterministic.
   Solution solve() const;
 
-  /// The slow twin: every assignment. For at most some millions of them.
+  /// Reference implementation: tries every assignment, for at most a few million.
   Solution enumerate() const;
 
   double score(const std::vector<std::size_t>& labels) const;

@@ -1,5 +1,5 @@
 // Horizontal surfaces: lines in the tiles' OXZ and OYZ pictures propose heights; in each cell of the plan the
-// points say whether something lies there; cells that touch at one height are a surface.
+// points confirm or reject them; touching cells at one height form a surface.
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@ namespace {
 constexpr std::uint32_t few_points = 10;
 constexpr double min_area = 0.15;      // m^2; a tread of 0.2 m x 0.8 m
 constexpr double around_height = 0.3;  // m
-// Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by choosing its
+// Points within over points around: of a wall's slice 0.1 m / 0.5 m, and half as much again by selecting its
 // fuller cells; of a tread with its risers about 1.
 constexpr double min_flatness = 0.4;
 
-/// Heights that differ by less than two pixels are one.
+/// Merges heights that differ by less than two pixels.
 std::vector<double> merged(std::vector<double> heights, double pixel) {
   std::sort(heights.begin(), heights.end());
   std::vector<double> result;
@@ -35,7 +35,7 @@ std::vector<double> merged(std::vector<double> heights, double pixel) {
   return result;
 }
 
-/// How many points of the block lie at which height near `level`; the fullest stretch's middle.
+/// Histogram of the block's points near `level`; returns the middle of the fullest stretch.
 double densest(const Site& site, const PlanBlocks::Block& block, double level) {
   constexpr int bins = 40;
   const double near = site.options.near, width = 2 * near / bins;
@@ -57,7 +57,7 @@ double densest(const Site& site, const PlanBlocks::Block& block, double level) {
   return level - near + ((first + std::max(first, last)) / 2.0 + window / 2.0) * width;
 }
 
-/// -1 seen from below, 1 from above, 0 not known.
+/// -1 seen from below, 1 from above, 0 unknown.
 int seen_from(const cloud::PointCloud<Map>& cloud, std::uint32_t i) {
   if (!cloud.viewpoints.empty()) {
     const std::size_t scan = cloud.scans.empty() ? 0 : cloud.scans[i];
@@ -100,7 +100,7 @@ void add_plates(const Site& site, const PlanBlocks::Block& block, double level, 
   }
   for (std::size_t c = 0; c < cells.size(); ++c) {
     Plate plate = cells[c].plate;
-    // Few points may have some beside them by chance.
+    // A few points may have some beside them by chance.
     if (plate.points == 0 || plate.points < plate.beside * (plate.points < few_points ? 1U : 2U)) continue;
     const double mean = cells[c].sum / plate.points;
     plate.x = block.x * block_cells + static_cast<int>(c % block_cells);
@@ -111,7 +111,7 @@ void add_plates(const Site& site, const PlanBlocks::Block& block, double level, 
   }
 }
 
-/// Two proposals that met on the same surface: the plate with more points stays.
+/// Two proposals that converged to the same surface: keeps the plate with more points.
 void drop_doubles(std::vector<Plate>& plates, double apart) {
   std::sort(plates.begin(), plates.end(), by_place);
   std::size_t kept = 0;
@@ -144,8 +144,8 @@ std::vector<Plate> plates_of_tile(const Site& site, Tile tile, StageImages* stag
   return plates;
 }
 
-/// Whether it is seen from below. Without viewpoints and normals: a ceiling stands high over the lowest wide
-/// surface, and what is in its columns is below. `sums` per surface.
+/// Whether it is seen from below. Without viewpoints and normals: a ceiling is high above the lowest wide
+/// surface, and the points of its columns are below. `sums` per surface.
 void find_facing(std::vector<HorizontalSurface>& surfaces, const std::vector<Plate>& sums) {
   double widest = 0, lowest = 1e30;
   for (const HorizontalSurface& s : surfaces) widest = std::max(widest, s.area);
@@ -160,8 +160,8 @@ void find_facing(std::vector<HorizontalSurface>& surfaces, const std::vector<Pla
   }
 }
 
-/// Median, of what lies within 3 cm of it: an edge that sags or an object on it does not move a surface.
-/// Heights ascending, each with its number of points.
+/// Median of the heights within 3 cm of the median, so that a sagging edge or an object does not move a
+/// surface. Heights ascending, each with its number of points.
 double trimmed_median(const std::vector<std::pair<float, std::uint32_t>>& heights) {
   constexpr float keep = 0.03F;  // m
   float median = 0;
@@ -182,7 +182,7 @@ double trimmed_median(const std::vector<std::pair<float, std::uint32_t>>& height
   return static_cast<double>(median);
 }
 
-/// One surface from the plates [begin, end) of `members`; or none, where they are a slice of something else.
+/// One surface from the plates [begin, end) of `members`; none where they are a slice of something else.
 bool make_surface(const Site& site, const std::vector<Plate>& plates, std::span<const std::uint32_t> members,
                   HorizontalSurface& surface, Plate& sums) {
   const double cell = site.cell();

@@ -8,18 +8,18 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kBody = 1.8;         ///< m over the floor: what stands before a wall rarely reaches above
+constexpr double kBody = 1.8;         ///< m over the floor: objects in front of a wall are rarely higher
 constexpr double kJamb = 0.15;        ///< m of solid wall beside an opening
-constexpr double kSolidColumn = 0.5;  ///< share of a column that must be measured
-constexpr double kShallow = 0.015;    ///< m, the least recess of a leaf that noise does not make
-constexpr double kLevelFace = 0.008;  ///< m, a wall's face and a leaf's are this even
+constexpr double kSolidColumn = 0.5;  ///< minimum fraction of a column that is measured
+constexpr double kShallow = 0.015;    ///< m, minimum recess of a leaf above noise
+constexpr double kLevelFace = 0.008;  ///< m, maximum roughness of a wall's face and of a leaf
 
-/// How far `value` is outside of [low, high], in units of `margin`.
+/// Distance of `value` to [low, high], in units of `margin`.
 double outside(double value, double low, double high, double margin) {
   return std::max({0.0, low - value, value - high}) / margin;
 }
 
-/// Height from which on the columns of an opening are measured again; `ceiling` where they are not. Cells
+/// Height above which the columns of an opening are measured again; `ceiling` where they are not. Cells
 /// beside measured ones count as measured: the edge is one row further.
 double head_of(const WallRaster& raster, int c0, int c1, double floor, double ceiling) {
   for (double z = floor + 1.5; z < ceiling - 0.5 * raster.row; z += raster.row) {
@@ -38,8 +38,8 @@ double density_beside(const WallRaster& raster, int c0, int c1, double low, doub
   return cells > 0 ? static_cast<double>(left.points + right.points) / cells : 0;
 }
 
-/// Height up to which the opening's columns are measured, or hidden by what stands before them. What hides
-/// all of it, as a leaf does that stands ajar, says nothing of a sill.
+/// Height up to which the opening's columns are measured, or hidden by objects in front of them. An object
+/// that hides the whole opening, such as a leaf ajar, gives no sill.
 double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
   const double beside = density_beside(raster, c0, c1, floor + 0.2, floor + kBody);
   double z = floor + 0.1;
@@ -53,7 +53,7 @@ double sill_of(const WallRaster& raster, int c0, int c1, double floor) {
 void judge(Opening& opening, const WallCandidate& wall, const SemanticNetOptions& options) {
   const double room = wall.ceiling - wall.floor, height = opening.head - wall.floor;
   const bool sight = wall.raster.sight;
-  // A lintel that fills the rest of a low room need not be seen.
+  // A lintel that fills the rest of a low room need not be visible.
   const bool lintel =
       opening.lintel > 0.4 || (room < options.door_height_max + 0.2 && room > options.door_height_min);
   double door = -1;
@@ -73,7 +73,7 @@ void judge(Opening& opening, const WallCandidate& wall, const SemanticNetOptions
   opening.window_score = window;
 }
 
-/// Columns that are measured where a person would walk.
+/// Columns that are measured at the height of a walking person.
 std::vector<bool> solid_columns(const WallCandidate& wall, double low, double high) {
   std::vector<bool> solid;
   for (int c = 0; c < wall.raster.columns; ++c)
@@ -102,8 +102,8 @@ std::vector<std::pair<int, int>> gaps(const std::vector<bool>& solid) {
   return found;
 }
 
-/// Share of the rays towards an opening that met nothing: of as many as beside it, those that are not
-/// accounted for. Glass and the sky send nothing back; what furniture hides is no opening.
+/// Fraction of the rays towards an opening without a hit: relative to the number beside it, those that are
+/// missing. Glass and the sky return nothing; a part hidden by furniture is no opening.
 double empty_share(const WallRaster& raster, int c0, int c1, double low, double high) {
   const WallRaster::Shares inside = raster.shares(c0, c1, low, high);
   const double expected = inside.cells * density_beside(raster, c0, c1, low, high);
@@ -112,7 +112,7 @@ double empty_share(const WallRaster& raster, int c0, int c1, double low, double 
   return expected < 20 ? 0 : std::clamp(1 - met / expected, 0.0, 1.0);
 }
 
-/// Share of the columns from c0 to c1 where the floor was measured in the wall's plane and behind it.
+/// Fraction of the columns from c0 to c1 where the floor was measured in the wall's plane and behind it.
 double floor_through(const PlanPoints& points, const WallCandidate& wall, int c0, int c1) {
   const WallRaster& raster = wall.raster;
   std::vector<bool> here(static_cast<std::size_t>(c1 - c0));
@@ -135,7 +135,7 @@ Opening measured(const PlanPoints& points, const WallCandidate& wall, std::size_
   const WallRaster& raster = wall.raster;
   Opening opening;
   opening.wall = index;
-  // Cells beside measured ones count as measured: the opening reaches one column further on each side.
+  // Cells beside measured ones count as measured: the opening extends one column further on each side.
   opening.from = (c0 - 1) * raster.column;
   opening.to = (c1 + 1) * raster.column;
   opening.head = head_of(raster, c0, c1, wall.floor, wall.ceiling);
@@ -157,8 +157,8 @@ Opening measured(const PlanPoints& points, const WallCandidate& wall, std::size_
   return opening;
 }
 
-/// Leaves that lie behind the face by less than what counts as the plane: even stretches of a door's width,
-/// with the face itself on both sides.
+/// Leaves behind the face by less than the tolerance of the plane: smooth stretches of a door's width, with
+/// the face itself on both sides.
 std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidate& wall, std::size_t index,
                                     const SemanticNetOptions& options) {
   const WallRaster& raster = wall.raster;
@@ -185,10 +185,10 @@ std::vector<Opening> shallow_leaves(const PlanPoints& points, const WallCandidat
         Opening leaf = measured(points, wall, index, c, end, wall.floor + 0.2, wall.floor + kBody);
         leaf.from = c * raster.column, leaf.to = end * raster.column;
         leaf.sill = wall.floor;
-        leaf.head = std::min(wall.floor + 2.05, wall.ceiling);  // its upper edge is not told from the face
+        leaf.head = std::min(wall.floor + 2.05, wall.ceiling);  // its upper edge cannot be measured
         leaf.closed = 1, leaf.recess = recess, leaf.lintel = 1, leaf.seen_through = false;
         judge(leaf, wall, options);
-        leaf.door_score -= 1;  // a panel or a poster is no less even
+        leaf.door_score -= 1;  // a panel or a poster is equally smooth
         found.push_back(leaf);
       }
     }

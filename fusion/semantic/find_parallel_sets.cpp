@@ -1,4 +1,4 @@
-// Stairs' prerequisites (paper 2.3): parallel segments at equal distances, here of risers that climb.
+// Prerequisites of stairs (paper 2.3): parallel segments at equal distances, here climbing risers.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -15,7 +15,7 @@ constexpr double unequal = 0.25;                         // of the median spacin
 constexpr double min_overlap = 0.5;                      // of the shorter segment
 constexpr std::size_t min_members = 3;                   // fewer are parallel by chance
 
-/// m from a to b across a, with a sign; or 0, where b cannot be the riser after a.
+/// m from a to b across a, signed; 0 where b cannot be the riser after a.
 double step_across(const VerticalSurface& a, const VerticalSurface& b) {
   const Eigen::Vector2d d = (a.end - a.start).normalized();
   const Eigen::Vector2d e = (b.end - b.start).normalized();
@@ -31,7 +31,7 @@ double step_across(const VerticalSurface& a, const VerticalSurface& b) {
   return std::abs(across) >= min_spacing && std::abs(across) <= max_spacing ? across : 0;
 }
 
-/// For each surface the nearest riser that comes after it, or no_surface.
+/// For each surface the nearest following riser, or no_surface.
 std::vector<std::uint32_t> next_risers(const std::vector<VerticalSurface>& verticals) {
   std::vector<Eigen::Vector3f> middles;
   for (const VerticalSurface& v : verticals) {
@@ -60,7 +60,7 @@ std::vector<std::uint32_t> next_risers(const std::vector<VerticalSurface>& verti
   return next;
 }
 
-/// The longest stretch of the chain whose steps are alike.
+/// The longest stretch of the chain with equal steps.
 ParallelSet equidistant(const std::vector<VerticalSurface>& verticals,
                         const std::vector<std::uint32_t>& chain) {
   ParallelSet best;
@@ -98,7 +98,7 @@ std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& 
   for (const std::uint32_t lowest : lowest_first) {
     std::vector<std::uint32_t> chain;
     for (std::uint32_t i = lowest; i != no_surface && !used[i]; i = next[i]) {
-      // A flight does not turn back.
+      // A flight does not reverse its direction.
       if (chain.size() >= 2) {
         const auto middle = [&](std::uint32_t m) -> Eigen::Vector2d {
           return (verticals[m].start + verticals[m].end) / 2;

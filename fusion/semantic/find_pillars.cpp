@@ -9,11 +9,11 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.10;      ///< m, of the plan and of the slices
-constexpr double kFrom = 0.3;       ///< m over the floor, the lowest slice: no threshold, no clutter
+constexpr double kFrom = 0.3;       ///< m over the floor, the lowest slice: above thresholds and clutter
 constexpr double kTo = 2.1;         ///< m over the floor, the highest: above a person's head
 constexpr double kWidest = 0.8;     ///< m, of a pillar
-constexpr double kTall = 0.65;      ///< share of the slices that a column must have
-constexpr double kFromWall = 0.15;  ///< m: nearer is the wall's own
+constexpr double kTall = 0.65;      ///< minimum fraction of occupied slices of a column
+constexpr double kFromWall = 0.15;  ///< m: nearer points belong to the wall
 
 bool near_wall(const WallCandidates& walls, const Eigen::Vector2d& p) {
   return std::any_of(walls.walls.begin(), walls.walls.end(), [&](const WallCandidate& wall) {
@@ -91,7 +91,7 @@ std::vector<PillarCandidate> find_pillars(const PlanPoints& points, const WallCa
                    narrow = (pillar.high - pillar.low).minCoeff();
       const double height = pillar.top - pillar.floor;
       pillar.score = 1.5 - 4 * std::max(0.0, widest - 0.6) / 0.2 - 4 * std::max(0.0, 1.9 - height) / 0.2;
-      pillar.score -= 2 * std::max(0.0, 0.08 - narrow) / 0.03;  // an edge that a few beams have grazed
+      pillar.score -= 2 * std::max(0.0, 0.08 - narrow) / 0.03;  // an edge that a few beams grazed
       if (levels.ceiling()) pillar.score += *levels.ceiling() - pillar.top < 0.5 ? 1 : -1;
       pillars.push_back(pillar);
     }

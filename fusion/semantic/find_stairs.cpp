@@ -10,19 +10,19 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr std::size_t kMostPoints = 600;  ///< of a surface that decide where it lies
-constexpr int kDirections = 72;           ///< tried around the circle
+constexpr std::size_t kMostPoints = 600;  ///< sample size of a surface for locating it
+constexpr int kDirections = 72;           ///< number of tested directions
 constexpr std::size_t kLeastRises = 3;    ///< of a flight; two may be a threshold and a box
-constexpr std::size_t kSeedRises = 2;     ///< of surfaces: the floor is too wide for a strip, and is added
+constexpr std::size_t kSeedRises = 2;     ///< of surfaces: the floor is too wide for a strip; added later
 constexpr double kGap = 0.30;             ///< m, between two treads in the plan: hidden by the step's edge
 constexpr double kUneven = 0.025;  ///< m, a rise may differ from the flight's median (EN 13101: 1 cm; worn)
-constexpr double kBlock = 2;       ///< m, of the plan: points are looked up by place
+constexpr double kBlock = 2;       ///< m, block side of the plan for point look-ups
 constexpr double kShallow = 0.08;  ///< m, half a bin less than the lowest rise
 
 struct Tread {
   std::uint32_t horizontal = 0;
   double z = 0;
-  std::vector<Eigen::Vector2d> plan;  ///< of a sample of its points
+  std::vector<Eigen::Vector2d> plan;  ///< a sample of its points
 };
 
 std::vector<Tread> treads_of(const cloud::PointCloud<Map>& cloud, const Segmentation& segmentation) {
@@ -64,7 +64,7 @@ bool follows(const Step& a, const Step& b, const SemanticNetOptions& options) {
   return overlap > 0.5 * std::min(a.right - a.left, b.right - b.left) && overlap > 0.4;
 }
 
-/// The longest chain in one direction that no other step is in yet.
+/// The longest chain in one direction with only unused steps.
 Flight longest(const std::vector<Step>& steps, const std::vector<bool>& used,
                const Eigen::Vector2d& direction, const SemanticNetOptions& options) {
   const std::size_t n = steps.size();
@@ -95,7 +95,7 @@ bool has_step(const Flight& flight, std::uint32_t horizontal) {
                      [&](const Step& step) { return step.horizontal == horizontal; });
 }
 
-/// Two flights over the same steps are one, seen from its two ends: the better one stays.
+/// Two flights over the same steps are one, seen from its two ends: keeps the better one.
 void drop_repeated(std::vector<Flight>& flights) {
   std::stable_sort(flights.begin(), flights.end(),
                    [](const Flight& a, const Flight& b) { return a.score > b.score; });
@@ -118,7 +118,7 @@ void judge(Flight& flight) {
   for (const double rise : rises) flight.score += 2 - 2 * std::abs(rise - middle) / kUneven;
   for (std::size_t i = 1; i < flight.steps.size(); ++i) {
     const Step &a = flight.steps[i - 1], &b = flight.steps[i];
-    flight.score -= 2 * std::max(0.0, a.far - b.near) / kShallow;  // strips do not lie over each other
+    flight.score -= 2 * std::max(0.0, a.far - b.near) / kShallow;  // strips must not overlap
   }
 }
 
@@ -151,7 +151,7 @@ std::vector<Flight> find_flights(const cloud::PointCloud<Map>& cloud, const Segm
     strips.emplace_back();
     for (const Tread& tread : treads) strips.back().push_back(strip(tread, directions.back()));
   }
-  std::optional<PlanBlocks> points;  // a flight looks at what is around it, not at a whole site
+  std::optional<PlanBlocks> points;  // a flight uses only its surroundings, not the whole site
   std::vector<Flight> flights;
   std::vector<bool> used(treads.size(), false);
   for (;;) {

@@ -1,4 +1,4 @@
-// Vertical surfaces: what stands up is a line in the plan (OXY). The pictures propose, the points decide.
+// Vertical surfaces: a vertical surface is a line in the plan (OXY). Pictures propose lines, points decide.
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ class TilePlan {
     chain_.input.reset(image_pixels, image_pixels);
     for_each_point(1, [&](const Eigen::Vector3f& p, int x, int y) {
       const double layer = std::floor(static_cast<double>(p.z()) / layer_height);
-      // A stray point may be anywhere.
+      // Outlier points may be anywhere.
       chain_.input.add(x, y, static_cast<int>(std::clamp(layer, -1e6, 1e6)));
     });
     threshold(chain_.input, min_layers, chain_.above_threshold);
@@ -46,7 +46,7 @@ class TilePlan {
   }
 
  private:
-  /// visit(point, x, y in the image) for those that lie on no horizontal surface.
+  /// visit(point, x, y in the image) for points that lie on no horizontal surface.
   template <class Visit>
   void for_each_point(int margin, Visit&& visit) const {
     const double per_pixel = 1 / site_.options.pixel;
@@ -78,7 +78,7 @@ class TilePlan {
     std::vector<PlanLine> lines;
     for (const PixelSegment& s : hough_segments(chain_.skeleton, hough)) {
       const Eigen::Vector2d a = metres(s.x0, s.y0), b = metres(s.x1, s.y1), middle = (a + b) / 2;
-      // Half a block beyond the core as well: two tiles may each see the middle on the other's side.
+      // Half a block beyond the core as well: two tiles may each place the middle on the other's side.
       const int x = (s.x0 + s.x1) / 2, y = (s.y0 + s.y1) / 2;
       constexpr int low = block_pixels / 2, high = image_pixels - block_pixels / 2;
       if (x < low || y < low || x >= high || y >= high) continue;
@@ -88,9 +88,9 @@ class TilePlan {
     return lines;
   }
 
-  /// The pixels of the core above the threshold: the mean of their points, weighted by the layers that they
-  /// fill, so that a stretch close to the scanner weighs no more than one far away. Not the filtered ones:
-  /// far away a wall is hit in single columns.
+  /// The pixels of the core above the threshold: the mean of their points, weighted by the number of occupied
+  /// layers, so that a stretch close to the scanner has the same weight as one far away. Not the filtered
+  /// ones: far away a wall is hit in single columns.
   std::vector<Eigen::Vector3f> evidence() const {
     static thread_local std::vector<std::uint32_t> slot;
     slot.resize(static_cast<std::size_t>(image_pixels) * image_pixels);
@@ -116,11 +116,11 @@ class TilePlan {
   const HorizontalSearch& horizontals_;
   Tile tile_;
   int x0_ = 0, y0_ = 0;
-  static thread_local ImageChain chain_;  // large; cleared by what was set
+  static thread_local ImageChain chain_;  // large; only set pixels are cleared
 };
 thread_local ImageChain TilePlan::chain_;
 
-/// Best supported first; each takes its evidence away from those that come later.
+/// Best supported first; each removes its evidence from later ones.
 std::vector<PlanLine> select(LineRefiner& refiner, std::vector<PlanLine> seeds) {
   std::vector<std::optional<PlanLine>> refined(seeds.size());
   tbb::parallel_for(std::size_t{0}, seeds.size(),

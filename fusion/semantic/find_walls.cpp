@@ -10,11 +10,11 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double strip = 1.0;      ///< cells on either side of a line in which a wall's cells are looked for
-constexpr double fit_strip = 1.5;  ///< the same for the fit
-constexpr double max_free_gap = 2.0;  ///< cells of free space that a wall may bridge: a door is much wider
-constexpr double max_gap = 6.0;       ///< cells, where none of them is known to be free
-constexpr int patch = 8;  ///< cells: side of the patches that are passed over where nothing is left
+constexpr double strip = 1.0;         ///< cells on either side of a line that may belong to a wall
+constexpr double fit_strip = 1.5;     ///< the same for the fit
+constexpr double max_free_gap = 2.0;  ///< cells of free space that a wall may bridge; doors are wider
+constexpr double max_gap = 6.0;       ///< cells, if none of them is known to be free
+constexpr int patch = 8;              ///< cells: side of the patches that are skipped where empty
 static_assert(patch - strip > max_gap);
 constexpr int max_half_thickness = 6;  ///< cells
 constexpr double layer_width = 0.25;   ///< cells
@@ -67,7 +67,8 @@ class WallFinder {
     return grid_.at(static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())));
   }
 
-  /// Some cell is left in the patch around p or in one beside it: within `patch` cells of p, at least.
+  /// Whether a cell is left in the patch around p or in a neighbouring one: at least all within `patch` cells
+  /// of p.
   bool is_near_left(const Eigen::Vector2d& p) const {
     const int x = static_cast<int>(std::floor(p.x() / patch)),
               y = static_cast<int>(std::floor(p.y() / patch));
@@ -86,7 +87,7 @@ class WallFinder {
     return patches_[patch_index(static_cast<int>(p.x() / patch), static_cast<int>(p.y() / patch))];
   }
 
-  /// The best run on a line, walked in half cells.
+  /// The best run on a line, sampled at half cells.
   Run best_run(const GridLine& line) const {
     constexpr double step = 0.5;
     const Eigen::Vector2d middle(grid_.width / 2.0, grid_.height / 2.0);
@@ -97,7 +98,7 @@ class WallFinder {
     bool open = false;
     for (double t = std::floor(t_middle - reach); t <= t_middle + reach; t += step) {
       if (!is_near_left(line.at(t, 0))) {
-        // Nothing within the next `patch` cells, which is more than any gap that is bridged.
+        // No cell within the next `patch` cells, which is more than any bridged gap.
         open = false;
         gap = free_in_gap = 0;
         t += patch - strip - step;
@@ -122,7 +123,7 @@ class WallFinder {
     return best;
   }
 
-  /// Cells that are left within `half_width` of a run, by index, each once.
+  /// Cells left within `half_width` of a run, by index, without duplicates.
   std::vector<std::size_t> cells_of(const GridLine& line, const Run& run, double half_width) const {
     std::vector<std::size_t> found;
     for (double t = run.begin; t <= run.end; t += 0.5) {
@@ -169,14 +170,14 @@ class WallFinder {
     }
     if (run.score < min_length_) return std::nullopt;
     const PlanBox box = box_around(line, run);
-    // As thick as long is a block, not a wall.
+    // A run as thick as long is a block, not a wall.
     if (box.length < min_length_ || box.length < 2 * box.thickness) return std::nullopt;
     return box;
   }
 
-  /// Thickness: layers of a quarter cell, outwards from the line as far as they hold more wall than what is
-  /// not wall. A cell left out would cost a box of its own, so wall counts double; unknown space is half as
-  /// bad as free space.
+  /// Thickness: layers of a quarter cell, outwards from the line while they hold more wall than other cells.
+  /// A cell left out would need a box of its own, so wall counts double; unknown space counts half as much as
+  /// free space.
   PlanBox box_around(const GridLine& line, const Run& run) const {
     const auto cells = cells_of(line, run, max_half_thickness + 0.5);
     std::array<double, 2 * max_layer + 1> gain{};
@@ -231,7 +232,7 @@ class WallFinder {
     return rounded(box);
   }
 
-  /// Angles and lengths that read well in a file; never smaller than the box was.
+  /// Rounds angles and lengths for a readable file; the box never shrinks.
   static PlanBox rounded(PlanBox box) {
     constexpr double degree = std::numbers::pi / 180;
     constexpr double grain = 0.02;  // cells: 1 mm of 5 cm
@@ -241,7 +242,7 @@ class WallFinder {
     return box;
   }
 
-  /// How many cells the box took.
+  /// Number of cells that the box covered.
   int take_cells(const PlanBox& box) {
     const double reach = std::hypot(box.length, box.thickness) / 2 + 1;
     int taken = 0;

@@ -12,7 +12,7 @@ struct Strip {
   double from, to, left, right;
 };
 
-/// Calls visit(index in `sorted`) for the points of all blocks that the strip, grown by 5 cm, may reach into.
+/// Calls visit(index in `sorted`) for the points of all blocks that may intersect the strip, grown by 5 cm.
 template <class Visit>
 void for_each_on_strip(const PlanBlocks& points, const Eigen::Vector2d& direction, const Strip& strip,
                        Visit&& visit) {
@@ -29,8 +29,8 @@ void for_each_on_strip(const PlanBlocks& points, const Eigen::Vector2d& directio
                      });
 }
 
-/// Per step the points of its tread, without those of the risers beside it: way along the flight's direction
-/// and height, m. `band`: m around the step's own height.
+/// Per step the points of its tread, without those of the adjacent risers: distance along the flight's
+/// direction and height, m. `band`: m around the step's own height.
 std::vector<std::vector<Eigen::Vector2d>> points_on_steps(const PlanBlocks& points, const Flight& flight,
                                                           double band);
 

@@ -13,17 +13,17 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kCell = 0.2;       // m, of the plan
-constexpr int kReach = 3;           // cells: between the lines of a scanner far away nothing is measured
+constexpr int kReach = 3;           // cells: bridges the gaps between a scanner's lines at long range
 constexpr double kUneven = 0.015;   // m
-constexpr double kSlope = 0.06;     // m of height a metre of the way
+constexpr double kSlope = 0.06;     // m of height per metre of distance
 constexpr double kOver = 0.15;      // m, over the floor where it began
 constexpr double kUnder = 0.5;      // m, under it
-constexpr double kSkin = 0.04;      // m, of points around a cell's height
-constexpr std::uint32_t kSeed = 3;  // points of a floor in a cell that begins one
+constexpr double kSkin = 0.04;      // m, band around a cell's height
+constexpr std::uint32_t kSeed = 3;  // minimum floor points of a cell that seeds the growth
 
 bool is(std::uint8_t label, EntityLabel kind) { return label == static_cast<std::uint8_t>(kind); }
 
-/// Points of one scan that may be of its floor, by plan cell.
+/// Points of one scan that may belong to its floor, by plan cell.
 class ScanFloor {
  public:
   ScanFloor(const cloud::PointCloud<Map>& cloud, std::span<const std::uint32_t> points) : cloud_(cloud) {
@@ -57,7 +57,7 @@ class ScanFloor {
   struct Cell {
     std::uint64_t key;
     std::vector<std::uint32_t> points;
-    double z, begun;  // m, of the floor here, and where it began
+    double z, begun;  // m, height of the floor here, and where it began
     bool reached;
   };
   static std::uint64_t key_of(int x, int y) {

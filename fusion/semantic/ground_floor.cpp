@@ -10,7 +10,7 @@ std::optional<double> ground_floor(const SemanticModel& model) {
   struct Floor {
     double area = 0, top = 0;
   };
-  std::map<std::string, Floor> floors;  // one may be in pieces
+  std::map<std::string, Floor> floors;  // a floor may consist of pieces
   for (const ModelEntity& entity : model.entities) {
     if (entity.label != EntityLabel::floor || !is_solid(entity)) continue;
     const double top = entity.T_map_body.translation().z() + entity.size.z() / 2;

@@ -1,4 +1,4 @@
-// How many points lie at each centimetre of height, for people: what a floor's height is, and what it is not.
+// Histogram picture of the points per centimetre of height around floor and ceiling.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,7 +23,7 @@ const Colour ink{32, 38, 46}, faint{110, 119, 129}, paper{255, 255, 255};
 const Colour any_point{205, 212, 220}, of_level{70, 120, 190}, mark{207, 34, 46};
 
 struct Histogram {
-  double low = 0;                              ///< m, where its first bin begins: a whole centimetre
+  double low = 0;                              ///< m, lower edge of its first bin: a whole centimetre
   std::array<std::size_t, bins> all{}, own{};  ///< all points; those labelled as the level
 };
 
@@ -42,14 +42,14 @@ Histogram histogram_of(const cloud::PointCloud<Map>& cloud, const Transform<Clou
   return histogram;
 }
 
-/// Beside the tick of an axis, m.
+/// Label beside the tick of an axis, m.
 std::string tick_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f", std::abs(value) < 5e-4 ? 0.0 : value);
   return text;
 }
 
-/// `corner` is the panel's upper left one; a red line stands at `height`.
+/// `corner` is the panel's upper left corner; a red line marks `height`.
 void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& histogram,
           const std::string& title, std::optional<double> height) {
   const double bottom = corner.y() + panel_height, step = panel_width / static_cast<double>(bins);
@@ -71,7 +71,7 @@ void draw(PlanCanvas& canvas, const Eigen::Vector2d& corner, const Histogram& hi
     if (std::lround(z / bin) % 5 != 0) continue;
     const double x = corner.x() + step * static_cast<double>(i);
     canvas.pixel_line({x, bottom}, {x, bottom + 6}, ink, 1.5);
-    if (i == 0 || i == bins) continue;  // numbers of two panels would meet
+    if (i == 0 || i == bins) continue;  // numbers of two panels would overlap
     const std::string number = tick_text(z);
     canvas.text({x - canvas.text_width(number, 10) / 2, bottom + 22}, number, 10, ink);
   }

@@ -44,7 +44,7 @@ class Transform2d {
   }
 
  private:
-  /// All pixels in an order that the seed decides (Fisher and Yates).
+  /// All pixels in a seeded random order (Fisher and Yates).
   std::vector<std::uint32_t> shuffled() const {
     std::vector<std::uint32_t> order(left_.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -67,7 +67,7 @@ class Transform2d {
     return votes_[a * static_cast<std::size_t>(2 * radius_ + 1) + static_cast<std::size_t>(r)];
   }
 
-  /// Adds the pixel's votes; the angle of the fullest line, or -1 where none has enough.
+  /// Adds the pixel's votes; returns the angle of the line with the most votes, or -1 where none has enough.
   int vote(std::uint32_t k) {
     const int x = x_of(image_.set()[k]), y = y_of(image_.set()[k]);
     int best = -1;
@@ -87,7 +87,7 @@ class Transform2d {
     for (int a = first_; a < end_; ++a) --votes(a, x, y);
   }
 
-  /// Index in set() of the nearest pixel that is left within one pixel of (x, y), across the line; or -1.
+  /// Index in set() of the nearest remaining pixel within one pixel of (x, y), across the line; or -1.
   std::int64_t left_near(int x, int y, bool steep) const {
     for (const int offset : {0, -1, 1}) {
       const int px = x + (steep ? offset : 0), py = y + (steep ? 0 : offset);
@@ -100,7 +100,8 @@ class Transform2d {
     return -1;
   }
 
-  /// From pixel k both ways along its line over gaps that are not too long; takes what it passes away.
+  /// Follows the line from pixel k in both directions over gaps up to the limit; removes the pixels it
+  /// passes.
   PixelSegment follow(std::uint32_t k, int angle) {
     const double normal = angle * std::numbers::pi / angles;
     double dx = -std::sin(normal), dy = std::cos(normal);
@@ -138,7 +139,7 @@ class Transform2d {
 
   const PixelSet& image_;
   const HoughOptions& options_;
-  int radius_, first_ = 0, end_ = angles;   // angles [first, end) are voted for
+  int radius_, first_ = 0, end_ = angles;   // votes go to angles [first, end)
   std::vector<std::uint8_t> left_, voted_;  // per pixel of set()
   std::vector<std::uint16_t> votes_;
   std::array<float, angles> cosine_{}, sine_{};

@@ -1,5 +1,5 @@
 // The progressive probabilistic Hough transform (Matas, Galambos, Kittler, CVIU 78, 2000): the paper's
-// CV_HOUGH_PROBABILISTIC, with a generator of its own so that its seed is ours. Internal to this room.
+// CV_HOUGH_PROBABILISTIC, with its own seeded random generator. Internal to this module.
 #pragma once
 
 #include <cstdint>
@@ -9,21 +9,21 @@
 
 namespace parhelion::semantic {
 
-/// In pixels; ends are pixels of the image.
+/// In pixels; the ends are pixels of the image.
 struct PixelSegment {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   bool operator==(const PixelSegment&) const = default;
 };
 
 struct HoughOptions {
-  int votes = 10;       ///< of pixels on a line before it is followed
+  int votes = 10;       ///< minimum votes of a line before it is followed
   int min_length = 20;  ///< pixels
   int max_gap = 10;     ///< pixels
-  int max_rise = 90;    ///< degrees off the rows that a line may run
+  int max_rise = 90;    ///< degrees, maximum angle between a line and the rows
   std::uint64_t seed = 1;
 };
 
-/// Segments in the order in which they were found. A pixel is of at most one.
+/// Segments in the order in which they were found. A pixel belongs to at most one.
 std::vector<PixelSegment> hough_segments(const PixelSet& image, const HoughOptions& options);
 
 }  // namespace parhelion::semantic

@@ -8,25 +8,25 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double same_height = 0.008;     // m, between cells of one surface, beside what their noise may do
+constexpr double same_height = 0.008;     // m, between cells of one surface, in addition to noise
 constexpr double point_noise = 0.01;      // m
-constexpr double max_height_step = 0.03;  // m, whatever the noise
-constexpr int reach_cells = 4;            // a gap of one cell does not part a surface
-constexpr double slice_share = 0.17;      // of a wall's points around a plate that are in it: 0.1 m of 0.6 m
+constexpr double max_height_step = 0.03;  // m, independent of the noise
+constexpr int reach_cells = 4;            // a gap of one cell does not split a surface
+constexpr double slice_share = 0.17;      // fraction of a wall's points in a slice: 0.1 m of 0.6 m
 
 std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;
 }
 
-/// m by which two cells of one surface may differ: 2.5 sigma of their means, and the floor's own unevenness.
+/// m, maximum difference of two cells of one surface: 2.5 sigma of their means plus the floor's unevenness.
 double height_step(const Plate& a, const Plate& b) {
   const double sigma = point_noise * std::sqrt(1.0 / a.points + 1.0 / b.points);
   return std::min(max_height_step, same_height + 2.5 * sigma);
 }
 
-/// Whether more of what the plate's cell holds around this height is in the plate than a wall's slice has by
-/// chance. Neither such a slice is flat nor the floor's rim at the foot of a wall.
+/// Whether the plate contains more of the points around its height than a wall's slice does by chance. Such
+/// slices are not flat; nor is the floor's rim at the foot of a wall.
 bool is_flat(const Plate& plate) {
   const double n = plate.points + plate.around, mean = slice_share * n;
   return plate.points > mean + 2 * std::sqrt(mean * (1 - slice_share));

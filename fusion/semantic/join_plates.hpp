@@ -1,4 +1,4 @@
-// Plates that touch at one height are a surface. Internal to find_horizontals.cpp.
+// Joins plates that touch at one height to surfaces. Internal to find_horizontals.cpp.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,9 @@ namespace parhelion::semantic {
 /// The order of plates: by y, then x, then z.
 bool by_place(const Plate& a, const Plate& b);
 
-/// Numbers the parts that touch; plates by place. Flat plates join; others belong to the flat one that is
-/// next in height and join nothing: else floors would climb their walls, and treads run along them.
+/// Numbers the connected components; plates sorted by place. Flat plates join; others are assigned to the
+/// adjacent flat plate nearest in height and join nothing: otherwise floors would climb their walls, and
+/// treads would run along them.
 std::vector<std::uint32_t> join_plates(const std::vector<Plate>& plates);
 
 }  // namespace parhelion::semantic

@@ -11,7 +11,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kNoise = 0.05;  ///< m
-constexpr double kSame = 0.4;    ///< share of the smaller one's volume
+constexpr double kSame = 0.4;    ///< fraction of the smaller one's volume
 
 bool corrected(const ModelEntity& entity) { return entity.locked || entity.deleted || entity.is_virtual; }
 
@@ -20,7 +20,7 @@ bool same_place(const ModelEntity& a, const ModelEntity& b) {
   const bool flat_a = a.label == EntityLabel::floor || a.label == EntityLabel::ceiling;
   const bool flat_b = b.label == EntityLabel::floor || b.label == EntityLabel::ceiling;
   if (flat_a != flat_b) return false;
-  // A door lies in its wall: deleting one is no word on the other.
+  // A door lies in its wall: deleting one does not affect the other.
   const bool opening_a = a.label == EntityLabel::door || a.label == EntityLabel::window;
   const bool opening_b = b.label == EntityLabel::door || b.label == EntityLabel::window;
   if (opening_a != opening_b && std::max(a.size.x(), b.size.x()) > 1.5 * std::min(a.size.x(), b.size.x()))
@@ -55,11 +55,11 @@ KeptCorrections keep_corrections(const SemanticModel& old, SemanticModel& made) 
     kept.push_back(std::move(entity));
   }
 
-  std::map<std::string, std::string> renamed;  // new run's name to the name of what stands there; "": gone
+  std::map<std::string, std::string> renamed;  // new run's name to the name of the kept entity; "": removed
   std::vector<ModelEntity> fresh;
   for (ModelEntity& entity : made.entities) {
     const auto owner = std::find_if(kept.begin(), kept.end(), [&](const ModelEntity& k) {
-      // A pane that is drawn stands beside what was measured; it takes nothing away.
+      // A drawn pane may overlap measured entities; it removes none.
       return (k.locked || k.deleted) && same_place(k, entity);
     });
     if (owner == kept.end()) {

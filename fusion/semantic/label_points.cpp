@@ -9,9 +9,9 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kNear = 0.06;  ///< m, outside of a box that still is its surface
+constexpr double kNear = 0.06;  ///< m, tolerance around a box for points on its surface
 
-/// Boxes whose points take their label: what surfaces do not say.
+/// Boxes whose points get their label, where surfaces give none.
 std::vector<const ModelEntity*> boxes_of(const SemanticNet& net) {
   std::vector<const ModelEntity*> boxes;
   for (const ModelEntity& entity : net.entities) {
@@ -23,7 +23,7 @@ std::vector<const ModelEntity*> boxes_of(const SemanticNet& net) {
   return boxes;
 }
 
-/// Boxes by the cells of the plan that they touch: a site has many doors, a point is near few.
+/// Boxes by the plan cells that they touch: a site has many doors, but only few are near a point.
 class BoxesByPlace {
  public:
   explicit BoxesByPlace(const std::vector<const ModelEntity*>& entities) {
@@ -63,12 +63,12 @@ class BoxesByPlace {
   std::map<std::pair<int, int>, std::vector<std::uint32_t>> by_cell_;
 };
 
-/// Whether a candidate that is no wall of its own is one by itself, in the place of one that is: a thin
-/// wall's other face.
+/// Whether a candidate that was rejected as a wall is a wall by its own score, in the place of an accepted
+/// one: a thin wall's other face.
 bool is_other_face(const std::vector<WallCandidate>& walls, const Labelling& labelling, std::size_t w) {
   if (labelling.walls[w].label == EntityLabel::wall || walls[w].score <= 0) return false;
   for (std::size_t other = 0; other < walls.size(); ++other) {
-    // Furniture before a wall is seen from the wall's own side, its other face is not.
+    // Furniture in front of a wall is seen from the wall's own side, its other face is not.
     const bool opposite = walls[w].raster.away.dot(walls[other].raster.away) < -0.5;
     if (opposite && labelling.walls[other].label == EntityLabel::wall && same_place(walls[w], walls[other]))
       return true;

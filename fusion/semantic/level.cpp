@@ -1,4 +1,4 @@
-// Which way is up: most planar patches of a building are level or upright, and its floors are wide.
+// Finds the up direction: most planar patches of a building are level or upright, and its floors are wide.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr std::size_t enough_points = 1'000'000;  // more change the answer by less than the noise
+constexpr std::size_t enough_points = 1'000'000;  // more points change the result by less than the noise
 constexpr double patch_side = 0.25;               // m; less than the tread of a step
 constexpr double reach = 1e5;                     // m; a patch number still fits
 constexpr double level_within = 6 * degree;
@@ -28,7 +28,7 @@ struct Patch {
   bool planar = false;
 };
 
-/// Cubes of the cloud with the plane through each one's points; in the order of first appearance.
+/// Cubes of the cloud with the plane through the points of each; in the order of first appearance.
 std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
   std::vector<Patch> patches;
   std::unordered_map<std::uint64_t, std::uint32_t> number;
@@ -42,8 +42,7 @@ std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
     const auto [it, is_new] = number.try_emplace(key, static_cast<std::uint32_t>(patches.size()));
     if (is_new) patches.emplace_back();
     Patch& patch = patches[it->second];
-    if (patch.count == 0)
-      patch.mean = p;  // about the first point until all are in, so that squares stay small
+    if (patch.count == 0) patch.mean = p;  // sums are relative to the first point, to keep squares small
     const Eigen::Vector3d offset = p - patch.mean;
     patch.sum += offset;
     patch.squares += offset * offset.transpose();
@@ -56,7 +55,7 @@ std::vector<Patch> patches_of(const std::vector<Eigen::Vector3f>& points) {
     if (patch.count < 6) continue;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(patch.squares);
     const Eigen::Vector3d lambda = solver.eigenvalues();
-    // Wide both ways (a twelfth of its side squared is full), and flat.
+    // Wide in both directions (variance of a full cube: a twelfth of its side squared), and flat.
     patch.planar = lambda[1] > patch_side * patch_side / 100 && lambda[0] < 0.1 * lambda[1];
     patch.normal = solver.eigenvectors().col(0);
   }
@@ -67,7 +66,8 @@ bool is_upright(const Patch& patch, const Eigen::Vector3d& up) {
   return patch.planar && std::abs(patch.normal.dot(up)) < std::sin(upright_within);
 }
 
-/// The direction within `max_tilt` of the hint that most planar patches face; zero where none does.
+/// The direction within `max_tilt` of the hint to which the most planar patches are normal; zero where there
+/// is none.
 Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vector3d& hint) {
   constexpr double width = 4 * degree;
   std::vector<Eigen::Vector3d> faced;
@@ -76,7 +76,7 @@ Eigen::Vector3d most_faced(const std::vector<Patch>& patches, const Eigen::Vecto
     if (patch.planar && std::abs(along) > std::cos(max_tilt))
       faced.push_back(along > 0 ? patch.normal : -patch.normal);
   }
-  // Upright patches vote too: half, since many more directions are at right angles to them.
+  // Upright patches vote with half weight, since many more directions are perpendicular to them.
   const auto votes = [&](const Eigen::Vector3d& up) {
     const auto level_ones = std::count_if(
         faced.begin(), faced.end(), [&](const Eigen::Vector3d& n) { return n.dot(up) > std::cos(width); });
@@ -109,7 +109,7 @@ struct Layer {
   int patches = 0;
 };
 
-/// Heights at which level patches lie, most first.
+/// Heights of level patches, those with the most patches first.
 std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
   constexpr double thickness = 0.10;  // m
   std::vector<double> heights;
@@ -137,11 +137,10 @@ std::vector<Layer> layers_of(const std::vector<Patch>& patches, const Eigen::Vec
   return layers;
 }
 
-/// One plane direction for all layers together, each about its own centre, at right angles to what stands
-/// upright: wide layers decide, and walls where there are none. The band that counts as a layer narrows to
-/// what noise needs.
+/// One plane direction for all layers together, each about its own centre, perpendicular to upright patches:
+/// wide layers decide, and walls where there are none. The band that counts as a layer narrows to the noise.
 Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up) {
-  constexpr double noise_height = 0.02;      // m, of a patch's centre: floors are no better
+  constexpr double noise_height = 0.02;      // m, of a patch's centre: floors are not more accurate
   constexpr double noise_turn = 3 * degree;  // of its normal
   for (const double band : {0.15, 0.08, 0.05, 0.05, 0.05}) {
     Eigen::Matrix3d together = Eigen::Matrix3d::Zero();  // both kinds in units of their own noise
@@ -164,7 +163,7 @@ Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up
       }
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(together);
-    if (solver.eigenvalues()[1] <= 0) return up;  // one row of patches: no plane
+    if (solver.eigenvalues()[1] <= 0) return up;  // a single row of patches: no plane
     const Eigen::Vector3d normal = solver.eigenvectors().col(0);
     if (std::abs(normal.dot(up)) < std::cos(level_within)) return up;
     up = normal.dot(up) > 0 ? normal : -normal;
@@ -172,7 +171,7 @@ Eigen::Vector3d fit_layers(const std::vector<Patch>& patches, Eigen::Vector3d up
   return up;
 }
 
-/// The middle of what is level, point by point: there, heights stay as the cloud has them.
+/// The centre of the level points: heights there are unchanged.
 Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3d& up) {
   Eigen::Vector3d pivot;
   for (int axis = 0; axis < 3; ++axis) {
@@ -191,8 +190,8 @@ Eigen::Vector3d pivot_of(const std::vector<Patch>& patches, const Eigen::Vector3
   return pivot;
 }
 
-/// How many times more must hang than stand for a cloud to be upside down: scanners stand low, so that one
-/// that hung high says so too.
+/// Ratio of hanging to standing points above which a cloud counts as upside down. Scanners usually stand low,
+/// so viewpoints in the upper half of the room lower the ratio.
 double needed_share(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen::Vector3d& up, double low,
                     double high) {
   if (viewpoints.empty()) return 1.5;
@@ -202,14 +201,13 @@ double needed_share(const std::vector<Eigen::Vector3d>& viewpoints, const Eigen:
   return height < 0.45 ? 2 : height > 0.55 ? 1.2 : 1.5;
 }
 
-/// Things stand on floors and few hang from ceilings: what speaks for the cloud being upside down, or
-/// nothing.
+/// Objects stand on floors and few hang from ceilings: the evidence for an upside-down cloud, or nothing.
 std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eigen::Vector3d>& viewpoints,
                        const Eigen::Vector3d& up) {
   constexpr double room_height = 1.8, beside = 0.2, tall = 1.2;  // m
   const std::vector<Layer> layers = layers_of(patches, up);
   if (layers.size() < 2) return "";
-  // The lowest and the highest of those that are wide.
+  // The lowest and the highest of the wide layers.
   double low = layers[0].height, high = layers[0].height;
   for (const Layer& layer : layers) {
     if (4 * layer.patches < layers[0].patches) continue;
@@ -220,7 +218,7 @@ std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eige
   int standing = 0, hanging = 0;
   const double reach_up = std::min(tall, (high - low) / 2);
   for (const Patch& patch : patches) {
-    // Walls are both; so is what is too thin to be seen.
+    // Walls count as both, as do objects too thin to be seen.
     if (patch.count < 6 || (patch.planar && std::abs(patch.normal.dot(up)) < std::sin(10 * degree))) continue;
     const double height = patch.mean.dot(up);
     standing += height > low + beside && height < low + reach_up;
@@ -228,8 +226,8 @@ std::string what_hangs(const std::vector<Patch>& patches, const std::vector<Eige
   }
   if (hanging < 20 || hanging < needed_share(viewpoints, up, low, high) * standing) return "";
   std::ostringstream words;
-  words << "the cloud seems to be upside down: " << hanging << " patches of things hang from its top and "
-        << standing << " stand on its bottom; expected the reverse: say which way is up";
+  words << "the cloud seems to be upside down: " << hanging << " patches close below its top, " << standing
+        << " close above its bottom; expected fewer at the top: give the up direction";
   return words.str();
 }
 

@@ -9,12 +9,12 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kCell = 0.25;      ///< m, of the plan in which lowest and highest are looked up
+constexpr double kCell = 0.25;      ///< m, plan cell for the lowest and highest point
 constexpr double kSame = 0.15;      ///< m, heights that count as one level
 constexpr double kLeastRoom = 1.9;  ///< m, from a floor to the ceiling over it
 constexpr double kLeastArea = 1.0;  ///< m^2, of a floor or a ceiling
-constexpr double kBow = 0.12;       ///< m, by which one floor may rise
-constexpr double kPart = 3;         ///< against a part of a larger level
+constexpr double kBow = 0.12;       ///< m, height variation of one floor
+constexpr double kPart = 3;         ///< deduction for a part of a larger level
 constexpr double kBeside = 0.6;     ///< m, a level reaches this far beyond its bounds
 
 /// Lowest and highest point of each plan cell.

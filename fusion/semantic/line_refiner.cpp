@@ -27,11 +27,11 @@ void LineRefiner::gather(const PlanLine& line, double low, double high, double b
                          std::vector<Hit>& hits) const {
   hits.clear();
   const Eigen::Vector2d a = line.p + low * line.d, b = line.p + high * line.d;
-  const double margin = band * 1.5;  // the band's corner lies at most sqrt(2) bands off
+  const double margin = band * 1.5;  // the band's corner is at most sqrt(2) bands off
   const int row0 = evidence_.coordinate(std::min(a.y(), b.y()) - margin);
   const int row1 = evidence_.coordinate(std::max(a.y(), b.y()) + margin);
   for (int row = row0; row <= row1; ++row) {
-    // Where the band crosses this row of blocks.
+    // Intersection of the band with this row of blocks.
     double x0 = std::min(a.x(), b.x()), x1 = std::max(a.x(), b.x());
     if (std::abs(line.d.y()) > 0.05) {
       const double slope = line.d.x() / line.d.y();
@@ -58,7 +58,7 @@ bool LineRefiner::fit(PlanLine& line, const std::vector<Hit>& hits) const {
   double w = 0, wa = 0, wc = 0, waa = 0, wac = 0, wcc = 0;
   for (const Hit& h : hits) {
     if (h.along < line.low || h.along > line.high) continue;
-    // Tukey's biweight: a second surface beside this one must not turn it.
+    // Tukey's biweight: a second surface beside this one must not rotate it.
     const double r = h.across / near_, inside = 1 - r * r, weight = h.weight * inside * inside;
     w += weight;
     wa += weight * h.along;
@@ -70,7 +70,7 @@ bool LineRefiner::fit(PlanLine& line, const std::vector<Hit>& hits) const {
   if (w <= 0) return false;
   const double ma = wa / w, mc = wc / w;
   const double turn = 0.5 * std::atan2(2 * (wac / w - ma * mc), (waa / w - ma * ma) - (wcc / w - mc * mc));
-  if (std::abs(turn) > 0.5) return false;  // a blob, no line
+  if (std::abs(turn) > 0.5) return false;  // a blob, not a line
   const Eigen::Vector2d normal(-line.d.y(), line.d.x());
   const double middle = ma - (line.low + line.high) / 2;
   line.p += ma * line.d + mc * normal;
@@ -82,7 +82,7 @@ bool LineRefiner::fit(PlanLine& line, const std::vector<Hit>& hits) const {
   return true;
 }
 
-/// The stretch of evidence without a long gap that has most in common with the line as it is.
+/// The stretch of evidence without a long gap that overlaps most with the current line.
 bool LineRefiner::grow(PlanLine& line, std::vector<Hit>& hits) const {
   std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
     return std::tuple(a.along, a.index) < std::tuple(b.along, b.index);
@@ -118,7 +118,7 @@ bool LineRefiner::covered(const PlanLine& line, const std::vector<Hit>& hits) co
          min_coverage * static_cast<double>(bins);
 }
 
-/// Clutter goes on to both sides of any line through it; a surface stands out against one side at least.
+/// Clutter continues on both sides of any line through it; a surface has empty space on at least one side.
 bool LineRefiner::stands_out(const PlanLine& line) const {
   std::vector<Hit> hits;
   gather(line, line.low, line.high, 2 * near_, false, hits);

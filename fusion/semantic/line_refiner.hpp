@@ -1,5 +1,5 @@
-// From a segment that the Hough transform proposes to the one that the points say: total least squares on the
-// pixels near it, grown as far as they go. Internal to this room.
+// Refines a segment proposed by the Hough transform: total least squares on the pixels near it, extended as
+// far as they reach. Internal to this module.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,17 +23,17 @@ struct PlanLine {
 
 class LineRefiner {
  public:
-  /// Evidence: x, y (m) and weight of each pixel that some vertical surface may be in.
+  /// Evidence: x, y (m) and weight of each pixel that some vertical surface may occupy.
   LineRefiner(std::span<const Eigen::Vector3f> evidence, double pixel, double near, double min_length);
 
-  /// Nothing where the evidence that is left does not make a segment. Safe to call from several threads
-  /// while nobody claims.
+  /// Nothing where the remaining evidence does not form a segment. Thread-safe as long as claim() is not
+  /// called.
   std::optional<PlanLine> refine(PlanLine line) const;
 
-  /// Over the evidence at its ends that others have claimed: walls that meet share their corner.
+  /// Extends it over evidence at its ends that other lines have claimed: walls that meet share their corner.
   void extend_to_corners(PlanLine& line) const;
 
-  /// The line's evidence is no other's from now on.
+  /// Reserves the line's evidence for it.
   void claim(const PlanLine& line);
 
   const PlanBlocks& evidence() const { return evidence_; }

@@ -1,4 +1,4 @@
-// The greedy Hough transform's votes over a grid. Internal to find_walls.cpp.
+// Votes of the greedy Hough transform over a grid. Internal to find_walls.cpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,8 +44,8 @@ class LineVotes {
     }
   }
 
-  /// The line with the most votes that is not dead, while there are at least `least`. Votes only fall once
-  /// walls are taken, so what a block of bins held when it was last counted bounds what it holds now.
+  /// The line with the most votes that is not excluded, if it has at least `least`. Votes only decrease as
+  /// walls are removed, so the last count of a block of bins is an upper bound of its current count.
   std::optional<GridLine> peak(int least) {
     std::size_t best = votes_.size();
     int most = least - 1;
@@ -70,7 +70,7 @@ class LineVotes {
                     static_cast<double>(a) * std::numbers::pi / kAngles + std::numbers::pi / 2};
   }
 
-  /// The last peak held no wall, and never will: cells only leave.
+  /// Excludes the last peak for good: it held no wall, and cells are only removed.
   void bury_peak() { dead_[last_] = 1; }
 
  private:
@@ -82,7 +82,7 @@ class LineVotes {
   int rows_;
   std::vector<int> votes_;
   std::vector<std::uint8_t> dead_;
-  std::vector<int> bounds_;  ///< per block of bins, at least its largest count
+  std::vector<int> bounds_;  ///< per block of bins, an upper bound of its largest count
   std::array<Eigen::Vector2d, kAngles> normal_;
   std::size_t last_ = 0;
 };

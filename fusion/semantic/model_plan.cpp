@@ -18,7 +18,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr int title_bar = 74;          // pixels
-constexpr double shortest_wall = 0.6;  ///< m, that gets its length written
+constexpr double shortest_wall = 0.6;  ///< m; shorter walls get no length label
 
 const Colour ink{32, 38, 46};
 const Colour faint{110, 119, 129};
@@ -28,7 +28,7 @@ const Colour hatch_colour{196, 203, 211};
 const Colour grid_colour{236, 239, 242};
 const Colour axis_x{207, 34, 46}, axis_y{26, 127, 55};
 
-/// In the order in which they are painted.
+/// In drawing order.
 struct Layer {
   EntityLabel label;
   const char* legend;
@@ -85,7 +85,7 @@ class Painter {
     }
   }
 
-  /// Everything outside of the floors that were measured.
+  /// Everything outside of the measured floors.
   void paint_unobserved() {
     Eigen::AlignedBox2d whole = view_;
     const Eigen::Vector2d half = whole.sizes();
@@ -103,7 +103,7 @@ class Painter {
       if (in_plan(entity) && entity.label == EntityLabel::floor) floors.push_back(outline_of(entity));
     }
     if (floors.empty()) return;
-    // Its outer half stays: borders between pieces of a floor are not drawn.
+    // Only its outer half remains: borders between pieces of a floor are not drawn.
     for (const Outline& floor : floors) canvas_.line(Points(floor.begin(), floor.end()), rule, 2, true);
     canvas_.fill(floors, paper, 1);
     for (const Outline& floor : floors) {
@@ -169,7 +169,7 @@ class Painter {
     legend_.add({"virtual wall", virtual_colour, LegendEntry::Mark::area});
   }
 
-  /// The way of a door's free edge from one end of its hinge to the other.
+  /// The arc of a door's free edge between the limits of its hinge.
   void paint_swing(const ModelEntity& door) {
     const Hinge& hinge = *door.hinge;
     const double side = hinge.axis.x() < 0 ? 1 : -1;
@@ -192,7 +192,7 @@ class Painter {
       if (in_plan(entity) && entity.label != EntityLabel::floor && entity.label != EntityLabel::free_space)
         labels_.keep_clear(outline_of(entity));
     }
-    // Doors first: they are few, and what a person looks for.
+    // Doors first: they are few and most important.
     for (const ModelEntity& entity : model_.entities) {
       if (!in_plan(entity) || entity.label != EntityLabel::door) continue;
       labels_.beside(entity, entity.name + "  " + length_text(entity.size.x()), 13, {150, 90, 0});
@@ -215,7 +215,7 @@ class Painter {
     }
   }
 
-  /// A flight's name and its steps, and an arrow that points up.
+  /// A flight's name, its steps and an arrow that points up.
   void write_stairs() {
     std::map<std::string, std::vector<const ModelEntity*>> flights;
     for (const ModelEntity& entity : model_.entities) {
@@ -244,7 +244,7 @@ class Painter {
     }
   }
 
-  /// In the title's bar, where they hide nothing.
+  /// In the title bar, where they hide nothing.
   void paint_axes() {
     const Eigen::Vector2d from(canvas_.width() - 76, title_bar - 14);
     const auto arrow = [&](const Eigen::Vector2d& along, Colour colour, const char* name) {

@@ -1,5 +1,4 @@
-// The plan of a semantic model for people: every label in its colour, dimensions, what was not observed
-// hatched.
+// Draws the plan of a semantic model: a colour per label, dimensions, unobserved parts hatched.
 #pragma once
 
 #include <string>
@@ -12,7 +11,7 @@ namespace parhelion::semantic {
 struct ModelPlan {
   std::string title;  ///< ASCII; other characters are drawn as '?'
   std::string subtitle;
-  int width = 1600;  ///< pixels; the height follows from what is drawn
+  int width = 1600;  ///< pixels; the height follows from the content
 };
 
 /// Writes a PNG. Lengths of walls and widths of doors in metres, rises of stairs; axes are the map's. Errors:

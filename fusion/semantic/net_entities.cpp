@@ -9,7 +9,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kThinnest = 0.04;  ///< m, of a wall's box: its measured face in the middle
+constexpr double kThinnest = 0.04;  ///< m, of a wall's box, centred at its measured face
 constexpr double kLeaf = 0.04;      ///< m, of a door
 constexpr double kShortest = 0.05;  ///< m, of a piece of a wall
 
@@ -72,7 +72,7 @@ class Entities {
 
   const NetCandidates& candidates_;
   const Labelling& labelling_;
-  std::vector<const Flight*> flights_;  ///< that are stairs
+  std::vector<const Flight*> flights_;  ///< flights labelled stairs
   SemanticNet net_;
   std::map<std::string, int> count_;
   std::map<std::uint32_t, std::pair<std::string, int>> round_;  ///< by curve: name, pieces so far
@@ -154,7 +154,7 @@ void Entities::add_door(const WallCandidate& wall, std::size_t o, const std::str
   Hinge hinge;
   hinge.axis = {-opening.width() / 2, 0};
   if (opening.closed < 0.35) {
-    // Nobody saw the leaf: it is drawn where it is out of the way, open by a quarter turn to the far side.
+    // The leaf was not seen: it is drawn open by a quarter turn to the far side, out of the way.
     const double side = wall.raster.away.x() * -along.y() + wall.raster.away.y() * along.x() > 0 ? 1 : -1;
     const Eigen::Vector2d hung = wall.start + opening.from * along;
     const Eigen::Vector2d open = hung + 0.5 * opening.width() * wall.raster.away;
@@ -249,8 +249,8 @@ void Entities::add_flights() {
     for (std::size_t i = 1; i < flight.steps.size(); ++i) {
       const Step& step = flight.steps[i];
       summary.confidence = std::min(summary.confidence, labels[i].confidence());
-      // Under a tread there is nothing to drive into: each step is solid from the foot of the flight.
-      // The last one is the landing, a floor of its own: its step ends where the others' do.
+      // The space under a tread is not passable: each step is solid from the foot of the flight. The last one
+      // is the landing, a floor of its own: its step ends where the others' do.
       const double far = i + 1 < flight.steps.size()
                              ? std::max(flight.steps[i + 1].near, step.near + 0.05)
                              : std::min(step.far, step.near + treads[treads.size() / 2]);

@@ -1,4 +1,4 @@
-// From candidates to a joint labelling, and from that to entities with relations. Internal to the semantic
+// Builds a joint labelling from candidates, and entities with relations from it. Internal to the semantic
 // net.
 #pragma once
 
@@ -22,7 +22,7 @@ struct NetCandidates {
   std::vector<Flight> flights;
 };
 
-/// The label of one candidate, before and after its neighbours were heard.
+/// The label of one candidate, before and after the influence of its neighbours.
 struct CandidateLabel {
   EntityLabel label = EntityLabel::unknown;
   std::array<double, 10> likelihood{}, belief{};
@@ -36,7 +36,7 @@ struct Labelling {
   std::vector<CandidateLabel> pillars;             ///< pillar or unknown
   std::vector<std::vector<CandidateLabel>> steps;  ///< per flight and step: stairs or unknown
 
-  /// Whether all of its steps are stairs.
+  /// Whether all of its steps are labelled stairs.
   bool is_flight(std::size_t f) const {
     return std::all_of(steps[f].begin(), steps[f].end(),
                        [](const CandidateLabel& step) { return step.label == EntityLabel::stairs; });
@@ -50,10 +50,10 @@ SemanticNet entities_of(const NetCandidates& candidates, const Labelling& labell
 inline constexpr double kSlab = 0.10;       ///< m, of a floor or a ceiling
 inline constexpr double kSameLevel = 0.08;  ///< m, surfaces of one floor
 
-/// Per wall: the name of its first piece, and its candidate.
+/// Per wall: the name of its first piece, and the index of its candidate.
 using WholeWalls = std::vector<std::pair<std::string, std::size_t>>;
 
-/// Add parallel, orthogonal and equal height; under (a floor) and above (a ceiling) a wall.
+/// Add the relations parallel, orthogonal and equal height; under (a floor) and above (a ceiling) a wall.
 void relate_walls(const NetCandidates& candidates, const Labelling& labelling, const WholeWalls& whole_walls,
                   SemanticNet& net);
 void relate_levels(const NetCandidates& candidates, const WholeWalls& whole_walls, SemanticNet& net);

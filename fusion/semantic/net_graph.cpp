@@ -18,7 +18,7 @@ namespace {
 
 struct Kind {
   RelationKind kind;
-  const char* word;  ///< on the edge
+  const char* word;  ///< label of the edge
   Colour colour;
   bool directed;
 };
@@ -109,7 +109,7 @@ class Drawing {
   static constexpr int kTitle = 74;
   static constexpr double kApart = 34;  ///< pixels between nodes
 
-  /// At the entity's centre, or on a spiral around it where a node is already.
+  /// At the entity's centre, or on a spiral around it where that is occupied.
   void place(const ModelEntity& entity) {
     const Eigen::Vector2d centre = canvas_.pixel(entity.T_map_body.translation().head<2>());
     Eigen::Vector2d at = centre;
@@ -140,7 +140,7 @@ class Drawing {
       if (!on_plan(from->second) || !on_plan(to->second)) continue;
       any = true;
       const Eigen::Vector2d along = (to->second - from->second).normalized(), across(-along.y(), along.x());
-      // Kinds beside each other, so that two relations of one pair are two lines.
+      // Offset by kind, so that two relations of one pair are two lines.
       const Eigen::Vector2d shift = 2.5 * (static_cast<double>(&kind - kinds) - 3) * across;
       const Eigen::Vector2d a = from->second + shift, b = to->second + shift;
       canvas_.pixel_line(a, b, kind.colour, kind.directed ? 2 : 1);

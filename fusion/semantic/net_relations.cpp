@@ -1,4 +1,4 @@
-// Relations between whole walls, and between walls and the levels that they stand between.
+// Relations between whole walls, and between walls and the levels at their lower and upper ends.
 #include <cmath>
 
 #include "fusion/semantic/net_entities.hpp"

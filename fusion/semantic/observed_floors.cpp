@@ -9,16 +9,16 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kSomePieces = 100;  ///< of one floor, and one for each kPerPiece; more are made fewer by
+constexpr double kSomePieces = 100;  ///< of one floor, plus one per kPerPiece; more are reduced by
 constexpr double kPerPiece = 10;     ///< larger cells; m^2
 constexpr double kMostCells = 4e6;
-constexpr double kLeastPiece = 0.1;  ///< m^2; beside steps a tenth of it
-constexpr double kMostHole = 0.5;    ///< m^2 of a piece that were not observed
+constexpr double kLeastPiece = 0.1;  ///< m^2; next to steps a tenth of it
+constexpr double kMostHole = 0.5;    ///< m^2, unobserved part of a piece
 constexpr long kFreeCells = 8;       ///< of a piece that lie in steps or were looked through
-constexpr double kHeadroom = 1.9;    ///< m: nobody builds a floor nearer than this over a step
-constexpr double kFlush = 0.05;      ///< m, between a floor and a step that is its edge
-constexpr int kUnder = 4;            ///< cubes (0.4 m) under a floor that is none: scans bend by less
-constexpr int kFiner = 4;            ///< cells of a cell's side, where a floor ends at steps
+constexpr double kHeadroom = 1.9;    ///< m, minimum height of a floor above a step
+constexpr double kFlush = 0.05;      ///< m, height difference of a floor and a step at its edge
+constexpr int kUnder = 4;            ///< cubes (0.4 m) below a floor: scans bend by less
+constexpr int kFiner = 4;            ///< subdivision of a cell where a floor ends at steps
 
 /// Whether the floor's surface at `p` or the air just over it was observed.
 bool observed(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
@@ -27,7 +27,8 @@ bool observed(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
          evidence.at(p + Eigen::Vector3d(0, 0, half)) != Evidence::unobserved;
 }
 
-/// Whether sight went on through the floor's surface at `p`: beside a landing the air over it was seen too.
+/// Whether a line of sight went through the floor's surface at `p`: beside a landing the air above it was
+/// seen too.
 bool seen_through(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
   const auto at = [&](int k) { return evidence.at(p - Eigen::Vector3d(0, 0, (k - 0.5) * evidence.cube())); };
   int through = 0;
@@ -35,8 +36,8 @@ bool seen_through(const EvidenceGrid& evidence, const Eigen::Vector3d& p) {
   return through == kUnder && at(0) != Evidence::measured;
 }
 
-/// Cells of the floor's box: occupied where most of what lies in them was observed, free where most was
-/// looked through.
+/// Cells of the floor's box: occupied where most of their cubes were observed, free where most were looked
+/// through.
 CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double cell) {
   CellGrid grid;
   grid.resolution = cell;
@@ -63,7 +64,7 @@ CellGrid cells_of(const EvidenceGrid& evidence, const ModelEntity& floor, double
   return grid;
 }
 
-/// Gaps of a cell between cells: a scan's lines leave them.
+/// Closes gaps of one cell between cells, caused by a scan's lines.
 void close_gaps(CellGrid& grid) {
   CellGrid grown = grid;
   const auto any = [](const CellGrid& from, int x, int y, Cell cell) {
@@ -87,7 +88,7 @@ void close_gaps(CellGrid& grid) {
   }
 }
 
-/// Those that stand where `floor` cannot be: flush with it, or under it without headroom.
+/// Steps that exclude `floor`: flush with it, or below it without headroom.
 std::vector<const ModelEntity*> steps_in(const ModelEntity& floor, const SemanticModel& model) {
   const auto top = [](const ModelEntity& e) { return e.T_map_body.translation().z() + e.size.z() / 2; };
   std::vector<const ModelEntity*> steps;
@@ -119,8 +120,8 @@ CellGrid finer(const CellGrid& grid) {
   return fine;
 }
 
-/// A floor's cells are coarse, and would hang over the steps that lead up to it, or flicker with the last of
-/// them. Beside steps nothing is closed: there floors end.
+/// A floor's cells are coarse, and would overlap the steps that lead up to it, or flicker with the last of
+/// them. Beside steps no gap is closed: floors end there.
 void end_at_steps(const EvidenceGrid& evidence, const ModelEntity& floor,
                   const std::vector<const ModelEntity*>& steps, CellGrid& grid) {
   const double coarse = grid.resolution;
@@ -150,7 +151,7 @@ void end_at_steps(const EvidenceGrid& evidence, const ModelEntity& floor,
   }
 }
 
-/// Of an upright box.
+/// Box of an upright entity.
 double share_of(const CellGrid& grid, const PlanBox& box) {
   const double c = std::abs(std::cos(box.yaw)), d = std::abs(std::sin(box.yaw));
   const Eigen::Vector2d half =

@@ -1,4 +1,4 @@
-// Floors only where they were seen: what nobody observed is not floor.
+// Restricts floors to the observed area.
 #pragma once
 
 #include "fusion/semantic/evidence.hpp"
@@ -6,10 +6,10 @@
 
 namespace parhelion::semantic {
 
-/// Each level floor is cut into pieces that cover where it was measured or where a line of sight passed just
-/// over it and not on through it; the largest keeps its name (and so its relations), the others are
-/// "floor 1.2" and are part of it. `observed` of a piece is the share of it that was. A floor of which
-/// nothing was observed goes, with its relations.
+/// Cuts each level floor into pieces that cover the area that was measured, or over which a line of sight
+/// passed closely without going through it. The largest keeps its name (and so its relations); the others are
+/// named "floor 1.2" and are part of it. `observed` of a piece is its observed fraction. An unobserved floor
+/// is removed with its relations.
 void cut_floors(const EvidenceGrid& evidence, SemanticModel& model);
 
 }  // namespace parhelion::semantic

@@ -1,5 +1,6 @@
-// Binary images that are mostly empty, and what the paper does to them between projection and Hough transform
-// (section 2.2, figure 3). Work and clearing cost follow the number of set pixels. Internal to this room.
+// Sparse binary images, and the paper's operations between projection and Hough transform (section 2.2,
+// figure 3). The cost of work and of clearing is proportional to the number of set pixels. Internal to this
+// module.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +8,11 @@
 
 namespace parhelion::semantic {
 
-/// A binary image with its set pixels listed, ascending. No pixel of its border is ever set, so that every
-/// set pixel has eight neighbours.
+/// A binary image with an ascending list of its set pixels. Pixels of its border are never set, so every set
+/// pixel has eight neighbours.
 class PixelSet {
  public:
-  /// Empty, `width` x `height`; keeps its memory where it can.
+  /// Empty, `width` x `height`; reuses its memory where possible.
   void reset(int width, int height);
 
   int width() const { return width_; }
@@ -21,7 +22,7 @@ class PixelSet {
   std::uint32_t index(int x, int y) const { return static_cast<std::uint32_t>(y * width_ + x); }
   bool inside(int x, int y) const { return x > 0 && y > 0 && x < width_ - 1 && y < height_ - 1; }
 
-  /// The pixels that are set; ascending after sort().
+  /// The set pixels; ascending after sort().
   const std::vector<std::uint32_t>& set() const { return set_; }
   void add(std::uint32_t i) {
     if (on_[i]) return;
@@ -29,7 +30,7 @@ class PixelSet {
     set_.push_back(i);
   }
   void sort();
-  /// Unsets the pixels of `set()` for which `drop[k]` is not 0; k counts in `set()`.
+  /// Clears the pixels of `set()` for which `drop[k]` is not 0; k is an index into `set()`.
   void erase(const std::vector<std::uint8_t>& drop);
 
   /// Offsets of the eight neighbours: north, then clockwise (rows grow southwards).
@@ -41,7 +42,8 @@ class PixelSet {
   std::vector<std::uint32_t> set_;
 };
 
-/// Counts per pixel that do not grow with density: in which of 64 layers across the picture something lies.
+/// Counts per pixel that are independent of point density: the number of occupied layers, of 64 across the
+/// picture.
 class LayerImage {
  public:
   void reset(int width, int height);
@@ -53,9 +55,9 @@ class LayerImage {
     if (layers_[i] == 0) touched_.push_back(i);
     layers_[i] |= std::uint64_t{1} << (layer & 63);
   }
-  const std::vector<std::uint32_t>& touched() const { return touched_; }  ///< in no order
+  const std::vector<std::uint32_t>& touched() const { return touched_; }  ///< unordered
   std::uint64_t layers(std::size_t i) const { return layers_[i]; }
-  /// How many layers the pixel and its eight neighbours reach together.
+  /// Number of distinct layers in the pixel and its eight neighbours.
   int count_around(std::size_t i) const;
   /// The same with its two neighbours in the row.
   int count_along(std::size_t i) const;
@@ -66,21 +68,21 @@ class LayerImage {
   std::vector<std::uint32_t> touched_;
 };
 
-/// Pixels with something in them that see at least `layers` layers around them.
+/// Non-empty pixels with at least `layers` distinct layers around them.
 void threshold(const LayerImage& image, int layers, PixelSet& result);
 
-/// The same for pictures from the side, adapted to how densely each place was measured: of the pixels in one
-/// column within `reach` rows, only those with at least `share` of the most layers (of a pixel with its two
-/// neighbours in the row) stay. A level surface is a ridge there, however many points it has.
+/// The same for pictures from the side, adapted to the local density: of the pixels in one column within
+/// `reach` rows, only those with at least the fraction `share` of the largest layer count (of a pixel with
+/// its two neighbours in the row) are kept. A level surface is a ridge there, whatever its number of points.
 void threshold_ridges(const LayerImage& image, int layers, int reach, double share, PixelSet& result);
 
-/// Equation 3: a set pixel stays where some neighbour is set.
+/// Equation 3: keeps a set pixel where some neighbour is set.
 void filter_isolated(const PixelSet& image, PixelSet& result);
 
-/// Maximum over a square of 3 x 3; what would be set in the border is not.
+/// Maximum over a square of 3 x 3; border pixels stay unset.
 void dilate(const PixelSet& image, PixelSet& result);
 
-/// Lines of one pixel's width (Guo and Hall, CACM 32(3), 1989), in place of the paper's Pavlidis.
+/// Lines of one pixel's width (Guo and Hall, CACM 32(3), 1989), instead of the paper's Pavlidis.
 void thin(PixelSet& image);
 
 }  // namespace parhelion::semantic

@@ -12,16 +12,16 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr double kLargest = 100;        ///< m, a radius
-constexpr double kApart = 1.0;          ///< m, between lines that may be neighbours on an arc
-constexpr double kLeastTurn = 0.07;     ///< rad, between them: below it is one line seen twice
+constexpr double kApart = 1.0;          ///< m, maximum gap between neighbouring lines of an arc
+constexpr double kLeastTurn = 0.07;     ///< rad, minimum between them: less is one line seen twice
 constexpr double kMostTurn = 1.05;      ///< rad
-constexpr double kLayers = 0.2;         ///< m, across: scans that do not fit quite leave layers of one wall
+constexpr double kLayers = 0.2;         ///< m, across: imperfectly aligned scans show one wall in layers
 constexpr double kGap = 0.5;            ///< m along, as between the pieces of a line
 constexpr double kLeastSagitta = 0.15;  ///< m: a flatter arc is a wall that is not quite straight
 constexpr double kBin = 0.1;            ///< m along
-constexpr double kCovered = 0.6;        ///< share of bins
-constexpr double kReplaced = 0.7;       ///< share of a line that runs along the arc
-constexpr double kLeastSpread = 0.005;  ///< m, of points about what they lie on
+constexpr double kCovered = 0.6;        ///< minimum fraction of bins
+constexpr double kReplaced = 0.7;       ///< minimum fraction of a line that runs along the arc
+constexpr double kLeastSpread = 0.005;  ///< m, minimum standard deviation of the points
 
 struct Hit {
   double along, across, weight;
@@ -30,7 +30,7 @@ struct Hit {
 
 Eigen::Vector2d middle_of(const PlanLine& line) { return line.p + 0.5 * (line.low + line.high) * line.d; }
 
-/// Where the perpendiculars through the middles of both meet: exact for chords and for tangents.
+/// Intersection of both perpendicular bisectors: exact for chords and for tangents.
 std::optional<PlanArc> through(const PlanLine& a, const PlanLine& b, double smallest) {
   const Eigen::Vector2d normal_a(-a.d.y(), a.d.x()), p = middle_of(a), q = middle_of(b);
   const double sine = normal_a.dot(b.d);
@@ -73,7 +73,7 @@ class ArcFitter {
  public:
   ArcFitter(const PlanBlocks& evidence, double near) : evidence_(evidence), near_(near) {}
 
-  /// Grown along the evidence and fitted to it, in bands from wide to as narrow as the evidence is.
+  /// Extended along the evidence and fitted to it, in bands from wide to as narrow as the evidence.
   bool refine(PlanArc& arc, double smallest) const {
     if (!refine(arc, smallest, 2 * kLayers) || !refine(arc, smallest, kLayers)) return false;
     double weight = 0, squares = 0;
@@ -126,7 +126,7 @@ class ArcFitter {
     return true;
   }
 
-  /// To the stretch without a long gap that has most in common with the arc as it is.
+  /// Reduces it to the stretch without a long gap that overlaps most with the current arc.
   static bool grow(PlanArc& arc, const std::vector<Hit>& hits) {
     double best = 0, low = 0, high = 0;
     for (std::size_t i = 0; i < hits.size();) {
@@ -144,7 +144,7 @@ class ArcFitter {
   static bool fit(PlanArc& arc, const std::vector<Hit>& hits, double band) {
     Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    // In the frame of the arc's middle: what moves it outward, sideways, and bends it.
+    // In the frame of the arc's middle: its motion outward and sideways, and its curvature.
     const Eigen::Vector2d out(std::cos(arc.middle), std::sin(arc.middle)), side(-out.y(), out.x());
     for (const Hit& hit : hits) {
       if (hit.along < arc.low || hit.along > arc.high) continue;
@@ -174,8 +174,7 @@ class ArcFitter {
   double near_;
 };
 
-/// How well a shape explains the hits: bins along the arc, each with the mean and the spread of what is
-/// across.
+/// Quality of a shape against the points: bins along the arc, each with the mean and the spread across it.
 struct Explained {
   double bins = 0, squares = 0;
   double criterion(double parameters) const {
@@ -194,7 +193,7 @@ bool runs_along(const PlanLine& line, const PlanArc& arc) {
   return near >= kReplaced * all;
 }
 
-/// Whether the arc says about the hits what the lines say, in fewer numbers.
+/// Whether the arc describes the points as well as the lines, with fewer parameters.
 bool better_than_lines(const PlanArc& arc, const std::vector<Hit>& hits, const std::vector<PlanLine>& lines) {
   struct Bin {
     double weight = 0, across = 0, squares = 0;
@@ -290,7 +289,7 @@ std::vector<Eigen::Vector2d> corners_of(const PlanArc& arc, double near) {
   const double length = arc.high - arc.low, longest = 2 * std::sqrt(arc.radius * near);
   const int pieces = std::max(1, static_cast<int>(std::ceil(length / longest)));
   PlanArc outer = arc;
-  // The chords' mean distance from the arc is two thirds of the sagitta: half of them lie outside so.
+  // The chords' mean distance from the arc is two thirds of the sagitta; half of it is added outwards.
   const double half = length / (2 * pieces * arc.radius);
   outer.radius += arc.radius * (1 - std::cos(half)) * 2 / 3;
   std::vector<Eigen::Vector2d> corners;

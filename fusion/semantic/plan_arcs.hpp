@@ -1,4 +1,4 @@
-// Round walls: arcs of the plan in the place of the many lines that touch them. Internal to this room.
+// Round walls: arcs of the plan that replace the many lines that touch them. Internal to this module.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,14 +27,14 @@ struct PlanArc {
   }
 };
 
-/// Arcs that say in fewer numbers what two or more of the lines say about the evidence; these lines leave
+/// Arcs that describe the evidence of two or more lines with fewer parameters; these lines are removed from
 /// `lines`. Circles through pairs of lines that may be chords of one are fitted to the evidence by least
-/// squares of distances (Gauss-Newton, biweight from wide to narrow), and compared with the lines by the
+/// squares of distances (Gauss-Newton, biweight from wide to narrow) and compared with the lines by the
 /// Bayesian information criterion.
 std::vector<PlanArc> find_arcs(const PlanBlocks& evidence, double near, double min_length,
                                std::vector<PlanLine>& lines);
 
-/// The corners of a polyline that is nowhere farther than `near` / 2 from the arc.
+/// The corners of a polyline with a distance of at most `near` / 2 from the arc.
 std::vector<Eigen::Vector2d> corners_of(const PlanArc& arc, double near);
 
 }  // namespace parhelion::semantic

@@ -1,5 +1,5 @@
-// Points sorted into square blocks of the plan, only where there are any: memory follows the number of
-// points, never the extent. Internal to this room.
+// Points sorted into square blocks of the plan; empty blocks take no memory, so memory is proportional to the
+// number of points, not the extent. Internal to this module.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@
 
 namespace parhelion::semantic {
 
-/// Immutable after it was built; may be read by any number of threads.
+/// Immutable after construction; may be read by any number of threads.
 class PlanBlocks {
  public:
   struct Block {
@@ -19,7 +19,7 @@ class PlanBlocks {
     std::uint32_t begin = 0, end = 0;  ///< into `sorted` and `order`
   };
 
-  /// Blocks with sides of `side` metres (> 0), aligned with the origin. Points beyond `reach` are in none.
+  /// Blocks with sides of `side` metres (> 0), aligned with the origin. Points beyond `reach` are ignored.
   PlanBlocks(std::span<const Eigen::Vector3f> points, double side);
 
   static constexpr double reach = 1e7;  ///< m in x and y; a float's step there is 1 m
@@ -27,11 +27,11 @@ class PlanBlocks {
   double side() const { return side_; }
   const std::vector<Block>& blocks() const { return blocks_; }  ///< by y, then x
   const std::vector<Eigen::Vector3f>& sorted() const { return sorted_; }
-  const std::vector<std::uint32_t>& order() const { return order_; }  ///< index in the points given
+  const std::vector<std::uint32_t>& order() const { return order_; }  ///< index in the input points
 
   int coordinate(double metres) const { return static_cast<int>(std::floor(metres / side_)); }
 
-  /// Calls visit(block, index in `blocks`) for those in the rectangle of block coordinates, ends included.
+  /// Calls visit(block, index in `blocks`) for those in the rectangle of block coordinates, inclusive.
   template <class Visit>
   void for_each_in(int x0, int y0, int x1, int y1, Visit&& visit) const {
     const auto row_begin = [&](int y) {

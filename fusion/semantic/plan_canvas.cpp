@@ -8,7 +8,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr int fineness = 2;       ///< drawn pixels per pixel of the picture
+constexpr int fineness = 2;       ///< rendered pixels per pixel of the picture
 constexpr int fraction_bits = 4;  ///< of OpenCV's fixed-point coordinates
 constexpr int font = cv::FONT_HERSHEY_DUPLEX;
 constexpr double capital = 21;  ///< height of a capital of this font at scale 1, pixels
@@ -23,13 +23,13 @@ std::string ascii(const std::string& words) {
   std::string out;
   for (const char c : words) {
     const auto byte = static_cast<unsigned char>(c);
-    // One '?' for each character beyond ASCII: its continuation bytes are left out.
+    // One '?' per non-ASCII character: its continuation bytes are dropped.
     if ((byte & 0xC0U) != 0x80) out += byte < 0x20 || byte > 0x7E ? '?' : c;
   }
   return out;
 }
 
-/// White where free, dark where solid, grey where nothing is known.
+/// White where free, dark where solid, grey where unknown.
 Colour cell_colour(float probability) {
   const double p = std::clamp(static_cast<double>(probability), 0.0, 1.0);
   const Colour& far = p < 0.5 ? paper : solid;
@@ -45,7 +45,7 @@ Colour cell_colour(float probability) {
 PlanCanvas::PlanCanvas(int width, const Eigen::AlignedBox2d& view, int title_bar, int legend_bar)
     : width_(width), title_bar_(title_bar), legend_bar_(legend_bar) {
   const Eigen::Vector2d size = view.sizes();
-  // Neither a strip nor a tower: the view is widened to between 2:5 and 5:4 of the width.
+  // Limits the aspect ratio: the view is extended to between 2:5 and 5:4 of the width.
   const double aspect = std::clamp(size.y() / size.x(), 0.4, 1.25);
   const double plan_height = std::round(width * aspect);
   height_ = static_cast<int>(plan_height) + title_bar + legend_bar;
@@ -60,7 +60,7 @@ Eigen::Vector2d PlanCanvas::pixel(const Eigen::Vector2d& p) const {
 }
 
 cv::Point PlanCanvas::fine(const Eigen::Vector2d& pixel) const {
-  // Far outside is far enough: OpenCV's fixed point has 32 bits.
+  // Clamped: OpenCV's fixed point has 32 bits.
   const auto coordinate = [](double v) {
     return static_cast<int>(std::lround(std::clamp(v, -1e5, 1e5) * fineness * (1 << fraction_bits)));
   };
@@ -87,7 +87,7 @@ void PlanCanvas::draw_cells(const std::vector<Colour>& colours, int columns, dou
   }
   const double size = side * scale_ * fineness;  // drawn pixels per cell
   if (size < 1) {
-    // Smaller cells than pixels are averaged first; sampling would lose thin walls.
+    // Cells smaller than pixels are averaged first; sampling would lose thin walls.
     cv::resize(cells, cells, {}, size, size, cv::INTER_AREA);
   }
   const Eigen::Vector2d corner = pixel({low.x(), low.y() + rows * side}) * fineness;

@@ -1,5 +1,5 @@
-// A drawing surface in map coordinates: twice as fine as the picture, then shrunk, so that every edge is
-// smooth. Internal to plan_picture*.cpp, which alone name OpenCV in this room.
+// A drawing surface in map coordinates, drawn at twice the resolution and then reduced for smooth edges.
+// Internal to plan_picture*.cpp, the only files of this module that name OpenCV.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -41,13 +41,13 @@ class PlanCanvas {
   void bar(const Eigen::AlignedBox2d& box, Colour colour);
   void pixel_line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, Colour colour, double width);
   void pixel_disc(const Eigen::Vector2d& p, double radius, Colour colour);
-  /// Left end of the baseline at `p`; `size`: height of a capital in pixels. A halo keeps it readable on
-  /// anything.
+  /// Left end of the baseline at `p`; `size`: height of a capital in pixels. A halo keeps the text readable
+  /// on any background.
   void text(const Eigen::Vector2d& p, const std::string& words, double size, Colour colour,
             bool halo = false);
   double text_width(const std::string& words, double size) const;
 
-  /// The picture at its own size; false where it cannot be written.
+  /// Writes the picture at its own size; false where it cannot be written.
   bool write(const std::string& path) const;
 
  private:

@@ -7,7 +7,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double gap = 6;  ///< pixels between a thing and its words
+constexpr double gap = 6;  ///< pixels between an object and its label
 
 }  // namespace
 
@@ -19,7 +19,7 @@ void PlanLabels::keep_clear(const Outline& outline) {
   }
 }
 
-/// Infinite where there are words already or the plan ends; else the points of drawn things below.
+/// Infinite where there is a label already or outside of the plan; else the number of drawn points below.
 double PlanLabels::cost(const Eigen::AlignedBox2d& box) const {
   constexpr double never = std::numeric_limits<double>::infinity();
   const Eigen::AlignedBox2d plan(Eigen::Vector2d(4, canvas_.title_bar() + 4),
@@ -48,7 +48,7 @@ void PlanLabels::beside(const ModelEntity& entity, const std::string& words, dou
         };
         const Eigen::Vector2d edge = at(side * entity.size.y() / 2);
         const Eigen::Vector2d outward = (edge - at(0)).normalized();
-        // As far out as the box of the words needs to clear the side.
+        // Far enough out for the label's box to clear the side.
         const double reach =
             std::abs(outward.x()) * half.x() + std::abs(outward.y()) * half.y() + gap + extra;
         const Eigen::Vector2d middle = edge + outward * reach;

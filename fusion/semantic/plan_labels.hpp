@@ -1,4 +1,4 @@
-// Where words stand in a plan: beside what they name, on nothing else. Internal to model_plan.cpp.
+// Positions of labels in a plan: beside the entity and without overlap. Internal to model_plan.cpp.
 #pragma once
 
 #include <string>
@@ -14,9 +14,9 @@ class PlanLabels {
  public:
   explicit PlanLabels(PlanCanvas& canvas) : canvas_(canvas) {}
 
-  /// Words written from now on avoid this, where they can.
+  /// Later labels avoid this outline where possible.
   void keep_clear(const Outline& outline);
-  /// Writes beside the middle of a long side, else near its ends; not at all where every place has words.
+  /// Writes beside the middle of a long side, else near its ends; not at all where every position is taken.
   void beside(const ModelEntity& entity, const std::string& words, double size, Colour colour);
 
  private:
@@ -24,7 +24,7 @@ class PlanLabels {
 
   PlanCanvas& canvas_;
   std::vector<Eigen::AlignedBox2d> words_;  ///< pixels
-  std::vector<Eigen::Vector2d> drawn_;      ///< pixels, points on what words avoid
+  std::vector<Eigen::Vector2d> drawn_;      ///< pixels, points that labels avoid
 };
 
 }  // namespace parhelion::semantic

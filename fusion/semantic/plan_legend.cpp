@@ -14,7 +14,7 @@ const Colour ink{32, 38, 46};
 const Colour paper{255, 255, 255};
 const Colour rule{208, 215, 222};
 
-/// A round number of metres, about a tenth of the width; returns where it ends.
+/// Scale bar of a round number of metres, about a tenth of the width; returns its end.
 double paint_scale_bar(PlanCanvas& canvas, double x, double y) {
   const double wanted = 0.1 * canvas.width() / canvas.pixels_per_metre();
   const double power = std::pow(10, std::floor(std::log10(wanted)));

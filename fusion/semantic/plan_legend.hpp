@@ -1,4 +1,4 @@
-// The bar below a plan: scale, and what each colour means. Internal to plan_picture.cpp.
+// The bar below a plan: scale and meaning of the colours. Internal to plan_picture.cpp.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace parhelion::semantic {
 
-/// Something that is drawn only where its part is there, and then explained.
+/// An entry that is shown only where the part that it explains is drawn.
 struct LegendEntry {
   std::string label;
   Colour colour;

@@ -77,6 +77,6 @@ std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> chord(const Outline& 
   return std::pair{met[0], met[1]};
 }
 
-/// Up to above a person's head: what hangs higher is not in the way.
+/// Up to above a person's head; higher parts are no obstacle.
 
 }  // namespace parhelion::semantic

@@ -79,7 +79,7 @@ Eigen::AlignedBox2d view_of(const PlanPicture& picture) {
   for (const SeenBody& seen : seen_bodies(picture.world)) {
     view.extend(Eigen::Vector2d(seen.state->T_map_body.translation().head<2>()));
   }
-  // A scan's far returns may lie anywhere: its place counts, its returns only where nothing else gives an
+  // A scan's far returns may lie anywhere: its position counts, its returns only where nothing else gives an
   // extent.
   if (picture.scan) {
     view.extend(picture.scan->laser);
@@ -116,7 +116,7 @@ class PlanPainter {
     legend_.add({"occupied in the map", {38, 44, 54}, LegendEntry::Mark::area});
   }
 
-  /// The area that the scan saw, as a light veil.
+  /// The area seen by the scan, as a light veil.
   void paint_sweep() {
     std::vector<Eigen::Vector2d> all = picture_.scan->real;
     all.insert(all.end(), picture_.scan->injected.begin(), picture_.scan->injected.end());
@@ -132,7 +132,7 @@ class PlanPainter {
   }
 
   void paint_model() {
-    std::map<int, std::vector<Outline>> layers;  // by what they are
+    std::map<int, std::vector<Outline>> layers;  // by kind
     for (const ModelEntity& entity : picture_.model->entities) {
       if (!is_upright_part(entity)) continue;
       layers[entity.is_virtual ? 2 : entity.label == EntityLabel::door ? 1 : 0].push_back(outline_of(entity));
@@ -159,7 +159,7 @@ class PlanPainter {
     if (!path.label.empty()) legend_.add({path.label, path.colour, mark});
   }
 
-  /// At the end, along the last stretch of ten pixels.
+  /// Arrow at the end, along the last ten pixels.
   void paint_arrow(const PlanPath& path) {
     const Eigen::Vector2d tip = path.points.back();
     const double metre = 1 / canvas_.pixels_per_metre();
@@ -208,7 +208,7 @@ class PlanPainter {
     }
   }
 
-  /// Beside each body, where no other name is.
+  /// Names beside each body, without overlap.
   void paint_names() {
     constexpr double size = 13, gap = 7;
     std::vector<Eigen::AlignedBox2d> taken;

@@ -26,7 +26,7 @@ std::vector<Eigen::Vector2d> mesh_points(const SemanticModel& model) {
   return points;
 }
 
-/// Grown from the floors; where there are none, from the largest thing.
+/// Grows from the floors; without floors, from the largest entity.
 Box main_box(const std::vector<Box>& floors, const std::vector<Box>& things) {
   Box part;
   for (const Box& floor : floors) part.extend(floor);
@@ -46,7 +46,7 @@ Box main_box(const std::vector<Box>& floors, const std::vector<Box>& things) {
   return part;
 }
 
-/// Without the vertices that no triangle names any more: they would widen the picture.
+/// Drops vertices that no triangle uses any more: they would enlarge the picture.
 void keep_inside(const Box& part, ModelMesh& mesh) {
   std::erase_if(mesh.triangles, [&](const auto& triangle) {
     return std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t i) {
@@ -94,7 +94,7 @@ MainPart main_part(const SemanticModel& model) {
   });
   for (ModelMesh& mesh : shown.model.meshes) keep_inside(part, mesh);
   shown.left_out =
-      beyond == 0 ? "what is farther out is not shown"
+      beyond == 0 ? "distant parts are not shown"
                   : std::to_string(beyond) + (beyond == 1 ? " part" : " parts") + " farther out not shown";
   return shown;
 }

@@ -10,12 +10,12 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kBeside = 0.6;         // m, between two floors that may be one
-constexpr double kDeepest = 0.5;        // m: no scanner is off by more where it sees a floor at all
+constexpr double kBeside = 0.6;         // m, maximum gap between two parts of one floor
+constexpr double kDeepest = 0.5;        // m: larger errors do not occur where a floor is seen at all
 constexpr double kSkin = 0.12;          // m, of points around a floor
 constexpr double kMargin = 0.2;         // m, around a floor's box
-constexpr std::size_t kFewest = 50;     // points that say how far angles are off
-constexpr std::size_t kMost = 500'000;  // points that are looked at
+constexpr std::size_t kFewest = 50;     // minimum number of points for the angular error
+constexpr std::size_t kMost = 500'000;  // maximum number of points used
 
 struct Floor {
   std::size_t entity = 0;
@@ -40,7 +40,7 @@ std::vector<Floor> floors_of(const SemanticModel& model) {
   return floors;
 }
 
-/// Of the floor's points: level distance from their scanner, and how far below `height` they lie; m.
+/// Of the floor's points: horizontal distance from their scanner, and depth below `height`; m.
 std::vector<Eigen::Vector2d> sights_of(const cloud::PointCloud<Map>& cloud, const Floor& floor,
                                        double height) {
   std::vector<Eigen::Vector2d> sights;
@@ -59,7 +59,7 @@ std::vector<Eigen::Vector2d> sights_of(const cloud::PointCloud<Map>& cloud, cons
   return sights;
 }
 
-/// rad, by which the angles to the farther half of a floor's points are off, nine tenths of them.
+/// rad, 90th percentile of the angular error of the farther half of a floor's points.
 std::optional<double> angles_off(const std::vector<Eigen::Vector2d>& sights) {
   if (sights.size() < 2 * kFewest) return std::nullopt;
   std::vector<double> away, off;
@@ -71,7 +71,7 @@ std::optional<double> angles_off(const std::vector<Eigen::Vector2d>& sights) {
   return off.empty() ? std::nullopt : std::optional(quantile(off, 0.9));
 }
 
-/// Whether `lower` is where errors of that size would put the floor that lies at `height`.
+/// Whether errors of that size explain the height of `lower` relative to the floor at `height`.
 bool sags(const cloud::PointCloud<Map>& cloud, const Floor& lower, double height, double most) {
   std::vector<double> off;
   for (const Eigen::Vector2d& sight : sights_of(cloud, lower, height)) off.push_back(sight.y() / sight.x());

@@ -1,4 +1,5 @@
-// Floors that are one: far from a scanner a small error of its angles sinks a floor by decimetres.
+// Joins floors that a small error of the scanner's angles has separated: at long range it lowers a floor by
+// decimetres.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +10,11 @@
 
 namespace parhelion::semantic {
 
-/// Joins to a larger level floor each smaller one beside it that lies lower by no more than the scanners'
-/// angles are off: as much as the farther half of the larger one's own points says (nine tenths of them). A
-/// real step down is told from that by scans that are sharp. `cloud.labels`: EntityLabel per point; without
-/// viewpoints nothing is joined. Returns how many floors went; relations with them go to the larger one.
+/// Joins to a larger level floor each smaller one beside it that is lower by no more than the error of the
+/// scanners' angles, estimated from the farther half of the larger floor's own points (90th percentile). A
+/// real step down is recognised by scans that are sharp. `cloud.labels`: EntityLabel per point; without
+/// viewpoints nothing is joined. Returns the number of removed floors; their relations are transferred to the
+/// larger one.
 std::size_t join_sagging_floors(const cloud::PointCloud<Map>& cloud, SemanticModel& model);
 
 }  // namespace parhelion::semantic

@@ -1,4 +1,4 @@
-// The image way from cloud to surfaces, on one screen.
+// The image-based pipeline from cloud to surfaces.
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double tallest = 200;  // m; few buildings are taller, a room in millimetres is
+constexpr double tallest = 200;  // m; few buildings are taller; a room in millimetres is
 
 std::string check_options(const SegmentationOptions& o) {
   const auto inside = [](double value, double low, double high) { return value >= low && value <= high; };
@@ -23,7 +23,7 @@ std::string check_options(const SegmentationOptions& o) {
   return "";
 }
 
-/// Heights that leave one in a thousand points out on either side, widened by a margin.
+/// The 0.1th and 99.9th percentile of the heights, widened by a margin.
 std::pair<double, double> robust_heights(const std::vector<Eigen::Vector3f>& points) {
   std::vector<float> z;
   const std::size_t step = std::max<std::size_t>(1, points.size() / 100'000);

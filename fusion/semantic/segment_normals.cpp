@@ -1,5 +1,5 @@
-// The normals way: points whose normals agree are gathered into patches, patches that continue one another
-// into surfaces (region growing).
+// The normal-based pipeline: points with similar normals are grouped into patches, adjacent patches of one
+// plane into surfaces (region growing).
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -17,25 +17,25 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr double cube = 0.15;         // m; less than a riser is high
-constexpr double tilt = 20 * degree;  // of one point's normal off level or upright
+constexpr double tilt = 20 * degree;  // of one point's normal from level or upright
 constexpr double turn = 15 * degree;  // between a region and a patch that joins it
-constexpr double min_area = 0.15;     // m^2, as in the image way
+constexpr double min_area = 0.15;     // m^2, as in the image-based pipeline
 constexpr int min_points = 3;         // of a patch; fewer normals have no mean
-constexpr double cube_reach = 1e5;    // m; a cube's number still fits
+constexpr double cube_reach = 1e5;    // m; limit of a cube's index
 
 enum class Facing : std::uint8_t { level, upright };
 
-/// The points of one cube that face one way.
+/// The points of one cube with similar normals.
 struct Patch {
   std::array<std::int32_t, 3> cube{};
   Facing facing = Facing::level;
   std::uint32_t count = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< sum of the points', turned to one side
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< sum of the points', with consistent sign
   std::uint32_t region = no_surface;
 };
 
-/// An upright normal may point either way: it is turned so that it agrees with the others of its patch.
+/// An upright normal may point either way: its sign is chosen to agree with the others of its patch.
 struct PatchIndex {
   std::vector<Patch> patches;
   std::vector<std::uint32_t> patch_of;  ///< per point
@@ -86,7 +86,7 @@ PatchIndex make_patches(const std::vector<Eigen::Vector3f>& points,
   return index;
 }
 
-/// What a region knows of its plane while it grows.
+/// Plane of a region while it grows.
 struct RegionPlane {
   double count = 0;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
@@ -101,7 +101,7 @@ struct RegionPlane {
   }
 };
 
-/// From the fullest patch on, over cubes that touch. Regions by patch lists.
+/// Starts from the patch with the most points and grows over touching cubes. Regions by patch lists.
 std::vector<std::vector<std::uint32_t>> grow(PatchIndex& index, double near) {
   std::vector<std::uint32_t> fullest(index.patches.size());
   std::iota(fullest.begin(), fullest.end(), 0U);
@@ -135,7 +135,7 @@ std::vector<std::vector<std::uint32_t>> grow(PatchIndex& index, double near) {
   return regions;
 }
 
-/// The line through the region's points in the plan by total least squares; false where it is too short.
+/// Total least squares line through the region's points in the plan; false where it is too short.
 bool make_vertical(const std::vector<Eigen::Vector3f>& points, double min_length, VerticalSurface& surface) {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const auto& p : points) mean += p.head<2>().cast<double>();
@@ -182,7 +182,7 @@ bool make_horizontal(const std::vector<Eigen::Vector3f>& points, double area, Ho
   return true;
 }
 
-/// From below, by most of the normals where they face a scanner; else what is high above the lowest.
+/// Seen from below by most normals where they face a scanner; else where it is high above the lowest.
 void find_facing(const cloud::PointCloud<Map>& cloud, const std::vector<Eigen::Vector3f>& normals,
                  Segmentation& result) {
   const auto verticals = static_cast<std::uint32_t>(result.verticals.size());
@@ -246,7 +246,7 @@ Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
   }
   for (const std::uint32_t r : horizontal_regions) {
     HorizontalSurface surface;
-    // A region may climb through a cube's border; its columns count once.
+    // A region may pass through a cube's border; its columns count once.
     std::vector<std::pair<std::int32_t, std::int32_t>> columns;
     for (const std::uint32_t patch : regions[r])
       columns.emplace_back(index.patches[patch].cube[0], index.patches[patch].cube[1]);

@@ -1,8 +1,8 @@
-// What the points of a level cloud are made of: straight vertical surfaces, horizontal surfaces, and sets of
-// parallel equidistant edges. Prerequisites in the paper's word (section 2.2): evidence, not labels yet.
+// Segments a level cloud into straight vertical surfaces, horizontal surfaces, and sets of parallel
+// equidistant edges. The paper calls them prerequisites (section 2.2): evidence, not labels yet.
 //
-// The image way: projection to OXY and OXZ, threshold, filter (equation 3), dilation, thinning, probabilistic
-// Hough, each in tiles without seams.
+// The image-based pipeline: projection to OXY and OXZ, threshold, filter (equation 3), dilation, thinning,
+// probabilistic Hough, each in tiles without seams.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,25 +19,25 @@ namespace parhelion::semantic {
 constexpr std::uint32_t no_surface = 0xFFFFFFFF;
 constexpr std::uint32_t no_curve = 0xFFFFFFFF;
 
-/// A vertical surface over a line segment of the plan: prerequisite of a wall, a door, a railing, a riser.
-/// What is round is a row of facets, neighbours one after the other, each begins where the one before ends.
+/// A vertical surface over a line segment of the plan: prerequisite of a wall, a door, a railing, a riser. A
+/// round surface is a chain of facets; each begins where the previous one ends.
 struct VerticalSurface {
   Eigen::Vector2d start = Eigen::Vector2d::Zero();  ///< m, map frame
   Eigen::Vector2d end = Eigen::Vector2d::Zero();
   double z_low = 0, z_high = 0;  ///< m, of the points near it (1 and 99 percent)
   double thickness = 0;          ///< m, 2 sigma of the distances to its plane
   std::uint32_t points = 0;
-  std::uint32_t curve = no_curve;  ///< number of the round surface that it is a facet of
+  std::uint32_t curve = no_curve;  ///< number of the round surface that it belongs to
 };
 
 /// A horizontal surface: prerequisite of floor, ceiling, table top, tread.
 struct HorizontalSurface {
-  double z = 0;                                   ///< m, median of its points, outliers left out
+  double z = 0;                                   ///< m, median of its points without outliers
   double thickness = 0;                           ///< m, 2 sigma
-  double area = 0;                                ///< m^2, of the plan's cells that it covers
+  double area = 0;                                ///< m^2, of the plan cells that it covers
   Eigen::Vector2d low = Eigen::Vector2d::Zero();  ///< m, bounds in the plan
   Eigen::Vector2d high = Eigen::Vector2d::Zero();
-  bool faces_down = false;  ///< seen from below, as a ceiling is
+  bool faces_down = false;  ///< seen from below, like a ceiling
   std::uint32_t points = 0;
 };
 
@@ -50,7 +50,7 @@ struct ParallelSet {
 
 struct SegmentationOptions {
   double pixel = 10.0 / 512;  ///< m; 10 m over 512 pixels, the paper's setting
-  double near = 0.05;         ///< m, a point this near a plane is of it
+  double near = 0.05;         ///< m, a point this near a plane belongs to it
   double min_length = 0.4;    ///< m, of a segment
   std::uint64_t seed = 1;     ///< of the probabilistic Hough transform and of random planes
   int threads = 0;            ///< 0: all; the result is the same for any number
@@ -69,17 +69,18 @@ struct Segmentation {
 /// Errors: an empty cloud, no extent, options out of range, a stages folder that cannot be written.
 Result<Segmentation> segment(const cloud::PointCloud<Map>& cloud, const SegmentationOptions& options = {});
 
-/// The normals way: normals (the cloud's own, or algorithm 2's) say what is level and what upright; cubes of
-/// one plane that touch are a surface. Of the options uses near, min_length, seed, threads; finds no parallel
-/// sets. Slower than the image way, which `segment` is; each is the other's check. Errors: as `segment`.
+/// The normal-based pipeline: normals (the cloud's own, or algorithm 2's) classify points as level or
+/// upright; touching cubes of one plane form a surface. Uses the options near, min_length, seed, threads;
+/// finds no parallel sets. Slower than the image-based pipeline of `segment`; each serves to check the other.
+/// Errors: as `segment`.
 Result<Segmentation> segment_by_normals(const cloud::PointCloud<Map>& cloud,
                                         const SegmentationOptions& options = {});
 
-/// The rotation that makes the cloud level, from its horizontal surfaces or from `up_hint` (unit, cloud
-/// frame: an accelerometer's reading). Turns by the shortest arc about the middle of what is level, so
-/// that heights stay those of the cloud there. Errors: nothing horizontal within 40 degrees of the hint (or
-/// of z): says what was seen; a cloud that seems to be upside down (more hangs from its ceiling than stands
-/// on its floor), unless the hint is to be trusted; `upside_down` (may be null) tells that error from others.
+/// The rotation that levels the cloud, from its horizontal surfaces or from `up_hint` (unit, cloud frame: an
+/// accelerometer's reading). Rotates by the shortest arc about the middle of the level surfaces, so that
+/// heights there are unchanged. Errors: nothing horizontal within 40 degrees of the hint (or of z), with what
+/// was seen; a cloud that seems to be upside down (more points below its ceiling than above its floor),
+/// unless the hint is to be trusted; `upside_down` (may be null) distinguishes that error from others.
 Result<Transform<Map, Cloud>> level(const cloud::PointCloud<Cloud>& cloud,
                                     const Eigen::Vector3d& up_hint = Eigen::Vector3d::UnitZ(),
                                     bool trust_hint = false, bool* upside_down = nullptr);

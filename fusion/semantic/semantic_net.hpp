@@ -1,6 +1,6 @@
-// The semantic net (paper 2.3): from surfaces to labelled entities and the relations that hold between them.
-// Labels are assigned jointly: each candidate has a likelihood for each label from its own shape, each pair a
-// compatibility for each pair of labels, and the best joint assignment wins.
+// The semantic net (paper 2.3): labelled entities and their relations from surfaces. Labels are assigned
+// jointly: each candidate has a likelihood for each label from its own shape, each pair a compatibility for
+// each pair of labels, and the best joint assignment is chosen.
 #pragma once
 
 #include <array>
@@ -21,15 +21,15 @@ struct SemanticNetOptions {
   double tread_min = 0.18, tread_max = 1.2;             ///< m
 };
 
-/// Why an entity got its label: for a person, and for the picture of the net.
+/// Why an entity got its label: for reports and for the picture of the net.
 struct LabelEvidence {
   std::string entity;
   std::array<double, 10> likelihood{};  ///< per EntityLabel, from its own shape; sums to 1
   std::array<double, 10> belief{};      ///< per EntityLabel, after the relations; sums to 1
-  std::vector<Relation> supports;       ///< that spoke for the label
+  std::vector<Relation> supports;       ///< relations that support the label
 };
 
-/// One step of a flight, or one flight; as the summary has it.
+/// One step of a flight, or one flight; as in the summary.
 struct StairsFlight {
   std::string name;
   std::vector<double> rises;   ///< m

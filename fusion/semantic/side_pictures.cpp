@@ -10,9 +10,9 @@ namespace {
 
 constexpr double min_line = 0.2;      // m; less than the tread of a step
 constexpr int min_layers = 3;         // of 64 across tile and margins: 0.4 m deep, or a wall seen end on
-constexpr double ridge_reach = 0.12;  // m; less than from step to step
-constexpr double ridge_share = 0.6;   // of the most layers in reach
-constexpr int max_rise = 3;           // degrees: what is steeper is a ramp
+constexpr double ridge_reach = 0.12;  // m; less than the distance between steps
+constexpr double ridge_share = 0.6;   // of the largest layer count in reach
+constexpr int max_rise = 3;           // degrees: steeper surfaces are ramps
 
 /// One tile's pictures from the side; x is along the picture, in site pixels.
 class SidePictures {
@@ -27,7 +27,7 @@ class SidePictures {
                             [&](const PlanBlocks::Block& block, std::size_t) { add(block); });
   }
 
-  /// Lines that are level, as heights (m) over blocks: [block column or row 0..9] -> heights.
+  /// Level lines, as heights (m) over blocks: [block column or row 0..9] -> heights.
   using Levels = LevelHeights;
   Levels levels(Projection projection, StageImages* stages) {
     ImageChain& chain = chains_[projection == Projection::oxz ? 0 : 1];
@@ -69,7 +69,7 @@ class SidePictures {
     }
   }
 
-  /// What the Hough transform may miss, being random: rows that are fuller than those around them, over each
+  /// Finds what the random Hough transform may miss: rows with more pixels than those around them, over each
   /// block and half of its neighbours.
   void add_full_rows(const PixelSet& image, int shortest, Levels& levels) const {
     constexpr int half = block_pixels / 2, halves = 2 * (tile_blocks + 2), rows_beside = 3;
@@ -107,7 +107,7 @@ class SidePictures {
 
   const Site& site_;
   int x0_ = 0, y0_ = 0, rows_ = 0;
-  static thread_local std::array<ImageChain, 2> chains_;  // large; cleared by what was set
+  static thread_local std::array<ImageChain, 2> chains_;  // large; only set pixels are cleared
 };
 thread_local std::array<ImageChain, 2> SidePictures::chains_;
 

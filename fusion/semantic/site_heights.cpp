@@ -14,9 +14,9 @@ namespace {
 
 constexpr double kBand = 0.25;            // m, around a level's height
 constexpr double kNear = 1.5;             // m, around a scanner
-constexpr std::size_t kFewest = 50;       // points from which a height is read
-constexpr std::size_t kMost = 500'000;    // points that are looked at: more change nothing
-constexpr std::size_t kMostScanners = 8;  // that a line can name
+constexpr std::size_t kFewest = 50;       // minimum number of points for a height
+constexpr std::size_t kMost = 500'000;    // maximum number of points used: more change nothing
+constexpr std::size_t kMostScanners = 8;  // maximum number in one line of text
 
 std::vector<Eigen::Vector3d> points_of(const cloud::PointCloud<Map>& cloud, EntityLabel label, double z) {
   std::vector<Eigen::Vector3d> points;
@@ -47,7 +47,7 @@ std::optional<LevelHeights> level_heights(const std::vector<Eigen::Vector3d>& po
     normal += d * d.transpose();
     right += d * (p.z() - mean.z());
   }
-  // Minimum norm: along a single line of points only its own slope is known.
+  // Minimum norm: along a single line of points only its own slope is determined.
   heights.lean = std::atan(normal.completeOrthogonalDecomposition().solve(right).norm());
   return heights;
 }

@@ -1,5 +1,5 @@
-// How high a site's floor and ceiling are, and how sharply that can be said: scans bend, so that a height to
-// a centimetre is one of a place.
+// Heights of a site's floor and ceiling, and their accuracy: scans bend, so a height accurate to a centimetre
+// holds only locally.
 #pragma once
 
 #include <optional>
@@ -14,14 +14,14 @@ namespace parhelion::semantic {
 
 /// The points of one level.
 struct LevelHeights {
-  double low = 0, median = 0, high = 0;  ///< m: 5, 50, 95 percent of its points
-  double lean = 0;                       ///< rad, of the plane through them against level
+  double low = 0, median = 0, high = 0;  ///< m: 5th, 50th, 95th percentile of its points
+  double lean = 0;                       ///< rad, angle between the plane through them and level
 };
 
-/// What was measured near one scanner, where the angles of its beams matter least.
+/// Heights near one scanner, where angular errors of its beams matter least.
 struct ScannerHeights {
   double z = 0;                          ///< m, of the scanner
-  std::optional<double> floor, ceiling;  ///< m, medians of the points within 1.5 m of it in the plan
+  std::optional<double> floor, ceiling;  ///< m, medians of the points within a horizontal distance of 1.5 m
 };
 
 struct SiteHeights {
@@ -29,17 +29,17 @@ struct SiteHeights {
   std::vector<ScannerHeights> scanners;  ///< one for each viewpoint
 };
 
-/// Of points that are labelled floor within 0.25 m of `floor`, and ceiling of `ceiling` (m, map frame;
+/// Uses points labelled floor within 0.25 m of `floor`, and points labelled ceiling likewise (m, map frame;
 /// nullopt where there is none).
 SiteHeights site_heights(const cloud::PointCloud<Map>& cloud, std::optional<double> floor,
                          std::optional<double> ceiling);
 
-/// "floor -1.258 m (nine tenths of its points from -1.288 to -1.237), ...": one line for a person.
+/// "floor -1.258 m (nine tenths of its points from -1.288 to -1.237), ...": one readable line.
 std::string in_words(const SiteHeights& heights);
 
-/// A picture, heights.png in `folder`: how many points lie at each centimetre around the floor and the
-/// ceiling, as the first scan has them and level. Nothing where neither is there. Errors: a folder that
-/// cannot be written.
+/// A picture, heights.png in `folder`: the number of points at each centimetre around the floor and the
+/// ceiling, in the first scan's orientation and levelled. Writes nothing where neither exists. Errors: a
+/// folder that cannot be written.
 Status write_heights(const cloud::PointCloud<Map>& cloud, const Transform<Map, Cloud>& T_map_cloud,
                      const SiteHeights& heights, const std::string& folder);
 

@@ -6,7 +6,7 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr double kFloor = 0.05;  ///< m, points this near to the floor's height are of it
+constexpr double kFloor = 0.05;  ///< m, points this near to the floor's height belong to it
 constexpr std::size_t kMostRays = 4'000'000;
 
 struct Evidence {
@@ -28,7 +28,7 @@ class Slicer {
     if (std::abs(z) <= kFloor) cell->floor = true;
   }
 
-  /// The part of a line of sight that lies in the band, short of its end by a cell.
+  /// The part of a line of sight within the band, shortened by a cell at its end.
   void cross(const Eigen::Vector3d& eye, const Eigen::Vector3d& p) {
     const double low = options_.floor + options_.height - options_.band, high = low + 2 * options_.band;
     const Eigen::Vector3d way = p - eye;
@@ -82,7 +82,7 @@ Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOpti
     const double z = static_cast<double>(p.z()) - options.floor;
     if (z > -kFloor && z < options.height + options.band) extent.extend(Eigen::Vector2d(p.x(), p.y()));
   }
-  if (extent.isEmpty()) return Error{"slice: no point lies between the floor and the laser's height"};
+  if (extent.isEmpty()) return Error{"slice: no point between the floor and the laser's height"};
   pose::GridMap map;
   map.resolution = options.resolution;
   const Eigen::Vector2d low = (extent.min() / map.resolution).array().floor() - 2;
@@ -103,7 +103,7 @@ Result<pose::GridMap> slice(const cloud::PointCloud<Map>& cloud, const SliceOpti
     if (scan < cloud.viewpoints.size()) slicer.cross(cloud.viewpoints[scan], cloud.points[i].cast<double>());
   }
   if (slicer.write() == 0)
-    return Error{"slice: nothing stands at the laser's height of " + std::to_string(options.height) +
+    return Error{"slice: no surface at the laser's height of " + std::to_string(options.height) +
                  " m over the floor"};
   return map;
 }

@@ -1,4 +1,4 @@
-// Pictures of every stage of the image way (the paper's figures 2 and 3), for people.
+// Pictures of every stage of the image-based pipeline (the paper's figures 2 and 3).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace parhelion::semantic {
 namespace {
 
 constexpr int width = 1200, title_bar = 64, legend_bar = 44;  // pixels
-constexpr std::size_t max_cells = 16'000'000;                 // of a picture; larger sites are shown coarser
+constexpr std::size_t max_cells = 16'000'000;  // of a picture; larger sites are shown at lower resolution
 
 const Colour ink{32, 38, 46};
 const Colour faint{110, 119, 129};
@@ -32,10 +32,11 @@ constexpr std::array<const char*, 3> projection_names{"oxy", "oxz", "oyz"};
 constexpr std::array<const char*, 3> axes{"x, y", "x, z", "y, z"};
 constexpr std::array<const char*, 5> stage_names{"input", "threshold", "filtered", "dilated", "skeleton"};
 constexpr std::array<const char*, 5> stage_titles{
-    "Input: layers that are hit, per pixel", "Threshold: something stands here",
-    "Filtered: isolated pixels gone (eq. 3)", "Dilated: neighbours joined", "Skeleton: lines one pixel wide"};
+    "Input: occupied layers per pixel", "Threshold: enough layers",
+    "Filtered: isolated pixels removed (eq. 3)", "Dilated: neighbours joined",
+    "Skeleton: lines one pixel wide"};
 
-/// From nothing (white) over blue to what is hit in many layers (dark).
+/// From zero (white) over blue to many layers (dark).
 Colour shade(int value) {
   const double s = std::clamp(std::log2(1.0 + value) / 6, 0.0, 1.0);
   const auto mix = [&](double a, double b, double c) {
@@ -44,7 +45,7 @@ Colour shade(int value) {
   return {mix(235, 90, 10), mix(242, 150, 20), mix(250, 210, 60)};
 }
 
-/// The metres that all pictures of a projection show: all pixels but the strays.
+/// The metres shown by all pictures of a projection: all pixels except outliers.
 Eigen::AlignedBox2d view_of(const Site& site, const std::vector<StagePixel>& pixels, bool from_above) {
   if (pixels.empty()) return {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)};
   const double pixel = site.options.pixel;
@@ -110,7 +111,7 @@ class StagePicture {
   }
 
  private:
-  /// Metres along the lower and the left edge.
+  /// Axis labels in metres along the lower and the left edge.
   void ticks() {
     const double span = width / canvas_.pixels_per_metre();
     double step = 0.5;

@@ -1,7 +1,7 @@
-// The two searches of the image way, over one site cut into tiles. Internal to this room.
+// The two searches of the image-based pipeline, over one site cut into tiles. Internal to this module.
 //
-// Each tile is seen with a margin of one block around it, wide enough that nothing in its core depends on
-// where the cut is; what is found belongs to the tile that its middle lies in.
+// Each tile is processed with a margin of one block around it, wide enough that its core does not depend on
+// the tile boundaries; a surface belongs to the tile that contains its middle.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,13 +27,13 @@ struct Tile {
   int x = 0, y = 0;  ///< in tiles from the origin
 };
 
-/// A cloud, sorted and measured for the searches.
+/// A cloud, sorted and with its bounds, for the searches.
 struct Site {
   const cloud::PointCloud<Map>& cloud;
   const SegmentationOptions& options;
   PlanBlocks blocks;
   std::vector<Tile> tiles;       ///< those with points, by y, then x
-  double z_low = 0, z_high = 0;  ///< m, of all points but stray ones, and the margin
+  double z_low = 0, z_high = 0;  ///< m, of all points except outliers, with the margin
 
   double cell() const { return options.pixel * block_pixels / block_cells; }
 };
@@ -46,7 +46,7 @@ struct StagePixel {
 enum class Stage : std::uint8_t { input, threshold, filtered, dilated, skeleton };
 enum class Projection : std::uint8_t { oxy, oxz, oyz };
 
-/// Collects what the pictures show.
+/// Collects the pixels and lines of the stage pictures.
 struct StageImages {
   std::vector<StagePixel> pixels[3][5];  ///< [Projection][Stage]
   struct Line {
@@ -55,7 +55,7 @@ struct StageImages {
   std::vector<Line> hough[3];
 };
 
-/// Writes them into the folder as PNG files, oxy_1_input.png and on, and the surfaces that were found.
+/// Writes them into the folder as PNG files, oxy_1_input.png and so on, and the surfaces found.
 Status write_stages(const std::string& folder, const Site& site, const StageImages& stages,
                     const Segmentation& found);
 
@@ -65,9 +65,9 @@ struct Plate {
   float z = 0;                                       ///< m, mean of its points
   float variance = 0;                                ///< m^2
   std::uint32_t points = 0;                          ///< within `near` of z
-  std::uint32_t beside = 0;                          ///< as far again above and below
+  std::uint32_t beside = 0;                          ///< in bands of the same width above and below
   std::uint32_t around = 0;                          ///< within the height of two steps above and below
-  std::uint32_t from_above = 0, from_below = 0;      ///< points by the side that they were seen from
+  std::uint32_t from_above = 0, from_below = 0;      ///< points by the side they were seen from
   std::uint32_t column_above = 0, column_below = 0;  ///< the cell's other points
   std::uint32_t surface = no_surface;                ///< into HorizontalSearch::surfaces
 };
@@ -81,9 +81,9 @@ struct HorizontalSearch {
 class BlockPlates {
  public:
   BlockPlates(const Site& site, const HorizontalSearch& horizontals, std::size_t block);
-  /// Plates of the cell that `p` lies in.
+  /// Plates of the cell that contains `p`.
   std::span<const Plate> at(const Eigen::Vector3f& p) const;
-  /// Whether some plate explains the point without help: it is within 2.5 sigma.
+  /// Whether a single plate explains the point: it is within 2.5 sigma.
   bool lies_flat(const Eigen::Vector3f& p) const;
 
  private:
@@ -97,11 +97,11 @@ class BlockPlates {
 
 HorizontalSearch find_horizontals(const Site& site, StageImages* stages);
 
-/// Segments of the plan; what depends on single points (heights, thickness, count) is still empty.
+/// Segments of the plan; fields that depend on single points (heights, thickness, count) are still empty.
 std::vector<VerticalSurface> find_verticals(const Site& site, const HorizontalSearch& horizontals,
                                             StageImages* stages);
 
-/// Gives each point its surface and each surface its points' figures.
+/// Assigns each point to its surface and computes each surface's figures from its points.
 void assign_points(const Site& site, const HorizontalSearch& horizontals, Segmentation& result);
 
 std::vector<ParallelSet> find_parallel_sets(const std::vector<VerticalSurface>& verticals);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kBits = 21;  ///< of a cube's index along one axis
 constexpr std::int64_t kReach = std::int64_t{1} << (kBits - 1);
-constexpr std::size_t kMostTriangles = 900'000;  ///< whatever the area: a model file holds a million
+constexpr std::size_t kMostTriangles = 900'000;  ///< independent of the area: a model file holds a million
 
 using Index = std::array<std::int64_t, 3>;
 
@@ -34,7 +34,7 @@ struct Cube {
   bool solid = false;
 };
 
-/// Index space wraps for what is farther than a million cubes; such cubes are not there.
+/// Indices wrap for points farther than a million cubes; such cubes count as absent.
 Index neighbour(Index i, int axis, int step) {
   i[static_cast<std::size_t>(axis)] += step;
   return i;
@@ -58,9 +58,9 @@ class Mesher {
     return true;
   }
 
-  /// Marks what stays solid; returns the points that are in no solid cube.
+  /// Marks the cubes that stay solid; returns the points that are in no solid cube.
   std::uint64_t choose_solid();
-  /// Two triangles a face.
+  /// Two triangles per face.
   std::size_t count_triangles() const;
   /// m^2 of the plan, in squares of about a metre that hold a solid cube.
   double covered_plan() const;
@@ -138,8 +138,8 @@ double Mesher::covered_plan() const {
   return side * side * static_cast<double>(squares.size());
 }
 
-/// The corner at the low end of cube `i`, drawn to the points around it; at most 0.4 of a cube, so that no
-/// face folds over.
+/// The corner at the low end of cube `i`, moved towards the points around it; by at most 0.4 of a cube, so
+/// that no face folds over.
 Eigen::Vector3f Mesher::corner(const Index& i) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   std::uint32_t points = 0;
@@ -191,12 +191,12 @@ ModelMesh Mesher::surface() const {
 Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
                                  const UnknownMeshOptions& options) {
   if (labels.size() != cloud.size()) {
-    return Error{"mesh of what is unknown: " + std::to_string(labels.size()) + " labels for " +
+    return Error{"mesh of unknown objects: " + std::to_string(labels.size()) + " labels for " +
                  std::to_string(cloud.size()) + " points"};
   }
   if (!(options.cube > 0 && options.cube <= 10) || options.most_triangles < 100 ||
       !(options.triangles_per_m2 >= 0))
-    return Error{"mesh of what is unknown: expected 0 m < cube <= 10 m and at least 100 triangles"};
+    return Error{"mesh of unknown objects: expected 0 m < cube <= 10 m and at least 100 triangles"};
   for (double cube = options.cube;; cube *= 1.25) {
     Mesher mesher(cube, options);
     UnknownMesh result;

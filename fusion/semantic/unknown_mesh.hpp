@@ -1,8 +1,8 @@
-// The surface of what has no label: furniture and all else, as triangles that collide and hide.
+// The surface of unlabelled points (furniture and other objects) as triangles for collision and occlusion.
 //
-// Cubes that hold points are solid; the faces between solid and empty cubes are the surface, and each corner
-// is drawn to the mean of the points in the cubes around it (vertex clustering, Rossignac and Borrel 1993).
-// So the surface lies where points are, within a cube.
+// Cubes that hold points are solid; the faces between solid and empty cubes form the surface, and each corner
+// is moved to the mean of the points in the cubes around it (vertex clustering, Rossignac and Borrel 1993).
+// The surface is therefore within a cube of the points.
 #pragma once
 
 #include <cstdint>
@@ -16,21 +16,22 @@
 namespace parhelion::semantic {
 
 struct UnknownMeshOptions {
-  double cube = 0.10;                   ///< m, > 0; made larger where there would be too many triangles
-  std::size_t most_triangles = 50'000;  ///< of the whole mesh...
-  double triangles_per_m2 = 600;  ///< ...or so many for the plan that it covers: large sites stay as fine
-  std::uint32_t min_points = 3;   ///< in a cube, else it is noise...
-  std::size_t min_cubes = 4;      ///< ...and so are fewer connected cubes than this
+  double cube = 0.10;                   ///< m, > 0; enlarged where there would be too many triangles
+  std::size_t most_triangles = 50'000;  ///< maximum for the whole mesh...
+  double triangles_per_m2 = 600;  ///< ...or this number per m^2 of the plan that it covers, so that large
+                                  ///< sites keep their resolution
+  std::uint32_t min_points = 3;   ///< minimum in a cube; fewer are noise
+  std::size_t min_cubes = 4;      ///< minimum connected cubes; fewer are noise
 };
 
 struct UnknownMesh {
   ModelMesh mesh;              ///< named "unknown"; empty where there is nothing
-  double cube = 0;             ///< m: no point of the surface is farther from a point than a cube's diagonal
-  std::uint64_t left_out = 0;  ///< points taken for noise
+  double cube = 0;             ///< m: the surface is within a cube's diagonal of the points
+  std::uint64_t left_out = 0;  ///< points classified as noise
 };
 
-/// Of the points with label `unknown`. `labels`: one per point. Errors: labels that do not fit, options out
-/// of range.
+/// Meshes the points with label `unknown`. `labels`: one per point. Errors: labels that do not fit, options
+/// out of range.
 Result<UnknownMesh> unknown_mesh(const cloud::PointCloud<Map>& cloud, std::span<const std::uint8_t> labels,
                                  const UnknownMeshOptions& options = {});
 

@@ -12,9 +12,9 @@ constexpr double kParallel = 0.07;     ///< rad (4 degrees): surfaces of one wal
 constexpr double kOffset = 0.08;       ///< m, from one wall's line
 constexpr double kGap = 3.0;           ///< m, between surfaces of one wall: a double door, a cupboard
 constexpr double kLeastLength = 0.5;   ///< m, of a wall
-constexpr double kNear = 0.045;        ///< m, on the plane: less than a shallow recess
-constexpr double kLeastWallTop = 1.6;  ///< m over the floor; what ends below is furniture or a railing
-constexpr double kBody = 1.8;          ///< m over the floor: what stands before a wall rarely reaches above
+constexpr double kNear = 0.045;        ///< m, on the plane: smaller than a shallow recess
+constexpr double kLeastWallTop = 1.6;  ///< m over the floor; lower ends are furniture or railings
+constexpr double kBody = 1.8;          ///< m over the floor: objects in front of a wall are rarely higher
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
@@ -48,9 +48,9 @@ WallCandidate merged(const Segmentation& segmentation, std::size_t base, std::ve
   return wall;
 }
 
-/// Where what can be seen of a wall begins: over the counter or the table that stands along it.
+/// Height above which a wall is visible: over the counter or the table along it.
 double visible_from(const Segmentation& segmentation, const WallCandidate& wall) {
-  constexpr double kHighest = 1.2, kBeside = 0.4, kLeft = 0.4;  // m; at least that much of the wall is left
+  constexpr double kHighest = 1.2, kBeside = 0.4, kLeft = 0.4;  // m; at least that much of the wall remains
   constexpr double kLeastArea = 0.2;                            // m^2
   double from = wall.floor + 0.2;
   for (const HorizontalSurface& h : segmentation.horizontals) {
@@ -86,12 +86,12 @@ void measure_coverage(WallCandidate& wall, const std::vector<Opening>& openings)
   wall.observed = all > 0 ? seen / all : 0;
 }
 
-/// How much of a wall is known to be solid and how much to be open, in blocks that some rays meet: single
-/// cells are finer than rays are.
+/// How much of a wall is known to be solid and how much to be open, in blocks that several rays meet: single
+/// cells are finer than the ray spacing.
 void measure_sight(WallCandidate& wall, const std::vector<Opening>& openings) {
   constexpr int kColumns = 5, kRows = 3;  // 0.25 by 0.3 m
-  constexpr double kSolid = 0.4;          // share of a block's cells that are measured
-  constexpr int kRays = 3;                // that went through: one may have grazed an edge
+  constexpr double kSolid = 0.4;          // minimum fraction of a block's cells that are measured
+  constexpr int kRays = 3;                // minimum that passed through: one may have grazed an edge
   const WallRaster& raster = wall.raster;
   double solid = 0, open = 0, unknown = 0;
   for (int c = 0; c + kColumns <= raster.columns; c += kColumns) {
@@ -107,11 +107,11 @@ void measure_sight(WallCandidate& wall, const std::vector<Opening>& openings) {
     }
   }
   wall.open = solid + open > 0 ? open / (solid + open) : 0;
-  // What nobody saw speaks half against a wall: scans see most of what there is.
+  // The unobserved part counts half against a wall: scans see most of a site.
   if (raster.sight && solid + open + unknown > 0) wall.coverage = solid / (solid + open + 0.5 * unknown);
 }
 
-/// Whether the floor was measured on one side of the wall at most.
+/// Whether the floor was measured on at most one side of the wall.
 bool one_sided(const PlanPoints& points, const WallCandidate& wall) {
   const auto columns = static_cast<std::size_t>(wall.raster.columns);
   std::vector<bool> left(columns), right(columns);
@@ -129,7 +129,7 @@ bool one_sided(const PlanPoints& points, const WallCandidate& wall) {
   return std::min(share(left), share(right)) < 0.25;
 }
 
-/// Whether something level begins at its top: a counter or a chest with its front, which no wall is.
+/// Whether a level surface begins at its top: then it is the front of a counter or a chest, not a wall.
 bool carries_top(const Segmentation& segmentation, const WallCandidate& wall) {
   constexpr double kHighest = 1.4, kSame = 0.08, kBeside = 0.15;  // m
   constexpr double kLeastArea = 0.2;                              // m^2
@@ -150,7 +150,7 @@ double wall_score(const WallCandidate& wall) {
     score += wall.ceiling - wall.z_high < 0.4 ? 1.5 : top < kLeastWallTop ? -6 : -1.5;
     score += 5 * std::min(0.0, wall.upper_coverage - 0.45);
   } else {
-    // Nothing says where the ceiling is: a wall reaches the top of what was measured, and ends the floor.
+    // Without a ceiling height: a wall reaches the top of the measurements and bounds the floor.
     score += wall.ceiling - wall.z_high < 0.12 ? 0.5 : -3;
     score += wall.one_sided ? 1 : -2.5;
   }
@@ -159,7 +159,7 @@ double wall_score(const WallCandidate& wall) {
   return score;
 }
 
-/// Share of its length that is openings: pillars with nothing between are no wall.
+/// Fraction of its length that is openings: pillars with gaps between them are no wall.
 double open_length(const WallCandidate& wall, const std::vector<Opening>& openings) {
   double sum = 0;
   for (const Opening& opening : openings) sum += opening.seen_through ? opening.width() : 0;
@@ -172,8 +172,7 @@ double distance(const Eigen::Vector2d& p, const WallCandidate& wall) {
   return (wall.start + t * d - p).norm();
 }
 
-/// Walls join walls. A short piece that meets no longer one at either end is more likely something that
-/// stands there.
+/// Walls join walls. A short piece that meets no longer one at either end is more likely an object.
 void weigh_loners(std::vector<WallCandidate>& walls) {
   constexpr double kShort = 2.0, kJoin = 0.35, kAlike = 0.3;  // m, m, rad
   std::vector<double> penalty;
@@ -196,7 +195,7 @@ std::map<std::uint32_t, double> lengths_of_curves(const Segmentation& segmentati
   return lengths;
 }
 
-/// Indices of the surfaces, those with most points first; facets of a round one one after the other.
+/// Indices of the surfaces, those with the most points first; facets of a round one in sequence.
 std::vector<std::size_t> by_points(const Segmentation& segmentation) {
   std::map<std::uint32_t, std::uint32_t> of_curve;
   for (const VerticalSurface& s : segmentation.verticals) {
@@ -212,7 +211,7 @@ std::vector<std::size_t> by_points(const Segmentation& segmentation) {
   return order;
 }
 
-/// A round wall is one thing: its facets are walls together or none is.
+/// Facets of a round wall are labelled together: all are walls or none is.
 void share_scores(std::vector<WallCandidate>& walls) {
   std::map<std::uint32_t, Eigen::Vector2d> sums;  // score times length, length
   for (const WallCandidate& wall : walls) {

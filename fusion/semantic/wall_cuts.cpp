@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kAcross = 0.26;  ///< sine of 15 degrees: a wall along the risers
 constexpr double kEdge = 0.05;    ///< m, from a riser to a wall in its plane
-constexpr double kReaches = 0.4;  ///< m, a wall that ends this far below the ceiling goes up to it
-constexpr double kEnd = 0.30;     ///< m, from a wall's end: flights are drawn a little narrow
+constexpr double kReaches = 0.4;  ///< m below the ceiling: a wall that ends there is extended to it
+constexpr double kEnd = 0.30;     ///< m, from a wall's end: flights are estimated a little too narrow
 
 /// The part of the line start + t along over which low <= its coordinate <= high.
 WallStretch within(double start, double along, double low, double high) {

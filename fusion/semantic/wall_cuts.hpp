@@ -1,5 +1,4 @@
-// Where the pieces of a wall begin and end: at openings and at flights of stairs. Internal to the semantic
-// net.
+// Cuts a wall into pieces at openings and at flights of stairs. Internal to the semantic net.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +13,17 @@ struct WallStretch {
   double from = 0, to = 0;  ///< m along it, from its start
 };
 
-/// The wall without the end that lies across a flight: a riser in the plane of the wall beside it looks like
-/// more of that wall, and nobody could climb past. What lies across the flight altogether stays whole.
+/// The wall without the end that crosses a flight: a riser in the plane of the adjacent wall looks like part
+/// of that wall and would block the stairs. A wall that lies entirely across the flight is kept whole.
 WallStretch without_risers(const WallCandidate& wall, const std::vector<const Flight*>& flights);
 
-/// The openings within the stretch that are no wall: doors, windows, and gaps that a scanner looked through;
-/// one that nobody saw through is wall that something hid.
+/// The openings within the stretch that interrupt the wall: doors, windows, and gaps that a scanner looked
+/// through. A gap without such a line of sight counts as hidden wall.
 std::vector<std::size_t> openings_that_cut(const NetCandidates& candidates, const Labelling& labelling,
                                            std::size_t wall, const WallStretch& stretch);
 
-/// m, where it ends above. A round wall has one top, the highest that a quarter of its length reaches: sight
-/// ends lower elsewhere.
+/// m, upper end. A round wall has a single top, the highest that a quarter of its length reaches; the view of
+/// the rest is limited.
 double top_of(const NetCandidates& candidates, const Labelling& labelling, std::size_t wall);
 
 }  // namespace parhelion::semantic

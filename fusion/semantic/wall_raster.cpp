@@ -9,14 +9,14 @@
 namespace parhelion::semantic {
 namespace {
 
-constexpr std::size_t kRays = 60'000;  ///< looked at for one wall, of few views
+constexpr std::size_t kRays = 60'000;  ///< maximum for one wall, of few views
 constexpr std::size_t kRaysOfView = 20'000;
-constexpr std::size_t kMostRays = 200'000;  ///< of however many views
-constexpr double kSight = 40;               ///< m, from a wall to the scanners that tell about it
+constexpr std::size_t kMostRays = 200'000;  ///< maximum for any number of views
+constexpr double kSight = 40;               ///< m, from a wall to the scanners considered
 constexpr double kBeyond = 0.5;             ///< m, a ray that ends this far behind a plane went through it
-constexpr double kRecessMost = 0.40;        ///< m, the deepest recess of a door
-constexpr double kFront = 0.80;             ///< m, furniture before a wall reaches this far
-constexpr double kFaceFrom = 0.15;          ///< m over the raster's foot: the heights of a door's leaf
+constexpr double kRecessMost = 0.40;        ///< m, maximum recess of a door
+constexpr double kFront = 0.80;             ///< m, maximum depth of furniture in front of a wall
+constexpr double kFaceFrom = 0.15;          ///< m over the raster's foot: height range of a door's leaf
 constexpr double kFaceTo = 1.8;
 constexpr std::size_t kFacePoints = 8;
 
@@ -96,7 +96,7 @@ std::vector<PlanPoints::Fan> PlanPoints::fans_towards(const Eigen::Vector2d& a, 
     const auto direction = [&](const Eigen::Vector2d& p) {
       return (std::atan2(p.y() - eye.y(), p.x() - eye.x()) / (2 * EIGEN_PI) + 0.5) * kDirections;
     };
-    // The shorter way around, one direction more on either side.
+    // The shorter way around, widened by one direction on either side.
     double first = direction(a), last = direction(b);
     if (std::abs(last - first) > 0.5 * kDirections) (first < last ? first : last) += kDirections;
     if (first > last) std::swap(first, last);
@@ -152,8 +152,8 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   wall.rows = std::max(1, static_cast<int>(std::ceil((z_high - z_low) / wall.row)));
   const Eigen::Vector2d normal(-wall.along.y(), wall.along.x());
 
-  // The side that is seen: where most of its points were measured from; without viewpoints, where most of
-  // the cloud nearby is.
+  // The visible side: the one from which most of its points were measured; without viewpoints, the one with
+  // most of the nearby cloud.
   double side = 0;
   points.near_segment(start, end, 2.0, [&](const PlanPoints::Point& point) {
     const Eigen::Vector2d d = point.p.head<2>().cast<double>() - start;
@@ -203,7 +203,7 @@ WallRaster rasterize(const PlanPoints& points, const Eigen::Vector2d& start, con
   }
 
   wall.sight = points.has_rays();
-  // The last column may reach past the end, a little; from close by that is a wide angle.
+  // The last column may extend slightly past the end; from close by that is a wide angle.
   const Eigen::Vector2d edge = start + wall.columns * wall.column * wall.along;
   points.rays_towards(start, edge, kSight, [&](const PlanPoints::Point& point, std::uint32_t stride) {
     const Eigen::Vector3d from =

@@ -1,5 +1,5 @@
-// A vertical plane cut into cells: where a surface was measured, where a scanner looked through, and what
-// nobody has seen. The paper's cubes (figure 5), laid along a wall. Internal to the semantic net.
+// A vertical plane cut into cells: measured surface, looked through by a scanner, or unobserved. The paper's
+// cubes (figure 5), laid along a wall. Internal to the semantic net.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,23 +10,23 @@
 
 namespace parhelion::semantic {
 
-/// Points of a cloud by place in the plan, thinned where there are many, with the rays that measured them.
+/// Points of a cloud by position in the plan, with the rays that measured them; thinned where there are many.
 class PlanPoints {
  public:
-  /// Every n-th point, so that at least `enough` or a quarter of them stay.
+  /// Keeps every n-th point, at least `enough` or a quarter of them.
   explicit PlanPoints(const cloud::PointCloud<Map>& cloud, std::size_t enough = 1'000'000);
 
   struct Point {
     Eigen::Vector3f p = Eigen::Vector3f::Zero();  ///< m, map frame
-    std::int32_t viewpoint = -1;                  ///< into viewpoints(); -1: not known
+    std::int32_t viewpoint = -1;                  ///< into viewpoints(); -1: unknown
   };
   const std::vector<Eigen::Vector3f>& viewpoints() const { return viewpoints_; }
   const std::vector<Point>& all() const { return points_; }
   bool has_rays() const { return !by_view_.empty(); }
 
-  /// Calls visit(point) for points that were measured from within `reach` of the segment from a to b and past
-  /// it as seen in the plan (and some beside it); of a view with very many, every n-th, called visit(point,
-  /// n). A site of many rooms costs a wall no more than its own surroundings do.
+  /// Calls visit(point) for points whose rays come within `reach` of the segment from a to b and past it in
+  /// the plan (and some beside it); for a view with very many, every n-th, as visit(point, n). The cost of a
+  /// wall depends only on its surroundings, not on the size of the site.
   template <class Visit>
   void rays_towards(const Eigen::Vector2d& a, const Eigen::Vector2d& b, double reach, Visit&& visit) const {
     for (const Fan& fan : fans_towards(a, b, reach)) {
@@ -56,7 +56,7 @@ class PlanPoints {
  private:
   static constexpr double kCell = 0.5;             ///< m
   static constexpr std::size_t kDirections = 256;  ///< around a viewpoint
-  /// Points of one view in directions next to each other: a range of by_view_.
+  /// Points of one view in adjacent directions: a range of by_view_.
   struct Fan {
     std::uint32_t begin = 0, end = 0, stride = 1;
   };
@@ -78,16 +78,17 @@ class PlanPoints {
 /// Cells of a wall's plane: columns along it, rows upwards.
 struct WallRaster {
   Eigen::Vector2d start = Eigen::Vector2d::Zero(), along = Eigen::Vector2d::UnitX();  ///< m; unit
-  Eigen::Vector2d away = Eigen::Vector2d::UnitY();  ///< unit, across the wall, to the side that is not seen
+  Eigen::Vector2d away = Eigen::Vector2d::UnitY();  ///< unit, across the wall, to the far side
   double z_low = 0;                                 ///< m, lower edge of row 0
   double column = 0.05, row = 0.1;                  ///< m
   int columns = 0, rows = 0;
-  bool sight = false;                  ///< viewpoints are known: `through` means something
+  bool sight = false;                  ///< viewpoints are known, so `through` is valid
   std::vector<std::uint16_t> on;       ///< points within `near` of the plane
   std::vector<std::uint16_t> behind;   ///< points 5 to 40 cm behind it: a recess
-  std::vector<std::uint16_t> through;  ///< rays that crossed it and went on by half a metre or more
-  /// All rays by those that were followed: that crossed the cell, and that would have, had nothing before the
-  /// plane stopped them. Where viewpoints are not known `stopped` has points up to 0.8 m before the plane.
+  std::vector<std::uint16_t> through;  ///< rays that crossed it and continued by half a metre or more
+  /// Sums over the followed rays: those that crossed the cell, and those that would have crossed it if
+  /// nothing in front of the plane had stopped them. Without viewpoints, `stopped` has points up to 0.8 m
+  /// before the plane.
   std::vector<std::uint32_t> crossed, stopped;
   std::vector<float> depth;  ///< m, per column: mean of `behind`
   std::vector<float> face;   ///< m behind the plane, per column: median of `on` below a lintel; NaN: too few
@@ -97,12 +98,12 @@ struct WallRaster {
   }
   int row_of(double z) const { return static_cast<int>(std::floor((z - z_low) / row)); }
 
-  /// Shares of the cells of columns [c0, c1) and heights [z0, z1) that are measured (or touch one that is: a
-  /// scan's lines leave gaps), else recessed, else seen through.
+  /// Fractions of the cells of columns [c0, c1) and heights [z0, z1) that are measured (or touch a measured
+  /// one, as a scan's lines leave gaps), else recessed, else seen through.
   struct Shares {
     double on = 0, behind = 0, through = 0;
     int cells = 0;
-    int rays = 0;    ///< that went through
+    int rays = 0;    ///< that passed through
     int points = 0;  ///< `on` and `behind`
     std::uint32_t crossed = 0, stopped = 0;
   };

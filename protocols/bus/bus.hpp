@@ -1,5 +1,5 @@
-// Transport: one small interface with a network, a memory and a log-file version. Payloads are bytes;
-// codec.hpp reads them.
+// Transport: one small interface with network, memory and log-file implementations. Payloads are bytes;
+// codec.hpp decodes them.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace parhelion {
 
-/// A message as it came or goes.
+/// A message as sent or received.
 struct Message {
   std::string channel;
   ArrivalTime
@@ -28,11 +28,11 @@ class Bus {
   virtual ~Bus() = default;
   /// Sends; never blocks on a slow receiver. Any thread may send.
   virtual Status publish(std::string_view channel, std::span<const std::uint8_t> payload) = 0;
-  /// Waits at most `timeout` for one message on the subscribed channels; false: none came. Messages that were
+  /// Waits at most `timeout` for one message on the subscribed channels; false: none arrived. Messages
   /// dropped because a queue was full are counted in dropped().
   virtual Result<bool> receive(Message& message, Duration timeout) = 0;
-  /// `pattern`: a channel, or a regular expression as LCM has it. `capacity`: how many messages wait; the
-  /// oldest goes first.
+  /// `pattern`: a channel, or a regular expression as in LCM. `capacity`: maximum number of queued messages;
+  /// the oldest is dropped first.
   virtual Status subscribe(const std::string& pattern, int capacity) = 0;
   virtual std::uint64_t dropped() const = 0;
 };
@@ -41,7 +41,7 @@ class Bus {
 /// error names the missing multicast route and the command that adds it.
 Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url);
 
-/// Endpoints in one process that hear each other; for tests. Thread-safe.
+/// Endpoints in one process that receive each other's messages; for tests. Thread-safe.
 class MemoryBusHub {
  public:
   MemoryBusHub();

@@ -1,4 +1,4 @@
-// What a subscription is for: a channel, or a regular expression as LCM has it.
+// What a subscription matches: a channel, or a regular expression as in LCM.
 #pragma once
 
 #include <optional>

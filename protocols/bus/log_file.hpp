@@ -1,5 +1,4 @@
-// LCM event logs: reading with checks that liblcm does not make, and writing that survives a kill (promise
-// 6).
+// LCM event logs: a reader with more checks than liblcm's, and a writer that survives a kill (promise 6).
 #pragma once
 
 #include <cstdint>
@@ -23,12 +22,12 @@ class LogReader {
   LogReader& operator=(LogReader&&) noexcept;
   ~LogReader();
 
-  /// The next event; nullopt at a clean end. A damaged place is an Error that names file and byte offset;
-  /// reading on afterwards resumes at the next sync word, and the skipped bytes are counted.
+  /// The next event; nullopt at a clean end. Damaged data give an Error that names file and byte offset;
+  /// reading on resumes at the next sync word, and the skipped bytes are counted.
   Result<std::optional<Message>> next();
   std::uint64_t offset() const;         ///< bytes read so far
   std::uint64_t size() const;           ///< bytes of the file when opened
-  std::uint64_t skipped_bytes() const;  ///< lost to damage
+  std::uint64_t skipped_bytes() const;  ///< skipped because of damage
 
  private:
   struct State;
@@ -36,8 +35,8 @@ class LogReader {
   std::unique_ptr<State> state_;
 };
 
-/// Appends events; each write reaches the kernel before it returns, so a killed process loses nothing
-/// written.
+/// Appends events; each write reaches the kernel before it returns, so a killed process loses no written
+/// event.
 class LogWriter {
  public:
   /// Fails where the file exists, unless `overwrite`.
@@ -46,7 +45,7 @@ class LogWriter {
   LogWriter& operator=(LogWriter&&) noexcept;
   ~LogWriter();
 
-  /// One write(2) per call; an error (disk full) leaves the file cut back to the last whole event.
+  /// One write(2) per call; after an error (disk full) the file is truncated to the last complete event.
   Status write(std::string_view channel, ArrivalTime stamp, std::span<const std::uint8_t> payload);
   /// Several events with one write(2); all or none.
   Status write(std::span<const Message> messages);

@@ -1,5 +1,4 @@
-// Reads event logs with read(2) into one buffer. A damaged place costs what lies before the next sync word,
-// no more.
+// Reads event logs with read(2) into one buffer. Damage only costs the bytes up to the next sync word.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -20,8 +19,8 @@ constexpr std::uint32_t sync_word = 0xEDA1DA01;
 constexpr std::uint8_t sync_bytes[4] = {0xED, 0xA1, 0xDA, 0x01};
 constexpr std::size_t header_size = 28;
 constexpr std::size_t buffer_size = std::size_t{4} << 20;
-/// Events up to this size are read together with what follows; a quarter of the buffer, so that a file whose
-/// events lie about their lengths does not make every byte be read many times.
+/// Events up to this size are read together with what follows; a quarter of the buffer, so that a file with
+/// wrong event lengths does not cause every byte to be read many times.
 constexpr std::uint64_t prefetch_size = buffer_size / 4;
 constexpr std::int64_t max_channel = 63;
 constexpr std::int64_t max_data = std::int64_t{1} << 28;  // liblcm's own limit of a message
@@ -66,11 +65,11 @@ struct LogReader::State {
   const std::uint8_t* bytes(std::uint64_t offset, std::size_t n);
   /// Offset of the first sync word at or after `from`, or the end of the file.
   Result<std::uint64_t> find_sync(std::uint64_t from, std::uint64_t end);
-  /// The event at `at` is no event because of `why`: skips to the next sync word.
+  /// The event at `at` is invalid because of `why`: skips to the next sync word.
   Error damaged(const std::string& why, std::uint64_t resume_from);
-  /// The disk refuses the bytes at `at`: nothing more comes.
+  /// The bytes at `at` cannot be read from disk: no more events follow.
   Error unreadable();
-  /// Whether the event is followed by another or by the end, or at least swallows none.
+  /// Whether the event is followed by another one or by the end, or at least contains none.
   Result<bool> plausible_end(std::uint64_t event_size);
   Result<std::optional<Message>> next();
 };
@@ -130,9 +129,8 @@ Result<bool> LogReader::State::plausible_end(std::uint64_t event_size) {
     if (after == nullptr) return unreadable();
     if (std::equal(std::begin(sync_bytes), std::end(sync_bytes), after)) return true;
   }
-  // What follows is no event: either that is where the damage is, or this event's length is wrong and
-  // swallows others.
-  // It may swallow no more than the first byte of the next one.
+  // No event follows: either the damage is there, or this event's length is wrong and covers other events. It
+  // may overlap at most the first byte of the next one.
   const std::uint64_t search_end = std::min<std::uint64_t>(end + sizeof sync_bytes - 1, size);
   const auto inner = find_sync(at + sizeof sync_bytes, search_end);
   if (!inner) return inner.error();
@@ -159,14 +157,14 @@ Result<std::optional<Message>> LogReader::State::next() {
     return damaged("the file ends within an event of " + std::to_string(event_size) + " bytes",
                    at + sizeof sync_bytes);
   }
-  // With the sync word that should follow, so that looking at it does not move the buffer away.
+  // Includes the following sync word, so that checking it does not move the buffer.
   const auto ahead =
       static_cast<std::size_t>(std::min(event_size + sizeof sync_bytes, std::min(left, prefetch_size)));
   if (bytes(at, ahead) == nullptr) return unreadable();
   const auto plausible = plausible_end(event_size);
   if (!plausible) return plausible.error();
   if (!*plausible) {
-    return damaged("an event of " + std::to_string(event_size) + " bytes that swallows the next one",
+    return damaged("an event of " + std::to_string(event_size) + " bytes that covers the next one",
                    at + sizeof sync_bytes);
   }
   if (header.utime < 0 || header.utime >= utime_of_2200) {

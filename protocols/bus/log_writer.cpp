@@ -1,4 +1,4 @@
-// Appends whole events with one write(2) each; what cannot be written whole is cut off again.
+// Appends whole events with one write(2) each; a partial write is truncated.
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint32_t sync_word = 0xEDA1DA01;
 constexpr std::size_t header_size = 28;
 constexpr std::size_t max_data = std::size_t{1}
-                                 << 28;  // liblcm's own limit of a message, which LogReader holds to
+                                 << 28;  // liblcm's own limit of a message, also checked by LogReader
 
 }  // namespace
 
@@ -28,7 +28,7 @@ struct LogWriter::State {
   std::string path;
   std::uint64_t size = 0;   ///< of the file: whole events only
   std::int64_t number = 0;  ///< of the next event
-  bool broken = false;      ///< the end of the file could not be cut off
+  bool broken = false;      ///< the end of the file could not be truncated
   bool directory_synced = false;
   std::vector<std::uint8_t> buffer;
 
@@ -74,7 +74,7 @@ Status LogWriter::State::flush(std::int64_t events) {
       if (written > 0 && ftruncate(file, static_cast<off_t>(size)) != 0) broken = true;
       return Error{path + ": byte " + std::to_string(size) + ": cannot write " +
                    std::to_string(buffer.size()) + " bytes: " + reason +
-                   "; what was written before stays; make room"};
+                   "; earlier events are kept; free some space"};
     }
   }
   size += written;
@@ -100,7 +100,7 @@ Result<LogWriter> LogWriter::create(const std::string& path, bool overwrite) {
   state->file =
       ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | (overwrite ? 0 : O_EXCL), 0644);
   if (state->file < 0 && errno == EEXIST) {
-    return Error{path + ": exists and is not overwritten; choose another name or say --force"};
+    return Error{path + ": exists and is not overwritten; choose another name or use --force"};
   }
   if (state->file < 0) return Error{path + ": cannot be created: " + std::strerror(errno)};
   struct stat found {};
@@ -114,7 +114,8 @@ Result<LogWriter> LogWriter::create(const std::string& path, bool overwrite) {
 
 Status LogWriter::write(std::string_view channel, ArrivalTime stamp, std::span<const std::uint8_t> payload) {
   if (state_->broken)
-    return Error{state_->path + ": ends in half an event that could not be cut off; nothing more is written"};
+    return Error{state_->path +
+                 ": ends in an incomplete event that could not be truncated; nothing more is written"};
   state_->buffer.clear();
   if (Status status = state_->append(channel, stamp, payload); !status) return status;
   return state_->flush(1);
@@ -122,7 +123,8 @@ Status LogWriter::write(std::string_view channel, ArrivalTime stamp, std::span<c
 
 Status LogWriter::write(std::span<const Message> messages) {
   if (state_->broken)
-    return Error{state_->path + ": ends in half an event that could not be cut off; nothing more is written"};
+    return Error{state_->path +
+                 ": ends in an incomplete event that could not be truncated; nothing more is written"};
   state_->buffer.clear();
   const std::int64_t first = state_->number;
   for (const Message& message : messages) {

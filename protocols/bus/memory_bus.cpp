@@ -1,4 +1,4 @@
-// The bus within one process: every endpoint hears every publication, its own included, as with LCM.
+// The bus within one process: every endpoint receives every publication, its own included, as with LCM.
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>

@@ -1,6 +1,6 @@
-// LCM over the network. liblcm reads the socket in a thread of its own and stamps what comes; receive()
-// empties its queue into ours, because liblcm drops the newest message where a queue is full and does not
-// count it.
+// LCM over the network. liblcm reads the socket in its own thread and stamps incoming messages; receive()
+// moves its queue into ours, because liblcm drops the newest message where a queue is full and does not count
+// it.
 #include <arpa/inet.h>
 #include <lcm/lcm.h>
 #include <poll.h>
@@ -25,7 +25,7 @@ namespace {
 constexpr const char* default_url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 constexpr const char* route_remedy =
     "; give the machine a multicast route: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo";
-/// How many messages liblcm may hold above a subscription's capacity while nobody calls receive().
+/// How many messages liblcm may queue above a subscription's capacity while receive() is not called.
 constexpr int liblcm_slack = 200;
 
 std::string chosen_url(const std::string& url) {
@@ -34,8 +34,8 @@ std::string chosen_url(const std::string& url) {
   return from_environment != nullptr && *from_environment != '\0' ? from_environment : default_url;
 }
 
-/// Asks the kernel for a route to the group of a udpm url: liblcm would print the reason instead of returning
-/// it.
+/// Queries the kernel for a route to the group of a udpm url: liblcm would print the reason instead of
+/// returning it.
 Status check_route(const std::string& url) {
   const std::string rest = url.substr(std::strlen("udpm://"));
   const std::string address = rest.substr(0, rest.find('?'));
@@ -54,7 +54,7 @@ Status check_route(const std::string& url) {
   const int reason = errno;
   close(probe);
   if (connected == 0) return {};
-  return Error{"network bus " + url + ": no way to the multicast group: " + std::strerror(reason) +
+  return Error{"network bus " + url + ": no route to the multicast group: " + std::strerror(reason) +
                route_remedy};
 }
 
@@ -78,10 +78,10 @@ class NetworkSpeaker : public Bus {
     return send(lcm_, url_, channel, payload);
   }
   Result<bool> receive(Message&, Duration) override {
-    return Error{"receive from " + url_ + ": it only speaks"};
+    return Error{"receive from " + url_ + ": this bus only publishes"};
   }
   Status subscribe(const std::string& pattern, int) override {
-    return Error{"subscribe to '" + pattern + "' over " + url_ + ": it only speaks"};
+    return Error{"subscribe to '" + pattern + "' over " + url_ + ": this bus only publishes"};
   }
   std::uint64_t dropped() const override { return 0; }
 
@@ -118,7 +118,7 @@ class NetworkBus : public Bus {
       if (left.count() <= 0) return false;
       pollfd waiting{file_, POLLIN, 0};
       if (poll(&waiting, 1, static_cast<int>(std::min<std::int64_t>(left.count(), INT_MAX))) < 0) {
-        // A signal ends the wait early: the caller decides whether it meant the end.
+        // A signal ends the wait early: the caller decides whether to stop.
         if (errno == EINTR) return false;
         return Error{"receive from " + url_ + ": " + std::strerror(errno)};
       }
@@ -153,7 +153,7 @@ class NetworkBus : public Bus {
     NetworkBus* bus;
     std::size_t queue;
     int liblcm_capacity;
-    int drained;  ///< in the present drain
+    int drained;  ///< in the current drain
     lcm_subscription_t* handle;
   };
 
@@ -166,7 +166,7 @@ class NetworkBus : public Bus {
                      {static_cast<const std::uint8_t*>(received->data), received->data_size});
   }
 
-  /// Moves all that liblcm holds into our queues. A queue of liblcm that was full has dropped an unknown
+  /// Moves all messages queued by liblcm into our queues. A full queue of liblcm has dropped an unknown
   /// number: counted as one.
   Status drain() {
     {
@@ -199,12 +199,12 @@ struct Opened {
   std::string url;
 };
 
-/// Sends; hears once it is asked to.
+/// Opens LCM for sending; receiving starts with the first subscription.
 Result<Opened> open_lcm(const std::string& url) {
   const std::string chosen = chosen_url(url);
   if (!chosen.starts_with("udpm://")) {
     return Error{"network bus '" + chosen + "': expected a url such as " + default_url +
-                 " (logs are read with --log; tcpq would end the program where no server answers)"};
+                 " (logs are read with --log; tcpq would end the program without a server)"};
   }
   if (Status status = check_route(chosen); !status) return status.error();
   lcm_t* lcm = lcm_create(chosen.c_str());
@@ -229,7 +229,7 @@ Result<std::unique_ptr<Bus>> open_network_bus(const std::string& url) {
   const int file = lcm_get_fileno(lcm);
   if (file < 0) {
     lcm_destroy(lcm);
-    return Error{"network bus " + chosen + ": messages that are sent do not come back" + route_remedy};
+    return Error{"network bus " + chosen + ": the program does not receive its own messages" + route_remedy};
   }
   return std::unique_ptr<Bus>(std::make_unique<NetworkBus>(lcm, file, chosen));
 }

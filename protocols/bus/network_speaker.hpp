@@ -1,4 +1,4 @@
-// Publishes over the network, and hears nothing: without a socket that packets are copied to, or a thread.
+// Publishes over the network without receiving: it has neither a receiving socket nor a thread.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace parhelion {
 
-/// As open_network_bus(); receive() and subscribe() of it are errors.
+/// As open_network_bus(), but receive() and subscribe() are errors.
 Result<std::unique_ptr<Bus>> open_network_speaker(const std::string& url);
 
 }  // namespace parhelion

@@ -1,4 +1,4 @@
-// Bounded queues of one endpoint, one a subscription: a full queue drops its oldest message and counts it.
+// Bounded queues of one endpoint, one per subscription: a full queue drops its oldest message and counts it.
 #pragma once
 
 #include <algorithm>
@@ -36,8 +36,7 @@ class SubscriptionQueues {
     into.waiting.push_back({next_number_++, std::move(message)});
   }
 
-  /// The message that came first over all queues; its buffers are swapped with those of `message`, which are
-  /// used again.
+  /// The oldest message of all queues; its buffers are swapped with those of `message`, which are reused.
   bool pop(Message& message) {
     Queue* first = nullptr;
     for (Queue& queue : queues_) {
@@ -82,7 +81,7 @@ class SubscriptionQueues {
   std::uint64_t dropped_ = 0;
 };
 
-/// Channel length 1..63 as LCM has it, and a payload that fits its int32.
+/// Channel length 1..63 as in LCM, and a payload that fits its int32.
 Status check_message(std::string_view channel, std::size_t payload_size);
 
 /// Capacity of a subscription at least 1.

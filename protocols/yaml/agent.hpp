@@ -1,4 +1,4 @@
-// An agent as scenarios and their scripts write it. Nodes have passed check().
+// An agent in scenarios and their scripts. Nodes have passed check().
 #pragma once
 
 #include "protocols/command.hpp"
@@ -9,7 +9,7 @@ namespace parhelion::yaml {
 
 AgentDefinition read_agent(const Node& node, Problems& problems);
 void read_behaviour(const Node& node, Behaviour& behaviour, Problems& problems);
-/// A pose that an agent can have: upright.
+/// An agent's pose, which must be upright.
 void read_agent_pose(const Node& node, Transform<Map, Base>& T_map_base, Problems& problems);
 
 /// The keys of an agent, one level down.

@@ -52,7 +52,7 @@ Result<std::vector<std::uint8_t>> from_base64(std::string_view text) {
     for (int k = 0; k < 3 - padding; ++k) bytes.push_back(static_cast<std::uint8_t>(group >> (16 - 8 * k)));
     if (padding > 0 && (group & ((1U << (8 * padding)) - 1)) != 0)
       return error_at(i, "bits are left over before the padding (=)");
-    // A group with padding is the last: anything further is found above, at its first character.
+    // A group with padding is the last: anything after it is an error, found above at its first character.
     characters = padding > 0 ? 4 : 0;
     group = 0;
     if (characters == 4 && padding > 2) return error_at(i, "more than two characters of padding (=)");

@@ -13,8 +13,8 @@ namespace parhelion::yaml {
 
 std::string to_base64(std::span<const std::uint8_t> bytes);
 
-/// White space between characters is passed over. Errors name the offset in `text`: a character that is not
-/// of the alphabet, wrong or missing padding, bits left over.
+/// Ignores white space between characters. Errors name the offset in `text`: an invalid character, wrong or
+/// missing padding, bits left over.
 Result<std::vector<std::uint8_t>> from_base64(std::string_view text);
 
 }  // namespace parhelion::yaml

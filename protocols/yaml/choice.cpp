@@ -12,7 +12,7 @@ const Node* only_one(const Node& node, const std::vector<std::string>& keys, con
   for (const std::string& key : keys) {
     const Node* here = node.find(key);
     if (here == nullptr) continue;
-    if (found != nullptr) problems.add(here->line, what + ": two of them, expected one" + advice);
+    if (found != nullptr) problems.add(here->line, what + ": found two, expected one" + advice);
     found = here;
   }
   if (found != nullptr) return found;

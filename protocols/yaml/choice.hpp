@@ -1,4 +1,4 @@
-// One key of several, one name of several: what conditions, triggers and actions are chosen by.
+// Choices in conditions, triggers and actions: exactly one of several keys or names.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace parhelion::yaml {
 
-/// The one of `keys` that is there; none or several are a problem of `what` ("'when'"), `advice` being what
-/// to do about several. Of several the last is returned, of none nullptr.
+/// The one key of `keys` that is present; none or several are a problem of `what` ("'when'"), with `advice`
+/// on what to do about several. Returns the last of several, nullptr for none.
 const Node* only_one(const Node& node, const std::vector<std::string>& keys, const std::string& what,
                      Problems& problems, const std::string& advice = "");
 
-/// The event of this name; another is a problem.
+/// The event of this name; an unknown name is a problem.
 std::optional<EventKind> read_event_kind(const Node& name, Problems& problems);
 
 }  // namespace parhelion::yaml

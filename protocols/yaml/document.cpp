@@ -20,14 +20,14 @@ namespace {
 constexpr std::size_t max_bytes = std::size_t{64} << 20U;
 constexpr std::size_t max_depth = 32;
 
-/// Carries a refusal out of yaml-cpp's parser; never leaves this file.
+/// Carries a rejection out of yaml-cpp's parser; never leaves this file.
 struct Refusal {
   int line;
   std::string words;
 };
 
-/// Builds the tree from yaml-cpp's events, which come before any alias is expanded: a bomb is refused at its
-/// first anchor.
+/// Builds the tree from yaml-cpp's events, which precede any expansion of aliases: an alias bomb is rejected
+/// at its first anchor.
 class TreeBuilder : public YAML::EventHandler {
  public:
   Node root;
@@ -119,7 +119,7 @@ class TreeBuilder : public YAML::EventHandler {
       const auto [known, inserted] = first.emplace(map.keys[i], map.key_lines[i]);
       if (!inserted) {
         throw Refusal{map.key_lines[i], "key '" + printable(map.keys[i]) +
-                                            "' is given twice (first in line " +
+                                            "' is a duplicate (first in line " +
                                             std::to_string(known->second) + ")"};
       }
     }

@@ -1,4 +1,4 @@
-// A YAML document as a tree that knows its lines. Only what configuration needs: one document, no anchors, no
+// A YAML document as a tree with line numbers. Only what configuration needs: one document, no anchors, no
 // aliases.
 #pragma once
 
@@ -18,10 +18,10 @@ struct Node {
   bool binary = false;  ///< a scalar tagged !!binary: base64
   int line = 0;         ///< from 1
   std::string text;     ///< of a scalar
-  double number = 0;  ///< of a scalar that the schema calls a number; SI where it has a unit. Set by check()
+  double number = 0;    ///< of a scalar that is a number in the schema; SI if it has a unit. Set by check()
   bool is_number = false;
   std::vector<Node> items;        ///< of a list; of a map, in file order
-  std::vector<std::string> keys;  ///< of a map: one for each item
+  std::vector<std::string> keys;  ///< of a map: one per item
   std::vector<int> key_lines;
 
   /// The value of a key, or nullptr.
@@ -29,13 +29,13 @@ struct Node {
   Node* find(std::string_view key);
 };
 
-/// What is wrong with a document, in words; the message of the Error has one "origin:line: words" for each.
+/// Problems of a document as text; the message of the Error has one "origin:line: text" for each.
 class Problems {
  public:
   explicit Problems(std::string origin) : origin_(std::move(origin)) {}
   void add(int line, std::string words);
   bool empty() const { return problems_.empty(); }
-  /// By line, at most ten.
+  /// Sorted by line, at most ten.
   Error error() const;
 
  private:
@@ -47,11 +47,11 @@ class Problems {
   std::vector<Problem> problems_;
 };
 
-/// Reads one document. Refused, with the line: what is not YAML or not UTF-8, anchors and aliases, tags (but
-/// !!binary), a key given twice, a second document, more than 64 MiB, nesting deeper than 32.
+/// Reads one document. Rejected, with the line: invalid YAML or UTF-8, anchors and aliases, tags (except
+/// !!binary), a duplicate key, a second document, more than 64 MiB, nesting deeper than 32.
 Result<Node> read_document(const std::string& text, const std::string& origin);
 
-/// The text of a file, or why not.
+/// The text of a file, or why it cannot be read.
 Result<std::string> read_text(const std::string& path);
 
 }  // namespace parhelion::yaml

@@ -28,7 +28,7 @@ std::vector<HeadJoint> read_head(const Node& sensor, Problems& problems) {
     }
     const auto same = [&](const HeadJoint& other) { return other.joint == joint.joint; };
     if (std::count_if(head.begin(), head.end(), same) > 1)
-      problems.add(item.line, "'joint': '" + printable(joint.joint) + "' is in the head twice");
+      problems.add(item.line, "'joint': '" + printable(joint.joint) + "' is a duplicate");
   }
   return head;
 }

@@ -9,9 +9,9 @@
 
 namespace parhelion::yaml {
 
-/// Under the key `head` of a sensor; empty where it is not there.
+/// Reads the key `head` of a sensor; empty where it is absent.
 std::vector<HeadJoint> read_head(const Node& sensor, Problems& problems);
-/// Nothing where there are no joints.
+/// Writes nothing where there are no joints.
 void write_head(Writer& writer, const std::vector<HeadJoint>& head);
 
 }  // namespace parhelion::yaml

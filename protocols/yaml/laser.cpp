@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array<const char*, 3> stamp_beam_names{"first", "middle", "last"};
 
-/// Keys of which a missing one sends the reader to the preset.
+/// Keys that the preset supplies where they are missing.
 constexpr const char* value_keys[] = {"range_min",   "range_max",   "no_return",    "too_close",
                                       "stamp_beam",  "passes",      "pass_period",  "beam_interval",
                                       "scan_period", "noise_sigma", "quantization", "intensity_scale",
@@ -75,8 +75,8 @@ void read_values(const Node& map, LaserDescription& laser, Problems& problems) {
 LaserDescription read_preset(const Node& map, Problems& problems) {
   for (const char* key : {"pose", "head", "preset"}) {
     if (const Node* node = map.find(key)) {
-      problems.add(node->line, std::string("a preset has no '") + key +
-                                   "': that belongs to the robot that carries the laser");
+      problems.add(node->line,
+                   std::string("a preset has no '") + key + "': it belongs in the robot description");
     }
   }
   LaserDescription laser;
@@ -98,9 +98,9 @@ LaserDescription read_laser(const Node& map, Problems& problems) {
   }
   read(map, "preset", laser.preset);
   read(map, "pose", laser.T_base_laser, problems);
-  // Never an identity in the place of a mounting that nobody measured.
+  // An unknown mounting must never become an identity.
   if (map.find("pose") == nullptr)
-    problems.add(map.line, "key 'pose' is missing in 'laser': where it is in base_link");
+    problems.add(map.line, "key 'pose' is missing in 'laser': its pose in base_link");
   read_values(map, laser, problems);
   return laser;
 }

@@ -9,11 +9,11 @@
 
 namespace parhelion::yaml {
 
-/// A robot's laser: the preset's values (read only where a key is missing) under the keys that are given.
+/// A robot's laser: the given keys, with the preset's values for missing ones.
 LaserDescription read_laser(const Node& map, Problems& problems);
-/// A preset file on its own; no pose, no preset of its own.
+/// A preset file: without pose and without a preset of its own.
 LaserDescription read_preset(const Node& map, Problems& problems);
-/// What stands in the map `laser` or `line_laser`, without opening it.
+/// Writes the contents of the map `laser` or `line_laser`, without opening it.
 void write_laser(Writer& writer, const LaserDescription& laser);
 
 }  // namespace parhelion::yaml

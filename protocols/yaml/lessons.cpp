@@ -37,12 +37,12 @@ Lesson read_lesson(const Node& node, int level, Problems& problems) {
     names += (names.empty() ? "" : ", ") + std::string(to_string(kind));
     const Node* here = node.find(to_string(kind));
     if (!here) continue;
-    if (found) problems.add(here->line, "a lesson: two of them, expected one; list them one by one");
+    if (found) problems.add(here->line, "a fault: found two, expected one; list them separately");
     found = here;
     lesson.kind = kind;
   }
   if (!found) {
-    problems.add(node.line, "a lesson: expected one of " + names);
+    problems.add(node.line, "a fault: expected one of " + names);
     return lesson;
   }
   if (lesson.kind == Kind::dead_wheel) {
@@ -53,12 +53,12 @@ Lesson read_lesson(const Node& node, int level, Problems& problems) {
   read(node, "after", lesson.after);
   if (node.find("for")) read(node, "for", lesson.lasting.emplace());
   if (lesson.kind == Kind::low_battery && (lesson.after > 0 || lesson.lasting))
-    problems.add(found->line, "'low_battery' is how the session starts: 'after' and 'for' do not go with it");
-  if (level >= 3 && needs_simulated_robot(lesson.kind))
     problems.add(found->line,
-                 std::string("'") + to_string(lesson.kind) +
-                     "' is a lesson for simulated robots: at level 3 the robot is real, and nothing "
-                     "is taken from its sensors or its drive; use level 1 or 2");
+                 "'low_battery' sets the charge at the start: 'after' and 'for' are not allowed");
+  if (level >= 3 && needs_simulated_robot(lesson.kind))
+    problems.add(found->line, std::string("'") + to_string(lesson.kind) +
+                                  "' is a fault of simulated robots: at level 3 the robot is real, and its "
+                                  "sensors and drive are not changed; use level 1 or 2");
   return lesson;
 }
 

@@ -1,4 +1,4 @@
-// Lessons of a scenario, and the values that were drawn for it.
+// Faults of a scenario, and the values that were drawn for it.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace parhelion::yaml {
 
-/// `level`: of the scenario; at level 3 what needs a simulated robot is a problem.
+/// `level`: of the scenario; at level 3 a fault that needs a simulated robot is a problem.
 std::vector<Lesson> read_lessons(const Node& list, int level, Problems& problems);
 void write_lessons(Writer& writer, const std::vector<Lesson>& lessons);
 std::vector<DrawnValue> read_drawn(const Node& list);

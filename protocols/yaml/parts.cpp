@@ -53,7 +53,7 @@ std::string format_position(const Eigen::Vector3d& p) {
   return text;
 }
 
-/// The angle itself, a round number of degrees near it, and its neighbours among the doubles.
+/// Candidates: the angle itself, a round number of degrees near it, and its neighbouring doubles.
 std::array<double, 10> near_angles(double angle) {
   std::array<double, 10> near{};
   const double degrees = angle * 180 / std::numbers::pi;
@@ -124,7 +124,7 @@ void read(const Node& map, std::string_view key, bool& out) {
   if (const Node* node = map.find(key)) out = node->number != 0;
 }
 void read(const Node& map, std::string_view key, std::uint64_t& out) {
-  // From the text: a double has too few digits.
+  // Parsed from the text: a double has too few digits.
   if (const Node* node = map.find(key))
     std::from_chars(node->text.data(), node->text.data() + node->text.size(), out);
 }

@@ -1,4 +1,5 @@
-// Reading and writing what several documents share: values by key, poses, points. Nodes have passed check().
+// Reading and writing of parts shared by several documents: values by key, poses, points. Nodes have passed
+// check().
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +13,7 @@
 
 namespace parhelion::yaml {
 
-/// Each leaves `out` as it is where the key is not there.
+/// Each leaves `out` unchanged where the key is absent.
 void read(const Node& map, std::string_view key, double& out);
 void read(const Node& map, std::string_view key, float& out);
 void read(const Node& map, std::string_view key, int& out);
@@ -35,12 +36,12 @@ Eigen::Vector3d vector3(const Node& list);
 /// "[1 m, 2 m]"
 std::string format_lengths(const double* values, std::size_t count);
 
-/// A pose (parts.schema.json); what contradicts itself goes to `problems`.
+/// A pose (parts.schema.json); contradictions go to `problems`.
 Eigen::Isometry3d read_isometry(const Node& map, Problems& problems);
-/// "{x: 1 m, yaw: 90 deg}": the shortest of its forms that reads back to exactly this isometry.
+/// "{x: 1 m, yaw: 90 deg}": the shortest of its forms that is read back to exactly this isometry.
 std::string format_isometry(const Eigen::Isometry3d& isometry);
 
-/// A camera's pose: with axes: link the turn to optical axes is added.
+/// A camera's pose: for axes: link the rotation to optical axes is added.
 Eigen::Isometry3d read_camera_isometry(const Node& map, Problems& problems);
 std::string format_camera_isometry(const Eigen::Isometry3d& isometry);
 

@@ -14,7 +14,7 @@ namespace {
 struct Unit {
   std::string_view name;
   double multiply = 1;
-  double divide = 1;  ///< apart from `multiply`, so that 20 ms is the double nearest to 0.020
+  double divide = 1;  ///< separate from `multiply`, so that 20 ms is the double nearest to 0.020
 };
 
 constexpr Unit lengths[] = {{"m"}, {"cm", 1, 100}, {"mm", 1, 1000}, {"km", 1000, 1}};
@@ -85,7 +85,7 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-/// The number at the start of `text`, which is cut off; a leading '+' is taken.
+/// The number at the start of `text`, which is removed; a leading '+' is accepted.
 Result<double> take_number(std::string_view& text) {
   std::string_view digits = text;
   if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
@@ -113,7 +113,7 @@ Result<Quantity> quantity_named(std::string_view name) {
   for (std::size_t i = 0; i < dimensions.size(); ++i) {
     if (dimensions[i].name == name) return static_cast<Quantity>(i);
   }
-  return Error{"no quantity is called '" + std::string(name) + "'"};
+  return Error{"unknown quantity '" + std::string(name) + "'"};
 }
 
 std::string_view base_unit(Quantity quantity) { return dimension(quantity).units.front().name; }
@@ -152,7 +152,7 @@ std::string format_number(double value) { return shortest(value); }
 std::string format_number(float value) {
   std::string text = shortest(value);
   const auto back = parse_number(text);
-  // Rounding twice, to double and then to float, may in principle miss; the double's own digits cannot.
+  // Rounding twice, to double and then to float, may differ; the double's own digits cannot.
   return back && static_cast<float>(*back) == value ? text : shortest(static_cast<double>(value));
 }
 

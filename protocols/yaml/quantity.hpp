@@ -1,4 +1,4 @@
-// Numbers with units, as they stand in the files: "0.10 m", "90 deg", "240 Hz".
+// Numbers with units in the files: "0.10 m", "90 deg", "240 Hz".
 #pragma once
 
 #include <string>
@@ -8,8 +8,7 @@
 
 namespace parhelion::yaml {
 
-/// What a number measures; the first unit of each is the one that structs hold and that numbers are written
-/// in.
+/// The physical quantity of a number; the first unit of each is used in structs and for writing.
 enum class Quantity {
   length,          ///< m, cm, mm, km
   angle,           ///< rad, deg
@@ -34,18 +33,18 @@ enum class Quantity {
   digital_number,  ///< DN: one step of an 8-bit pixel
 };
 
-/// "length" to Quantity::length; error for a name that is none.
+/// "length" to Quantity::length; error for an unknown name.
 Result<Quantity> quantity_named(std::string_view name);
 
-/// Value in the quantity's first unit. The error says what was expected, without a place.
+/// Value in the quantity's first unit. The error states what was expected, without the position.
 Result<double> parse_quantity(std::string_view text, Quantity quantity);
 /// A plain finite number, all of `text`.
 Result<double> parse_number(std::string_view text);
 
-/// Shortest text that parse_quantity reads back to exactly `value`; angles in degrees where these are short
+/// Shortest text that parse_quantity converts back to exactly `value`; angles in degrees where this is short
 /// and exact.
 std::string format_quantity(double value, Quantity quantity);
-/// Shortest text that reads back, after rounding to float, to exactly `value`.
+/// Shortest text that is converted back, after rounding to float, to exactly `value`.
 std::string format_quantity(float value, Quantity quantity);
 std::string format_number(double value);
 std::string format_number(float value);

@@ -15,8 +15,8 @@ namespace {
 
 struct Measure {
   double number = 0;
-  std::string unit;    ///< with what parts it from the number
-  bool whole = false;  ///< neither unit nor point
+  std::string unit;    ///< with the separator from the number
+  bool whole = false;  ///< neither unit nor decimal point
 };
 
 std::optional<Measure> measure_of(const Node* node) {
@@ -31,7 +31,7 @@ std::optional<Measure> measure_of(const Node* node) {
   return measure;
 }
 
-/// 0 to 1, without 1: a function of the seed and the key alone.
+/// In [0, 1): a function of the seed and the key alone.
 double draw(std::uint64_t seed, const std::string& key) {
   return unit_interval(splitmix64(fnv1a(key) + (seed + 1) * kSplitMix64Increment));
 }

@@ -6,7 +6,7 @@
 
 namespace parhelion::yaml {
 
-/// A node that has passed check() against robot.schema.json.
+/// Reads a node that has passed check() against robot.schema.json.
 RobotDescription read_robot(const Node& node, Problems& problems);
 
 }  // namespace parhelion::yaml

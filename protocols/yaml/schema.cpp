@@ -29,7 +29,7 @@ const std::map<std::string, Json, std::less<>>& schema_files() {
   return files;
 }
 
-/// Puts what "$ref": "file#/pointer" names in its place. The schemas hold no cycle.
+/// Replaces "$ref": "file#/pointer" by its target. The schemas contain no cycle.
 Json expand(const Json& schema) {
   if (schema.is_array()) {
     Json out = Json::array();
@@ -49,10 +49,10 @@ Json expand(const Json& schema) {
   return out;
 }
 
-/// What is checked on its own, by whoever reads it: conditions nest without end.
+/// Nodes that their readers check separately: conditions nest to any depth.
 constexpr const char* kAny = "any";
 
-/// As the document stands after conversion: a text with a unit has become a number.
+/// The document after conversion: a text with a unit has become a number.
 Json converted(const Json& schema) {
   if (schema.is_array() || !schema.is_structured()) return schema;
   Json out = Json::object();
@@ -120,7 +120,7 @@ const char* kind_words(const Node& node) {
   return "";
 }
 
-/// Walks document and schema side by side: converts, and says in our words what does not fit.
+/// Walks document and schema in parallel: converts values, and reports mismatches in readable messages.
 class Checker {
  public:
   explicit Checker(Problems& problems) : problems_(problems) {}
@@ -140,7 +140,7 @@ class Checker {
                                    (node.binary ? ", found !!binary" : ", found a single value"));
       return nullptr;
     }
-    if (node.binary) return "";  // read_binary() judges it: no need to carry megabytes along
+    if (node.binary) return "";  // checked by read_binary(): avoids copying megabytes
     if (type == "string" && !schema.contains("unit")) return convert_text(node, schema, name);
     if (type == "boolean") return convert_boolean(node, name);
     return convert_number(node, schema, name);
@@ -271,7 +271,7 @@ class Checker {
     node.number = is_signed ? static_cast<double>(signed_value) : static_cast<double>(unsigned_value);
     node.is_number = true;
     check_bounds(node, schema, name);
-    // valijson reads integers as int64: a larger one is judged as the largest.
+    // valijson reads integers as int64: a larger one is treated as the largest.
     return is_signed ? signed_value : std::numeric_limits<std::int64_t>::max();
   }
 
@@ -295,8 +295,7 @@ class Checker {
   Problems& problems_;
 };
 
-/// Line of the node that valijson's path ("<root>", "[agents]", "[0]", ...) leads to, or of the last one
-/// known.
+/// Line of the node at valijson's path ("<root>", "[agents]", "[0]", ...), or of the last known node.
 int line_of(const Node& root, const std::vector<std::string>& path) {
   const Node* node = &root;
   for (std::size_t i = 1; i < path.size() && path[i].size() > 2; ++i) {
@@ -319,7 +318,7 @@ void check(Node& root, std::string_view name, Problems& problems) {
   Checker checker(problems);
   const Json document = checker.convert(root, schema.text, "");
   if (!problems.empty()) return;
-  // The judge: a schema keyword that the walk above does not know is caught here.
+  // Final check: catches schema keywords that the walk above does not handle.
   valijson::Validator validator;
   valijson::ValidationResults results;
   if (validator.validate(schema.compiled, valijson::adapters::NlohmannJsonAdapter(document), &results))

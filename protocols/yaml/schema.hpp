@@ -1,4 +1,4 @@
-// Checks a document against one of the JSON schemas of this folder and turns its texts into numbers.
+// Checks a document against one of the JSON schemas of this folder and converts its scalars to numbers.
 #pragma once
 
 #include <string>
@@ -10,14 +10,14 @@
 namespace parhelion::yaml {
 
 /// Checks `root` against `schema` ("scenario", "condition", "model", "robot", "laser", "robot_model",
-/// "joystick", "course"); what is wrong goes to `problems`, by line. Fills Node::number. Where there are no
-/// problems, each value is of the type that the schema says, finite and in range.
+/// "joystick", "course"); errors go to `problems`, by line. Sets Node::number. Without problems, each value
+/// has the type required by the schema, is finite and in range.
 void check(Node& root, std::string_view schema, Problems& problems);
 
 /// Reads one document and checks it against `schema`. Error: what read_document or check found, by line.
 Result<Node> read_checked(const std::string& text, const std::string& origin, std::string_view schema);
 
-/// The schema whose keys fit the document's top level best, misspelt ones included; empty where none does.
+/// The schema whose keys match the document's top level best, misspelt ones included; empty where none does.
 std::string guess_schema(const Node& root);
 
 }  // namespace parhelion::yaml

@@ -1,4 +1,4 @@
-// The schema files of this folder, compiled in: reading needs no installed file.
+// The schema files of this folder, compiled in, so that no installed file is needed.
 #pragma once
 
 #include <span>

@@ -42,7 +42,7 @@ class Reader {
   }
 
  private:
-  /// Those who appear later can be named in any script.
+  /// Agents that are spawned later can be named in any script.
   void learn_agents(const Node& actions) {
     for (const Node& action : actions.items) {
       const Node* spawn = action.find("spawn");
@@ -106,7 +106,7 @@ class Reader {
     if (trigger.subject.empty()) trigger.subject = kTrainee;
     yaml::read(node, "distance", trigger.distance);
     if (node.find("distance") == nullptr)
-      problems_.add(name.line, "'near': how near? add a distance, such as 'distance: 2 m'");
+      problems_.add(name.line, "'near': a distance is missing; add one, such as 'distance: 2 m'");
     if (name.text != kTrainee) check_agent(name);
     const Node* subject = node.find("subject");
     if (subject != nullptr && subject->text != kTrainee) check_agent(*subject);
@@ -120,7 +120,7 @@ class Reader {
     if (what == nullptr) return {};
     if (what == node.find("spawn")) return AgentSpawn{.agent = read_agent(*what, problems_)};
     if (what == node.find("remove_all")) {
-      if (what->text != "true") problems_.add(what->line, "'remove_all': expected true, or leave it out");
+      if (what->text != "true") problems_.add(what->line, "'remove_all': expected true, or omit it");
       return AgentRemove{.all = true};
     }
     if (what == node.find("remove")) return AgentRemove{.agent = read_name(*what)};

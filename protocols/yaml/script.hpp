@@ -10,7 +10,7 @@
 
 namespace parhelion::yaml {
 
-/// `agents`: of the scenario, whom a script may name besides those that scripts spawn.
+/// `agents`: of the scenario; a script may name them and those that scripts spawn.
 std::vector<Script> read_scripts(const Node& list, const std::vector<AgentDefinition>& agents,
                                  Problems& problems);
 void write_scripts(Writer& writer, const std::vector<Script>& scripts);

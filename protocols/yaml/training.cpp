@@ -17,7 +17,7 @@ constexpr std::array<const char*, 20> kinds{
     "event", "reach", "pass",  "climb", "near", "still",    "inspect", "follow", "avoid", "report",
     "grip",  "lift",  "place", "pitch", "roll", "yaw_rate", "speed",   "all",    "any",   "then"};
 
-/// What the kind's own number measures, of those that have one.
+/// Quantity of the kind's own number, for kinds that have one.
 std::optional<Quantity> quantity_of(Kind kind) {
   switch (kind) {
     case Kind::still:
@@ -43,7 +43,7 @@ bool takes_duration(Kind kind) {
   return (takes_distance(kind) && kind != Kind::report) || (quantity_of(kind) && kind != Kind::still);
 }
 
-/// Which keys go with a kind, besides its own, `within` and `never`.
+/// Keys allowed for a kind, besides its own, `within` and `never`.
 bool goes_with(Kind kind, const std::string& key) {
   const auto one_of = [&key](std::initializer_list<const char*> keys) {
     return std::find(keys.begin(), keys.end(), key) != keys.end();
@@ -58,7 +58,7 @@ void read_optional(const Node& node, const char* key, std::optional<double>& out
   if (node.find(key)) read(node, key, out.emplace());
 }
 
-/// s that it takes at least to hold.
+/// s, minimum time until it can hold.
 double least_time(const Condition& condition) {
   double time = condition.duration;
   for (const Condition& part : condition.parts) {
@@ -77,7 +77,7 @@ double least_time(const Condition& condition) {
 
 std::string seconds_text(double time) { return format_quantity(time, Quantity::time); }
 
-/// What cannot be passed in time, whatever the trainee does.
+/// Reports conditions that cannot be met in time, whatever the trainee does.
 void check_times(const Training& training, const Node& tasks, Problems& problems) {
   double before = 0;
   for (std::size_t i = 0; i < training.tasks.size(); ++i) {
@@ -162,9 +162,10 @@ class Reader {
     const Kind kind = condition.kind;
     if ((kind == Kind::near || kind == Kind::inspect || kind == Kind::follow) && !node.find("distance"))
       problems_.add(what.line,
-                    "'" + name_of(condition) + "': how near? add a distance, such as 'distance: 2 m'");
+                    "'" + name_of(condition) + "': a distance is missing; add one, such as 'distance: 2 m'");
     if ((kind == Kind::follow || kind == Kind::avoid) && !(condition.duration > 0))
-      problems_.add(what.line, "'" + name_of(condition) + "': for how long? add a time, such as 'for: 10 s'");
+      problems_.add(what.line,
+                    "'" + name_of(condition) + "': a time is missing; add one, such as 'for: 10 s'");
   }
 
   void read_event(const Node& node, const Node& what, Condition& condition) {
@@ -173,7 +174,7 @@ class Reader {
     condition.event = *kind;
     if (is_grading(condition.event))
       problems_.add(what.line,
-                    "'" + printable(what.text) + "' is said by the grading itself: it is not graded");
+                    "'" + printable(what.text) + "' is reported by the grading itself and cannot be graded");
     read(node, "subject", condition.subject);
     read(node, "object", condition.object);
     read(node, "text", condition.text);
@@ -192,7 +193,7 @@ std::vector<std::string> read_skills(const Node& task, Problems& problems) {
   if (!list) return skills;
   for (const Node& skill : list->items) {
     if (std::find(skills.begin(), skills.end(), skill.text) != skills.end())
-      problems.add(skill.line, "'skills': '" + printable(skill.text) + "' is there twice");
+      problems.add(skill.line, "'skills': '" + printable(skill.text) + "' is a duplicate");
     skills.push_back(skill.text);
   }
   return skills;
@@ -303,7 +304,7 @@ Training read_training(Node& node, Problems& problems) {
       read(grade, "from", step.from);
       if (!training.grades.empty() && !(step.from < training.grades.back().from))
         problems.add(grade.line,
-                     "'grades': expected the best first, each from a lower share than the one before");
+                     "'grades': expected the best first, each from a lower fraction than the previous one");
       training.grades.push_back(step);
     }
   }

@@ -1,4 +1,4 @@
-// UTF-8 at the border: what comes in is checked, what goes into a message is printable.
+// UTF-8 checks of input, and printable text for messages.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 namespace parhelion::yaml {
 
 /// Offset of the first byte that is not well-formed UTF-8 (Unicode 15, table 3-7), or nullopt. A NUL or 0x04
-/// byte counts as ill-formed: the YAML scanner takes them for the end of the file.
+/// byte counts as ill-formed: the YAML scanner treats them as the end of the file.
 std::optional<std::size_t> find_invalid_utf8(std::string_view text);
 
 /// For messages: at most 60 bytes, control characters as \xNN.

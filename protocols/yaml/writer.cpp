@@ -11,7 +11,7 @@ bool is_plain_character(char c) {
          c == ' ';
 }
 
-/// Words that start with a letter and hold nothing that YAML could take for syntax, null or a number.
+/// Words that start with a letter and contain nothing that YAML could read as syntax, null or a number.
 bool is_plain(std::string_view text) {
   if (text.empty() || std::isalpha(static_cast<unsigned char>(text[0])) == 0 || text.back() == ' ')
     return false;

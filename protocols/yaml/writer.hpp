@@ -1,4 +1,4 @@
-// Writes the YAML that the readers of this folder read back to the same values.
+// Writes YAML that the readers of this folder read back to the same values.
 #pragma once
 
 #include <string>
@@ -25,10 +25,10 @@ class Writer {
   void quantity(std::string_view key, Number value, Quantity quantity) {
     line(key, format_quantity(value, quantity));
   }
-  /// Keys or items between open and close lie one level deeper.
+  /// Keys or items between open and close are indented one level deeper.
   void open(std::string_view key);
   void close() { --depth_; }
-  /// The next line starts an item of a list; its keys lie one level deeper until end_item.
+  /// The next line starts an item of a list; its keys are indented one level deeper until end_item.
   void begin_item();
   void end_item() { --depth_; }
   /// "key: value" with the value as YAML.
@@ -41,7 +41,7 @@ class Writer {
 
   std::string take() { return std::move(text_); }
 
-  /// Plain where that is safe, else in double quotes.
+  /// Unquoted where that is safe, else in double quotes.
   static std::string quote(std::string_view text);
 
  private:

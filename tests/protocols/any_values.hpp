@@ -1,4 +1,4 @@
-// Values for property tests of configuration files: any that are valid.
+// Values for property tests of configuration files: any valid ones.
 #pragma once
 
 #include <rapidcheck.h>
@@ -12,7 +12,7 @@
 
 namespace parhelion::test {
 
-/// Any finite double, by its bits, or a short decimal as people write it.
+/// Any finite double, by its bits, or a short decimal as in a hand-written file.
 inline double finite() {
   if (*rc::gen::arbitrary<bool>()) return *rc::gen::inRange(-100'000, 100'000) / 1000.0;
   const double value = std::bit_cast<double>(*rc::gen::arbitrary<std::uint64_t>());

@@ -80,7 +80,7 @@ TEST(ArrivalOrder, ArrivalsIncreaseWhateverTheStamps) {
   ArrivalOrder order;
   ArrivalTime last = order.place(at(1)).arrival;
   for (int i = 0; i < 10'000; ++i) {
-    // Up to a thousandth of what an int64 holds, or all of it below.
+    // Up to a thousandth of the range of an int64, or any value below.
     const auto bits = static_cast<std::int64_t>(random());
     const std::int64_t ns = i % 3 == 0 ? -std::abs(bits / 2) : bits / 1000;
     const ArrivalTime arrival = order.place({ns}).arrival;

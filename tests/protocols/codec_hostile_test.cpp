@@ -1,5 +1,5 @@
-// Bytes that nobody sane sends: each is refused with a reason, or is a message; none crashes or allocates
-// what it claims.
+// Invalid bytes: each message is rejected with a reason or decoded; none causes a crash or an allocation of
+// the size that it claims.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -165,7 +165,7 @@ TEST(Refused, PosesThatAreNone) {
   EXPECT_NE(refusal(TwistCommand{test::sample_stamp, {0, INFINITY, 0}}).find("vy: inf"), std::string::npos);
 
   auto bytes = test::sample("pose_t", PoseStamped{test::sample_stamp, {}, {}, {}, {}}).bytes;
-  wire::big_endian(0.0, bytes.data() + 8 + 8 + 48);  // w: the quaternion is all zeros now, and no identity
+  wire::big_endian(0.0, bytes.data() + 8 + 8 + 48);  // w: the quaternion is all zeros now, not an identity
   PoseStamped pose;
   const Status status = decode("POSE", bytes, pose);
   ASSERT_FALSE(status);
@@ -197,7 +197,7 @@ TEST(Refused, AnOrientationThatIsNone) {
 TEST(Refused, JointsThatCannotBeTold) {
   Joints joints = test::sample_joints();
   joints.names[1] = "pan";
-  EXPECT_NE(refusal(joints).find("names: a joint that is named twice"), std::string::npos);
+  EXPECT_NE(refusal(joints).find("names: a duplicate joint name"), std::string::npos);
   joints.names[1] = "";
   EXPECT_NE(refusal(joints).find("names: a name that is empty"), std::string::npos);
   joints.names[1] = std::string(65, 'j');

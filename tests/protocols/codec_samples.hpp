@@ -1,4 +1,4 @@
-// A message of every wire type, filled in, for tests that go over all of them.
+// A message of every wire type with all fields set, for tests that iterate over all of them.
 #pragma once
 
 #include <bit>
@@ -14,10 +14,10 @@ namespace parhelion::test {
 
 struct Sample {
   std::string type;
-  std::string written_as;  ///< the type that encode gives it
+  std::string written_as;  ///< the type written by encode
   std::vector<std::uint8_t> bytes;
   std::function<Status(Bytes)> decode;
-  std::function<std::vector<std::uint8_t>()> encode_again;  ///< what was decoded last
+  std::function<std::vector<std::uint8_t>()> encode_again;  ///< encodes what was decoded last
 };
 
 template <class T>
@@ -126,7 +126,7 @@ inline PoseEstimate sample_estimate() {
   return estimate;
 }
 
-/// As an MBot sends it; what it is decoded to is written as imu_t.
+/// As sent by an MBot; after decoding it is encoded as imu_t.
 inline Sample sample_mbot_imu() {
   constexpr std::uint64_t fingerprint = 0x5d3f1ec742142382U;
   Sample made = sample("imu_t", ImuSample{sample_stamp, {}, {0, 0, 0}, {0, 0, 0}});

@@ -1,5 +1,4 @@
-// What the bytes of an output depend on beside our own source: that the compiler rounds where the language
-// says so.
+// A dependency of the output bytes besides our own source: the compiler rounds as the language specifies.
 #include <gtest/gtest.h>
 
 namespace parhelion {

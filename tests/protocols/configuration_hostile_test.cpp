@@ -1,4 +1,4 @@
-// YAML that was made to hurt: each reader answers with an Error, soon, and without a crash.
+// Malicious YAML: each reader returns an Error within a short time, without a crash.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ TEST(HostileYaml, HugeTextsAndListsAreAnswered) {
   EXPECT_NE(error_of(repeat("-", 100'000)), "");
 }
 
-/// Each parse must return; what it returns is another test's matter.
+/// Each parse must return; its result is checked in another test.
 TEST(HostileYaml, FlippedBytesAndCutsOfAGoodFileReturn) {
   Scenario scenario;
   scenario.agents.resize(2);

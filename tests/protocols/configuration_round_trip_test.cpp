@@ -1,4 +1,4 @@
-// parse(to_yaml(x)) == x, to the bit, for any scenario that is valid.
+// parse(to_yaml(x)) == x, to the bit, for any valid scenario.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 

@@ -1,4 +1,4 @@
-// What a person reads who got a scenario, a model or a robot description wrong.
+// Error messages for mistakes in a scenario, a model or a robot description.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -121,7 +121,7 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
        "s.yaml:3: name 'a' is taken by the agent in line 2"},
       {"channels: {SCAM: x}", "unknown channel 'SCAM', did you mean 'SCAN'?"},
       {"channels: {SCAN: 'a b'}", "name of a channel: expected 1 to 63"},
-      {"name: a\nname: b", "s.yaml:2: key 'name' is given twice (first in line 1)"},
+      {"name: a\nname: b", "s.yaml:2: key 'name' is a duplicate (first in line 1)"},
       {"- a", "expected keys with values, found a list"},
       {"", "s.yaml:1: the file is empty"},
       {"name: a\n---\nname: b", "a second document"},
@@ -138,7 +138,7 @@ TEST(Scenario, RefusesWhatCannotBeMeant) {
 TEST(Scenario, RefusesAnOutputThatIsAnInputAfterRenaming) {
   EXPECT_THAT(
       scenario_error("level: 3\nchannels: {SCAN: MR_SCAN}"),
-      HasSubstr("s.yaml:2: 'channels': the output MR_SCAN and the input SCAN would both be 'MR_SCAN'"));
+      HasSubstr("s.yaml:2: 'channels': the output MR_SCAN and the input SCAN would both be named 'MR_SCAN'"));
   EXPECT_THAT(scenario_error("channels:\n  MR_SCAN: X\n  SCAN: X"),
               HasSubstr("the output MR_SCAN and the input SCAN"));
   EXPECT_THAT(scenario_error("channels: {MR_CMD: MR_SPAWN}"),
@@ -146,7 +146,7 @@ TEST(Scenario, RefusesAnOutputThatIsAnInputAfterRenaming) {
   EXPECT_THAT(scenario_error(agent + "channels: {MR_AGENT_r1_SCAN: SCAN}"),
               HasSubstr("the output MR_AGENT_r1_SCAN"));
   EXPECT_THAT(scenario_error("channels: {CAMERA: DEPTH}"),
-              HasSubstr("DEPTH and CAMERA would both be 'DEPTH'"));
+              HasSubstr("DEPTH and CAMERA would both be named 'DEPTH'"));
   EXPECT_EQ(scenario_error("channels: {SCAN: MR_SCAN, MR_SCAN: SCAN_OUT}"), "") << "a swap does not meet";
 }
 
@@ -277,7 +277,7 @@ TEST(Robot, RefusesWhatCannotBeMeant) {
        "expected a direction of length 1"},
       {"camera: {pose: {}, width: 1, height: 1, fx: 1 px, fy: 1 px, cx: 0 px, cy: 0 px, head: [{joint: pan, "
        "axis: [0, 0, 1]}, {joint: pan, axis: [0, 1, 0]}]}",
-       "'pan' is in the head twice"},
+       "'pan' is a duplicate"},
       {"footprint: [[0 m, 0 m], [0 m, 1 m], [1 m, 0 m]]", "counter-clockwise"},
       {"footprint: [[0 m, 0 m], [1 m, 0 m]]", "expected number of items >= 3"},
       {"footprint: [[1 m, 0 m], [-1 m, 1 m], [0 m, -1 m], [0 m, 1 m], [-1 m, -1 m]]", "'footprint'"},

@@ -1,4 +1,4 @@
-// Courses: what their files may say, and what rank a trainee has in one.
+// Courses: valid and invalid files, and the rank of a trainee.
 #include "protocols/course.hpp"
 
 #include <gmock/gmock.h>
@@ -59,9 +59,9 @@ TEST(Course, AMistakeIsNamedWithItsLine) {
   } mistakes[] = {
       {"course: c\n", "'programmes'"},
       {"course: c\nprogrammes:\n  - {scenario: a.yaml}\n  - {scenario: a.yaml}\n",
-       "c.yaml:4: scenario 'a.yaml' is there already, in line 3"},
+       "c.yaml:4: scenario 'a.yaml' is a duplicate of line 3"},
       {two + "ranking: [{name: r, passed: 3}]\n",
-       "c.yaml:3: rank 'r': nobody can pass 3 programmes, the course has 2"},
+       "c.yaml:3: rank 'r': cannot require 3 passed programmes, the course has 2"},
       {two + "ranking:\n  - {name: low, passed: 1}\n  - {name: high, passed: 2}\n",
        "c.yaml:5: rank 'high': expected the highest first"},
       {two + "rankng: []\n", "unknown key 'rankng', did you mean 'ranking'?"},

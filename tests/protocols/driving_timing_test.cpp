@@ -11,7 +11,7 @@
 namespace parhelion {
 namespace {
 
-/// The page is not C++, so the compiler does not hold it to the header.
+/// The page is not C++, so the compiler does not check it against the header.
 TEST(DrivingTiming, OfThePageIsTheServers) {
   std::ifstream file(std::string(PARHELION_SOURCE_DIR) + "/server/station/web/src/drive/sender.ts");
   std::ostringstream text;

@@ -1,4 +1,4 @@
-// The fingerprints that are promised to others: changing one breaks every log and every robot.
+// The published fingerprints: changing one breaks every log and every robot.
 #include <gtest/gtest.h>
 
 #include <cstdint>

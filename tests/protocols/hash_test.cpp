@@ -1,4 +1,4 @@
-// Against numbers that others published: both decide what a seed draws, so they must never change.
+// Against published numbers: both determine what a seed draws, so they must never change.
 #include "protocols/hash.hpp"
 
 #include <gtest/gtest.h>

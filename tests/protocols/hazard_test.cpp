@@ -78,7 +78,7 @@ TEST(Hazard, ABadOneIsRefusedWithItsLine) {
     const auto scenario = parse_scenario("hazards:\n  - {name: h, " + hazard + "}\n", "s.yaml");
     return scenario ? std::string() : scenario.error().message;
   };
-  EXPECT_NE(fault("kind: device, position: [0 m, 0 m, 0 m]").find("nothing sets it off"), std::string::npos);
+  EXPECT_NE(fault("kind: device, position: [0 m, 0 m, 0 m]").find("it has no trigger"), std::string::npos);
   EXPECT_NE(fault("kind: device, position: [0 m, 0 m, 0 m]").find("s.yaml:2"), std::string::npos);
   EXPECT_NE(fault("kind: device, position: [0 m, 0 m, 0 m], shock: 1 N s").find("agent"), std::string::npos);
   EXPECT_NE(fault("kind: device, delay: 1 s").find("a position or an agent"), std::string::npos);

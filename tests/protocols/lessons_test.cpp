@@ -1,4 +1,4 @@
-// Lessons and ranges of a scenario.
+// Faults and ranges of a scenario.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -110,7 +110,7 @@ lessons:
 
 TEST(Lessons, NothingIsTakenFromARealRobot) {
   EXPECT_THAT(error_of("level: 3\nlessons:\n  - {laser_dropouts: 0.1}\n"),
-              HasSubstr("s.yaml:3: 'laser_dropouts' is a lesson for simulated robots: at level 3"));
+              HasSubstr("s.yaml:3: 'laser_dropouts' is a fault of simulated robots: at level 3"));
   EXPECT_THAT(error_of("lessons: [{low_battery: 0.1}]\n"), HasSubstr("'low_battery'"));
   EXPECT_THAT(error_of("lessons: [{dead_wheel: left}]\n"), HasSubstr("'dead_wheel'"));
   EXPECT_EQ(error_of("level: 3\nlessons: [{camera_delay: 500 ms}, {camera_loss: 0.5}]\n"), "")
@@ -118,7 +118,7 @@ TEST(Lessons, NothingIsTakenFromARealRobot) {
   EXPECT_THAT(error_of("lessons: [{camera_delay: 501 ms}]\n"), HasSubstr("s.yaml:1: 'camera_delay'"));
   EXPECT_THAT(error_of("level: 1\nlessons: [{low_battery: 0.2, after: 3 s}]\n"), HasSubstr("'after'"));
   EXPECT_THAT(error_of("level: 1\nlessons: [{dead_wheel: left, camera_loss: 0.1}]\n"),
-              HasSubstr("two of them"));
+              HasSubstr("found two"));
   EXPECT_THAT(error_of("level: 1\nlessons: [{after: 3 s}]\n"), HasSubstr("expected one of camera_delay"));
   EXPECT_THAT(error_of("level: 1\nlessons: [{laser_dropout: 0.1}]\n"),
               HasSubstr("did you mean 'laser_dropouts'"));

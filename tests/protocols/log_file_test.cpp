@@ -1,4 +1,4 @@
-// Event logs: what is written is there, and damage costs only what is damaged.
+// Event logs: written events are read back, and damage only affects the damaged part.
 #include "protocols/bus/log_file.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 class LogFile : public ::testing::Test {
  protected:
   void SetUp() override {
-    // In memory where there is such a place: thousands of small files are written.
+    // In memory where possible: thousands of small files are written.
     const fs::path parent = fs::is_directory("/dev/shm") ? "/dev/shm" : fs::temp_directory_path();
     std::string pattern = (parent / "parhelion-log-XXXXXX").string();
     ASSERT_NE(mkdtemp(pattern.data()), nullptr);
@@ -181,7 +181,8 @@ TEST_F(LogFile, ABitFlipCostsAtMostTheEventThatItIsIn) {
       }
       if (at < read.events.size() && equal(read.events[at], sample(i))) ++intact, ++at;
     }
-    // A length that grew by exactly the size of the events that follow cannot be told from a true one.
+    // A length that grew by exactly the size of the following events cannot be distinguished from a correct
+    // one.
     const bool swallowed = read.errors.empty() && read.events.size() < events;
     EXPECT_GE(intact, swallowed ? static_cast<int>(read.events.size()) - 1 : events - 1) << "bit " << bit;
   }
@@ -243,7 +244,7 @@ TEST_F(LogFile, LiblcmReadsTheSameFromTheLogsOfARealRobot) {
   }
 }
 
-// Figures of the recording's ATTRIBUTION.md, found by an independent parser.
+// Figures of the recording's ATTRIBUTION.md, from an independent parser.
 TEST_F(LogFile, TheOdometryOfARealRobotIsDecodedWithOurType) {
   const auto log = test::recording("lcm-mbot/drive_square_odometry.lcmlog");
   PARHELION_NEEDS_RECORDING(log);
@@ -275,8 +276,8 @@ TEST_F(LogFile, TheOdometryOfARealRobotIsDecodedWithOurType) {
   EXPECT_NEAR(last.T_odom_base.translation().y(), 0.027, 0.0005);
 }
 
-// Its units and axes, from the physics: at rest gravity points where the attitude says, and the yaw turns as
-// the rate does.
+// Checks units and axes by physics: at rest gravity has the direction given by the attitude, and the yaw
+// changes at the measured rate.
 TEST_F(LogFile, TheImuOfARealRobotIsMappedToOurUnitsAndAxes) {
   const auto log = test::recording("lcm-mbot/drive_square_odometry.lcmlog");
   PARHELION_NEEDS_RECORDING(log);

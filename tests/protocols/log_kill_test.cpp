@@ -1,4 +1,4 @@
-// Promise 6: what was acknowledged is there, whatever happens to the process or the disk.
+// Promise 6: acknowledged events are in the log, whatever happens to the process or the disk.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/mount.h>
@@ -36,7 +36,7 @@ std::vector<std::uint8_t> payload_of(std::uint32_t number) {
   return payload;
 }
 
-/// Writes events until it is killed; each one's number goes through the pipe after its write.
+/// Writes events until it is killed; the number of each goes through the pipe after its write.
 [[noreturn]] void write_forever(const std::string& path, int acknowledge) {
   auto writer = LogWriter::create(path, false);
   if (!writer) _exit(1);
@@ -47,7 +47,7 @@ std::vector<std::uint8_t> payload_of(std::uint32_t number) {
   }
 }
 
-/// Events in order with their own payloads; `errors`: damaged places.
+/// Events in order with their own payloads; `errors`: number of damaged places.
 std::uint32_t count_events(const std::string& path, int& errors) {
   auto reader = LogReader::open(path);
   EXPECT_TRUE(reader) << reader.error().message;
@@ -77,8 +77,8 @@ TEST_F(LogSurvives, AKillAtAnyMomentLosesNothingAcknowledged) {
     ASSERT_GE(child, 0);
     if (child == 0) write_forever(path, pipe_ends[1]);
     close(pipe_ends[1]);
-    // Reads some acknowledgements, so that the kill falls in the middle of the work, then kills and reads the
-    // rest.
+    // Reads some acknowledgements, so that the kill falls in the middle of the work, then kills it and reads
+    // the rest.
     std::uint32_t acknowledged = 0;
     for (std::uint32_t wanted = 1 + random() % 300, number; acknowledged < wanted;
          acknowledged = number + 1) {
@@ -99,8 +99,8 @@ TEST_F(LogSurvives, AKillAtAnyMomentLosesNothingAcknowledged) {
   }
 }
 
-/// Fills until an error, then checks that whole events remain and that writing goes on where there is room
-/// again.
+/// Fills the disk until an error, then checks that only whole events remain and that writing continues once
+/// there is room again.
 void fill_up(const std::string& path, const std::function<void()>& make_room) {
   auto writer = LogWriter::create(path, false);
   ASSERT_TRUE(writer) << writer.error().message;

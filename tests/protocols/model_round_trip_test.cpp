@@ -1,4 +1,4 @@
-// parse(to_yaml(x)) == x, to the bit, for any model that is valid.
+// parse(to_yaml(x)) == x, to the bit, for any valid model.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 

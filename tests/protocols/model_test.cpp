@@ -1,5 +1,4 @@
-// What a model file may say beyond its boxes: hinges, relations, meshes, a person's words; and what it may
-// not.
+// Model files beyond their boxes: hinges, relations, meshes, user corrections; and invalid ones.
 #include "protocols/model.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// LCM over the loopback. Each test has a port of its own, so that nothing else on the machine is heard.
+// LCM over the loopback. Each test has its own port, so that it does not receive messages of other programs.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/wait.h>
@@ -58,7 +58,7 @@ TEST(NetworkBus, AMessageOf300kBComesBackAsItWas) {
   std::mt19937 random(3);
   for (auto& byte : payload) byte = static_cast<std::uint8_t>(random());
   Message message;
-  // UDP may lose a fragment, so it is sent again until one is there.
+  // UDP may lose a fragment, so it is sent again until a complete message arrives.
   bool came = false;
   for (int attempt = 0; attempt < 20 && !came; ++attempt) {
     ASSERT_TRUE(sender.publish("CAMERA", payload));
@@ -79,7 +79,7 @@ TEST(NetworkBus, ALateReceiverFindsTheNewestAndACount) {
   for (std::uint8_t i = 0; i < sent; ++i) ASSERT_TRUE(bus.publish("TELEOP", std::vector<std::uint8_t>{i}));
   Message message;
   std::vector<std::uint8_t> heard;
-  // Once END is queued, all that came before it is.
+  // Once END is queued, all earlier messages are queued too.
   ASSERT_TRUE(bus.publish("END", {}));
   std::uint64_t got = 0;
   while (receive(bus, message, seconds(5)) && message.channel != "END")
@@ -105,7 +105,7 @@ TEST(NetworkBus, WithoutAMulticastRouteTheErrorSaysHowToAddOne) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    // A network namespace of its own has no route at all.
+    // A separate network namespace has no route at all.
     if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) _exit(77);
     const auto bus = open_network_bus("");
     const std::string said = bus ? "opened" : bus.error().message;

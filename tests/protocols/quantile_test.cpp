@@ -12,7 +12,7 @@ namespace parhelion {
 namespace {
 
 TEST(Quantile, LowerIsTheValueAtOrBelowDefinition7) {
-  std::vector<double> values{40, 10, 30, 20};  // definition 7 gives 25 for the half, 37 for nine tenths
+  std::vector<double> values{40, 10, 30, 20};  // definition 7 gives 25 for q = 0.5, 37 for q = 0.9
   EXPECT_EQ(quantile(values, 0), 10);
   EXPECT_EQ(quantile(values, 0.5), 20);
   EXPECT_EQ(quantile(values, 0.9), 30);

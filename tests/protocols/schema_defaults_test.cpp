@@ -1,4 +1,4 @@
-// The defaults that the schemas state, and with them the references in docs/, are those of the program.
+// The defaults in the schemas, and therefore in the references in docs/, are those of the program.
 #include "tests/schema_defaults.hpp"
 
 #include <gmock/gmock.h>
@@ -58,7 +58,7 @@ TEST(SchemaDefaults, OfAScenario) {
   spawned["name"] = "b";
   document["scripts"][0]["do"].push_back({{"spawn", spawned}});
   defaults.compare(document);
-  // The level decides what the others may say.
+  // The level determines which other keys are allowed.
   defaults.compare(Json::object());
   EXPECT_THAT(defaults.differences(), IsEmpty());
   EXPECT_THAT(defaults.missing(), IsEmpty());

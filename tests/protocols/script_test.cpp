@@ -1,4 +1,4 @@
-// Scripts in a scenario: what they may say, and what is said of a mistake.
+// Scripts in a scenario: valid ones, and error messages for mistakes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,14 +66,14 @@ TEST(Script, AMistakeIsNamedWithItsLineAndTheNearestWord) {
       {"  - name: a\n    when: {time: 1 s}\n    do: [{remove: giude}]\n",
        "s.yaml:6: no agent 'giude' in 'agents' or spawned by a script, did you mean 'guide'?"},
       {"  - name: a\n    wen: {time: 1 s}\n" + act, "unknown key 'wen', did you mean 'when'?"},
-      {"  - name: a\n    when: {time: 1 s, zone: x}\n" + act, "s.yaml:5: 'when': two of them"},
+      {"  - name: a\n    when: {time: 1 s, zone: x}\n" + act, "s.yaml:5: 'when': found two"},
       {"  - name: a\n    when: {subject: trainee}\n" + act, "expected one of time, event, zone, near"},
-      {"  - name: a\n    when: {near: guide}\n" + act, "how near?"},
+      {"  - name: a\n    when: {near: guide}\n" + act, "a distance is missing"},
       {"  - name: a\n    when: {near: trainee, distance: 1 m}\n" + act, "always near itself"},
       {"  - name: a\n    when: {time: 1 s, object: guide}\n" + act, "object does not go with this trigger"},
       {"  - name: a\n    when: {zone: x, distance: 1 m}\n" + act, "distance does not go"},
       {"  - name: a\n    when: {time: 0 s}\n    repeat: true\n" + act, "expected a time above 0 s"},
-      {"  - name: a\n    when: {time: 1 s}\n    do: [{remove: guide, freeze: all}]\n", "'do': two of them"},
+      {"  - name: a\n    when: {time: 1 s}\n    do: [{remove: guide, freeze: all}]\n", "'do': found two"},
       {"  - name: a\n    when: {time: 1 s}\n    do: []\n", "number of items >= 1"},
       {"  - name: a\n    when: {time: 1 s}\n    do: [{spawn: {name: x/y, kind: box, pose: {x: 1 m}}}]\n",
        "part of channel names"},

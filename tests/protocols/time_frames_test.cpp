@@ -1,4 +1,4 @@
-// Stamps, transforms, results: what must not compile, and the edges of what does.
+// Stamps, transforms, results: what must not compile, and edge cases of what does.
 #include <gtest/gtest.h>
 
 #include <type_traits>

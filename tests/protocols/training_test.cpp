@@ -1,4 +1,4 @@
-// Tasks and grading in a scenario: what they may say, and what is said of a mistake.
+// Tasks and grading in a scenario: valid ones, and error messages for mistakes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -119,22 +119,22 @@ TEST(Training, AMistakeIsNamedWithItsLineAndTheNearestWord) {
       {with("{raech: hall}"), "s.yaml:5: unknown key 'raech', did you mean 'reach'?"},
       {with("{event: colision_started}"),
        "s.yaml:5: unknown event 'colision_started', did you mean 'collision_started'?"},
-      {with("{reach: hall, pass: door 1}"), "s.yaml:5: a condition: two of them"},
+      {with("{reach: hall, pass: door 1}"), "s.yaml:5: a condition: found two"},
       {with("{within: 3 s}"), "s.yaml:5: a condition: expected one of event, reach"},
       {with("{reach: hall, distance: 3 m}"), "'distance' does not go with 'reach'"},
-      {with("{near: crate}"), "how near?"},
+      {with("{near: crate}"), "a distance is missing"},
       {with("{near: crate, distance: 3}"), "s.yaml:5: 'distance'"},
-      {with("{follow: guide, distance: 2 m}"), "for how long?"},
-      {with("{avoid: guide, distance: 2 m}"), "for how long?"},
+      {with("{follow: guide, distance: 2 m}"), "a time is missing"},
+      {with("{avoid: guide, distance: 2 m}"), "a time is missing"},
       {with("{grip: crate, into: box}"), "'into' does not go with 'grip'"},
       {with("{pitch: 20}"), "s.yaml:5: 'pitch'"},
-      {with("{event: score_changed}"), "is said by the grading itself"},
+      {with("{event: score_changed}"), "is reported by the grading itself"},
       {with("hall"), "s.yaml:5: expected keys with values, found a single value"},
       {with("{all: []}"), "s.yaml:5: 'all': expected number of items >= 1"},
       {with("\n        all:\n          - {reach: a}\n          - {then: [{rech: b}]}"),
        "s.yaml:8: unknown key 'rech'"},
       {with("{reach: a}\n      skills: [doors, stairs, doors]"),
-       "s.yaml:6: 'skills': 'doors' is there twice"},
+       "s.yaml:6: 'skills': 'doors' is a duplicate"},
       {with("{reach: a, within: 20 s}\n      limit: 10 s"), "its condition may take longer than its limit"},
       {"training:\n  limit: 30 s\n  tasks:\n    - {name: t, points: 1, limit: 31 s, done: {reach: a}}\n",
        "s.yaml:4: task 't': its limit of 31 s is after that of the whole, 30 s"},

@@ -1,4 +1,4 @@
-// Whatever comes in, the original goes out with the reason, and nothing crashes (promises 2 and 7).
+// For any input the original is sent with the reason, and nothing crashes (promises 2 and 7).
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -18,7 +18,7 @@ class BadInput : public testing::Test {
     ASSERT_TRUE(made.ok()) << made.error().message;
     compositor_ = std::move(*made);
   }
-  /// The original bytes, and a reason that holds `word`.
+  /// The original bytes, and a reason that contains `word`.
   void expect_original(const RenderJob& job, const std::string& word) {
     const RenderAnswer answer = compositor_->compose(job);
     EXPECT_FALSE(answer.drawn);
@@ -67,7 +67,7 @@ TEST_F(BadInput, FlippedBitsNeverCrash) {
 TEST_F(BadInput, SizeThatIsNotTheCalibrations) {
   RenderJob job = robot_job(jpeg_image(640, 360));
   expect_original(job, "aspect");
-  job = robot_job(jpeg_image(320, 240));  // the same aspect: the intrinsics are scaled
+  job = robot_job(jpeg_image(320, 240));  // the same aspect ratio: the intrinsics are scaled
   EXPECT_TRUE(compositor_->compose(job).drawn);
 }
 

@@ -1,4 +1,4 @@
-// What a depth camera makes of true depths, against the equations of a sensor that triangulates.
+// The model of a depth camera against the equations of a triangulating sensor.
 #include "render/depth_sensor.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ TEST(DepthSensor, WhatIsOutOfItsRangesIsNotMeasured) {
   for (const float depth : {0.39F, 5.01F, nothing}) {
     for (const auto mm : measure(camera, plane(depth)).millimetres) ASSERT_EQ(mm, 0) << depth;
   }
-  camera.range_max = 0;  // not said
+  camera.range_max = 0;  // not given
   EXPECT_EQ(measure(camera, plane(50)).millimetres.front(), 50'000);
   EXPECT_EQ(measure(camera, plane(100)).millimetres.front(), 0);
   camera.range_max = 1000;  // more than 16 bits of millimetres

@@ -1,4 +1,4 @@
-// What the encoder gives is read back by a decoder of the same library.
+// The encoder's output is decoded by the same library's decoder.
 #include "render/h264_encoder.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace parhelion::render {
 namespace {
 
-/// A disc that wanders over slopes of colour; BGR.
+/// A disc that moves over colour gradients; BGR.
 std::vector<std::uint8_t> drawn(int width, int height, int moment) {
   std::vector<std::uint8_t> bgr;
   for (int y = 0; y < height; ++y) {
@@ -70,7 +70,7 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  /// The luma of the picture that comes out at once; empty: none does.
+  /// The luma of the picture decoded from it; empty: none.
   std::vector<std::uint8_t> luma(const H264Picture& picture) {
     unsigned char* planes[3] = {};
     SBufferInfo out{};
@@ -171,7 +171,7 @@ TEST(H264Encoder, FollowsTheBitRate) {
   I420Picture picture;
   auto encoder = H264Encoder::create(320, 240, {3'000'000, 30});
   ASSERT_TRUE(encoder.ok());
-  // Noise, which costs as much as it may.
+  // Noise, which needs the maximum bit rate.
   std::uint32_t random = 1;
   const auto bytes_of = [&](int frames) {
     std::size_t bytes = 0;

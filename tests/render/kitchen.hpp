@@ -1,5 +1,5 @@
 // The recording rgbd-7scenes-redkitchen-a as render jobs: a hand-held Kinect over a kitchen table and a
-// slatted chair. Its attribution file says how colour and depth stand to each other and where the floor is.
+// slatted chair. Its attribution file gives the pose between colour and depth camera and the floor's height.
 #pragma once
 
 #include <filesystem>
@@ -34,7 +34,8 @@ struct Kitchen {
     depth.intrinsics = colour.intrinsics;
     depth.intrinsics.fx = depth.intrinsics.fy = 585;
     depth.range_min = 0.4, depth.range_max = 8;
-    // kapture_rigs.txt, sensor kinect_rgb: takes points of the rig (the depth camera) to the colour camera.
+    // kapture_rigs.txt, sensor kinect_rgb: transforms points of the rig (the depth camera) to the colour
+    // camera.
     T_colour_depth.linear() = Eigen::Quaterniond(-0.9999829690719851, -0.004080640735846227,
                                                  0.00394659107519435, 0.0013543840101732576)
                                   .toRotationMatrix();
@@ -78,7 +79,7 @@ struct Kitchen {
     return job;
   }
 
-  /// Where the ray through a pixel of frame `frame` meets the floor, m.
+  /// m, intersection of the ray through a pixel of frame `frame` with the floor.
   Eigen::Vector3d floor_point(int frame, double u, double v) const {
     const Transform<Map, CameraOptical> T = job(frame, {}).T_map_optical;
     const Eigen::Vector3d ray = T.rotation() * Eigen::Vector3d((u - 320) / 525, (v - 240) / 525, 1);

@@ -1,5 +1,5 @@
-// What is really in front of a pixel of the kitchen: not from the frame's own depth image, of which the
-// occlusion is made, but from other frames, taken from other places. Where those agree they are the truth.
+// Ground truth of what is in front of a pixel of the kitchen: not from the frame's own depth image, which the
+// occlusion uses, but from other frames, taken from other positions, where those agree.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,7 @@
 
 namespace parhelion::test {
 
-/// m, for each pixel of a colour image: the nearest that another frame's depth image has there; kMiss:
-/// nothing.
+/// m, for each pixel of a colour image: the nearest depth measured in another frame; kMiss: none.
 inline std::vector<float> depth_of_other_frame(const Kitchen& kitchen, const render::RenderJob& job,
                                                int other) {
   const render::RenderJob from = kitchen.job(other, {});
@@ -42,12 +41,12 @@ inline std::vector<float> depth_of_other_frame(const Kitchen& kitchen, const ren
 
 enum class Seen : std::uint8_t { unknown, hidden, visible };
 
-/// Whether something real stands in front of the bodies of `twin`. Unknown where fewer than three other
-/// frames measured there, where they disagree, where the real thing is nearer than `margin` to the body, and
-/// beside all that.
+/// Whether something real is in front of the bodies of `twin`. Unknown where fewer than three other frames
+/// measured there, where they disagree, where the real object is nearer than `margin` to the body, and close
+/// to such pixels.
 inline std::vector<Seen> seen_by_others(const Kitchen& kitchen, const render::RenderJob& job,
                                         const Twin& twin, const std::vector<int>& others, double margin) {
-  constexpr int kBeside = 2;  // px; frames fit each other within that at an edge
+  constexpr int kBeside = 2;  // px; frames are aligned within that at an edge
   std::vector<std::vector<float>> depths;
   for (const int other : others) depths.push_back(depth_of_other_frame(kitchen, job, other));
   std::vector<Seen> of_pixel(twin.body_z.size(), Seen::unknown), result = of_pixel;

@@ -1,4 +1,4 @@
-// The solid view of a model: names stand on what is seen, ceilings and what is deleted are left out.
+// The 3D picture of a model: labels are on visible entities, ceilings and deleted entities are left out.
 #include "render/model_view.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Depth out, scan as an occluder, the stand-in camera, and sameness from run to run.
+// Depth output, scan as an occluder, the simulated camera, and equal results from run to run.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -129,7 +129,7 @@ TEST(Occlusion, WhatTheLaserSeesAndTheModelDoesNotExplainHides) {
   EXPECT_EQ(visible_pixels(**compositor, job), all);
   for (auto& range : job.scan->ranges) range = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(visible_pixels(**compositor, job), all);
-  SemanticModel low;  // the model explains the returns and says that they are a low wall
+  SemanticModel low;  // the model explains the returns as a low wall
   low.entities = {wall("low", 1.5, 0, M_PI / 2, 4, 0.2)};
   auto explained = Compositor::create(low);
   ASSERT_TRUE(explained.ok());

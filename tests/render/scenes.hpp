@@ -1,4 +1,4 @@
-// Small worlds, cameras and images for the tests of this room.
+// Small worlds, cameras and images for the tests of this module.
 #pragma once
 
 #include <cmath>
@@ -89,7 +89,7 @@ inline ModelEntity wall(const std::string& name, double x, double y, double yaw,
   return entity;
 }
 
-/// Seeded noise over a gradient: a picture in which every changed byte shows.
+/// Seeded noise over a gradient: a picture in which every changed byte is visible.
 inline std::vector<std::uint8_t> noise(std::size_t bytes, unsigned seed = 7) {
   std::mt19937 random(seed);
   std::vector<std::uint8_t> pixels(bytes);

@@ -1,5 +1,5 @@
-// The slow twin of drawing and occlusion: one ray a pixel against the shapes themselves, in double precision,
-// and the depth rule of render/depth_occlusion.hpp written out plainly.
+// Reference implementation of drawing and occlusion: one ray per pixel against the shapes themselves, in
+// double precision, and the depth rule of render/depth_occlusion.hpp without optimisation.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace parhelion::test {
 
 inline constexpr double kMiss = std::numeric_limits<double>::infinity();
 
-/// Where a ray enters a convex set of half spaces n.p <= d; miss where it starts inside.
+/// Distance at which a ray enters a convex set of half spaces n.p <= d; miss where it starts inside.
 class Clip {
  public:
   void plane(double along, double start, double offset) {  // n.direction, n.origin, d
@@ -49,7 +49,7 @@ inline double enter_box(const Eigen::Vector3d& o, const Eigen::Vector3d& d, cons
         const Eigen::Vector3d n(x, y, z);
         const int axes = std::abs(x) + std::abs(y) + std::abs(z);
         if (axes == 0 || (axes > 1 && bevel == 0)) continue;
-        // A face lies at half; an edge's or corner's chamfer goes through points that are short of it by a
+        // A face is at half; the chamfer of an edge or a corner goes through points that are nearer by a
         // bevel on all axes but one.
         clip.plane(n.dot(d), n.dot(o), n.cwiseAbs().dot(half) - (axes - 1) * bevel);
       }
@@ -114,7 +114,7 @@ struct Twin {
   }
 };
 
-/// One ray a pixel; hidden where the model is nearer by more than the bias.
+/// One ray per pixel; occluded where the model is nearer by more than the bias.
 inline Twin cast(const render::RenderJob& job, const SemanticModel& model, const CameraIntrinsics& intrinsics,
                  const Transform<Map, CameraOptical>& T_map_optical) {
   Twin twin;
@@ -161,8 +161,8 @@ inline Twin cast(const render::RenderJob& job, const SemanticModel& model, const
   return twin;
 }
 
-/// The depth image in the colour camera: nearest of the squares that the depth pixels cover; kNothing where
-/// none.
+/// The depth image in the colour camera: the nearest of the squares that the depth pixels cover; kNothing
+/// where there is none.
 inline std::vector<double> register_depth(const render::RenderJob& job, const render::DepthPixels& depth) {
   const CameraIntrinsics &c = job.camera.intrinsics, &d = job.depth_camera.intrinsics;
   std::vector<double> z(static_cast<std::size_t>(c.width) * static_cast<std::size_t>(c.height),
@@ -248,7 +248,7 @@ inline void hide_by_depth(Twin& twin, const render::RenderJob& job, const std::v
   }
 }
 
-/// Intersection over union of "more than half covered" and the twin's.
+/// Intersection over union of "more than half covered" and the reference's.
 inline double overlap(const std::vector<std::uint8_t>& coverage, const std::vector<std::uint8_t>& twin) {
   std::size_t both = 0, either = 0;
   for (std::size_t i = 0; i < twin.size(); ++i) {

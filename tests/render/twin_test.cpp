@@ -1,4 +1,4 @@
-// The drawn layer against the slow twin: silhouettes through every lens, model occluders, and the kitchen
+// The drawn layer against the reference: silhouettes through every lens, model occluders, and the kitchen
 // with its real ones.
 #include "tests/render/twin.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 using namespace test;
 
-/// Deep enough that no shadow falls: only bodies are compared.
+/// Deep enough that no shadow appears: only bodies are compared.
 constexpr double kNoFloor = -100;
 
 RenderJob shapes_job(const CameraDescription& camera, int robots = 1) {
@@ -40,8 +40,8 @@ RenderJob shapes_job(const CameraDescription& camera, int robots = 1) {
   return job;
 }
 
-/// Share of wrong pixels that are further than half a pixel from the twin's silhouette: a pixel is judged
-/// only where all eight rays half a pixel round its centre agree.
+/// Fraction of wrong pixels further than half a pixel from the reference's silhouette: a pixel is compared
+/// only where all eight rays half a pixel around its centre agree.
 double wrong_beyond_half_a_pixel(const RenderJob& job, const std::vector<std::uint8_t>& coverage) {
   const CameraIntrinsics& c = job.camera.intrinsics;
   std::vector<int> hits(static_cast<std::size_t>(c.width * c.height), 0);
@@ -132,8 +132,8 @@ class KitchenDrive {
   Eigen::Vector3d from_, to_;
 };
 
-// The twin shares the rule's numbers with what it tests: it holds the fast path to the rule, and
-// RobotInTheKitchenIsHiddenWhereOtherFramesMeasuredSomethingNearer the rule to the kitchen.
+// The reference uses the same constants as the tested code: it checks the fast path against the rule, and
+// RobotInTheKitchenIsHiddenWhereOtherFramesMeasuredSomethingNearer the rule against the kitchen.
 TEST(Twin, RobotBehindTableAndSlatsOfTheKitchenIsHiddenAsTheTwinSaysWithoutFlicker) {
   const Kitchen kitchen;
   PARHELION_NEEDS_RECORDING(kitchen.folder);

@@ -1,4 +1,4 @@
-// A simulated robot's depth camera, against what geometry says and against the slow twin's rays.
+// A simulated robot's depth camera, against geometry and against the reference's rays.
 #include "render/virtual_depth.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using test::shape;
 using test::wall;
 using test::World;
 
-/// Without errors: what it says is the depth to the millimetre.
+/// Without errors: it measures the depth to the millimetre.
 DepthCameraDescription exact(int width = 160, int height = 120, double f = 140) {
   DepthCameraDescription camera;
   camera.intrinsics = test::pinhole(width, height, f).intrinsics;
@@ -76,7 +76,7 @@ TEST_F(VirtualDepth, BeyondItsRangesItMeasuresNothing) {
   EXPECT_EQ(middle(measure(end_wall(0.31), exact(), at({0, 0, 0.8}, 0, 0))), 310);
 }
 
-/// A room's end with its floor, an agent before it, and the robot's own arm in the picture.
+/// The end of a room with its floor, an agent in front of it, and the robot's own arm in view.
 struct Site {
   SemanticModel model = end_wall(3.2);
   World world;
@@ -91,7 +91,7 @@ struct Site {
   }
 };
 
-/// What the rays of a pixel meet, and of the eight around it where a lens may move it by half a pixel; mm.
+/// mm, depths met by a pixel's ray, and by the eight around it where a lens may move it by half a pixel.
 std::pair<double, double> met(const test::Twin& twin, int x, int y, int around) {
   std::pair<double, double> range{test::kMiss, 0};
   for (int v = std::max(y - around, 0); v <= std::min(y + around, twin.height - 1); ++v) {

@@ -107,8 +107,7 @@ TEST_F(MapModelInput, OnePlaneOnly) {
   expect_refused(model(write(plane({0, 2, 1.2}, 3 * kX, 1.2 * kZ, kY))), HasSubstr("no level surface"));
   // A floor is a model, if a small one, but nothing stands in it for a laser to see.
   const std::string floor = write(plane({0, 0, 0}, 3 * kX, 2 * kY, kZ));
-  expect_refused(model(floor, {"--slice", folder_ / "slice"}),
-                 HasSubstr("nothing stands at the laser's height"));
+  expect_refused(model(floor, {"--slice", folder_ / "slice"}), HasSubstr("no surface at the laser's height"));
   ASSERT_EQ(model(floor).exit, 0);
   const auto made = load_model(folder_ / "model.yaml");
   ASSERT_TRUE(made) << made.error().message;

@@ -3,7 +3,7 @@
 //   listen_mr_scan      until it is stopped with ^C
 //
 // MR_SCAN is SCAN with the virtual agents in it: the same beams with the same utime. The MR_SCAN_INFO with
-// that utime follows it and names for each beam the agent that it hits.
+// that utime follows it and gives for each beam the agent that it hits.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +27,7 @@ std::string joined(const std::vector<std::string>& names) {
 void print(const parhelion::planar_lidar_t& scan, const parhelion::scan_info_t& info) {
   std::printf("%lld: ", static_cast<long long>(scan.utime));
   if (info.live == 0) {
-    // The truth is not known well enough: MR_SCAN equals SCAN.
+    // The pose is too uncertain for injection: MR_SCAN equals SCAN.
     std::printf("unchanged: %s\n", info.reason.c_str());
     return;
   }
@@ -54,7 +54,7 @@ class Listener {
     scan_ = *scan;
   }
   void handle_info(const lcm::ReceiveBuffer*, const std::string&, const parhelion::scan_info_t* info) {
-    if (info->utime != scan_.utime) return;  // one of the two was lost on the way
+    if (info->utime != scan_.utime) return;  // one of the two was lost
     print(scan_, *info);
     std::fflush(stdout);
   }

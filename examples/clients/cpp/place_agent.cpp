@@ -1,9 +1,9 @@
-// Places a virtual box in front of a robot, and says whether the server has done it.
+// Places a virtual box in front of a robot, and prints the server's reply.
 //
 //   place_agent NAME X Y      m, in the map
 //
-// The server answers on MR_EVENTS. It refuses a place on the robot or inside its stopping distance, and a
-// name that is taken; the answer says why, and where there is room.
+// The server replies on MR_EVENTS. It refuses a place on the robot or inside its stopping distance, and a
+// name that is taken; the reply gives the reason, and where there is room.
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -30,7 +30,8 @@ std::int64_t now_us() {
   return duration_cast<microseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-/// `utime` is when it was asked for, on this machine's clock. `request` is any number: the answer carries it.
+/// `utime` is when the command was sent, on this machine's clock. `request` is any number: the reply carries
+/// it.
 parhelion::agent_spawn_t spawn_box(const std::string& name, double x, double y) {
   parhelion::agent_spawn_t command{};
   command.utime = now_us();
@@ -45,7 +46,7 @@ parhelion::agent_spawn_t spawn_box(const std::string& name, double x, double y) 
   return command;
 }
 
-/// The event that answers one request.
+/// The event that replies to one request.
 class Answer {
  public:
   explicit Answer(std::int64_t request) : request_(request) {}
@@ -65,7 +66,7 @@ class Answer {
   parhelion::event_t event_{};
 };
 
-/// False where LCM fails or no answer comes in time.
+/// False where LCM fails or no reply arrives in time.
 bool wait_for(const Answer& answer, lcm::LCM& lcm) {
   const std::int64_t deadline = now_us() + std::chrono::microseconds(answer_timeout).count();
   while (!answer.received()) {

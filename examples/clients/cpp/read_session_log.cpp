@@ -2,8 +2,8 @@
 //
 //   read_session_log SESSION.lcm
 //
-// A session log is an LCM event log. The timestamp of an event is the server's: when an input arrived, or the
-// simulation time at which an output was made. The utime inside a message is the sender's, and often earlier.
+// A session log is an LCM event log. The timestamp of an event is the server's: the arrival of an input, or
+// the simulation time of an output. The utime inside a message is the sender's, and often earlier.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -26,7 +26,7 @@ struct Summary {
   int beams_replaced = 0;
 };
 
-/// False where the message is of another type than its channel says.
+/// False where the type of the message does not match its channel.
 template <class T>
 bool decode(const lcm::LogEvent& event, T& message) {
   return message.decode(event.data, 0, event.datalen) == event.datalen;

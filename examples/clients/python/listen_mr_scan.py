@@ -4,7 +4,7 @@
     listen_mr_scan.py      until it is stopped with ^C
 
 MR_SCAN is SCAN with the virtual agents in it: the same beams with the same utime. The MR_SCAN_INFO with that utime
-follows it and names for each beam the agent that it hits.
+follows it and gives for each beam the agent that it hits.
 """
 import math
 
@@ -14,7 +14,7 @@ from parhelion import planar_lidar_t, scan_info_t
 
 def text_of(scan, info):
     if not info.live:
-        # The truth is not known well enough: MR_SCAN equals SCAN.
+        # The pose is too uncertain for injection: MR_SCAN equals SCAN.
         return f"{scan.utime}: unchanged: {info.reason}"
     virtual = [i for i, agent in enumerate(info.beam_agent) if agent >= 0]
     text = f"{scan.utime}: {len(virtual)} of {scan.nranges} beams replaced"
@@ -35,7 +35,7 @@ def main():
             scan = planar_lidar_t.decode(payload)
             continue
         info = scan_info_t.decode(payload)
-        if info.utime == scan.utime:  # else one of the two was lost on the way
+        if info.utime == scan.utime:  # else one of the two was lost
             print(text_of(scan, info), flush=True)
 
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Places a virtual box in front of a robot, and says whether the server has done it.
+"""Places a virtual box in front of a robot, and prints the server's reply.
 
     place_agent.py NAME X Y      m, in the map
 
-The server answers on MR_EVENTS. It refuses a place on the robot or inside its stopping distance, and a name that is
-taken; the answer says why, and where there is room.
+The server replies on MR_EVENTS. It refuses a place on the robot or inside its stopping distance, and a name that is
+taken; the reply gives the reason, and where there is room.
 """
 import random
 import sys
@@ -21,7 +21,7 @@ ANSWER_TIMEOUT = 2  # s
 
 
 def spawn_box(name, x, y):
-    """`utime` is when it was asked for, on this machine's clock. `request` is any number: the answer carries it."""
+    """`utime` is when the command was sent, on this machine's clock. `request` is any number: the reply carries it."""
     command = agent_spawn_t()
     command.utime = int(time.time() * 1e6)
     command.request = random.getrandbits(62)
@@ -35,7 +35,7 @@ def spawn_box(name, x, y):
 
 
 def wait_for_answer(lcm, request):
-    """The event that answers `request`, or None where none comes in time."""
+    """The event that replies to `request`, or None where none arrives in time."""
     deadline = time.monotonic() + ANSWER_TIMEOUT
     while message := lcm.receive(deadline - time.monotonic()):
         event = event_t.decode(message[1])

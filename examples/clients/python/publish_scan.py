@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Publishes what a robot tells the server: where it is (POSE_COV) and what its laser sees (SCAN).
+"""Publishes the data that a robot sends to the server: its pose (POSE_COV) and the scans of its laser (SCAN).
 
     publish_scan.py        until it is stopped with ^C
 
-The robot stands still in the middle of a square room. For a real robot, put the pose of your localization and the
-ranges of your laser driver in the place of the made-up ones. A robot that moves also publishes its wheel odometry on
+The robot is at rest in the middle of a square room. For a real robot, replace the generated pose and ranges by those
+of your localization and laser driver. A robot that moves also publishes its wheel odometry on
 ODOMETRY (pose2D_t), 20 times a second or more.
 """
 import math
@@ -23,7 +23,7 @@ WALL_DISTANCE = 3  # m, from the laser to each of the four walls
 
 
 def localize(utime):
-    """`utime` is the instant for which the pose holds. A localization gives the stamp of the scan that it matched."""
+    """`utime` is the instant for which the pose holds. A localization uses the stamp of the scan that it matched."""
     pose = pose_cov_t()
     pose.utime = utime
     pose.pos = [0, 0, 0]
@@ -32,15 +32,15 @@ def localize(utime):
         pose.covariance[7 * i] = 1e-4  # m^2: 1 cm
     for i in range(3, 6):
         pose.covariance[7 * i] = 1e-6  # rad^2: 1 mrad
-    pose.map_id = ""  # the id of the model's map, as its file has it; without a model any
+    pose.map_id = ""  # id of the map as in the model's file; any without a model
     pose.state = 1  # tracking
-    pose.causal = True  # made of nothing that is newer than utime
+    pose.causal = True  # computed from nothing newer than utime
     return pose
 
 
 def measure(utime):
-    """`utime` is the instant of one beam: the first, the middle or the last, as `stamp_beam` of the robot description
-    says. Beams are in the order in which they were measured."""
+    """`utime` is the instant of one beam: the first, the middle or the last, according to `stamp_beam` in the robot
+    description. Beams are in the order of measurement."""
     scan = planar_lidar_t()
     scan.utime = utime
     scan.rad0 = ANGLE_MIN

@@ -3,8 +3,8 @@
 
     read_session_log.py SESSION.lcm
 
-A session log is an LCM event log. The timestamp of an event is the server's: when an input arrived, or the simulation
-time at which an output was made. The utime inside a message is the sender's, and often earlier.
+A session log is an LCM event log. The timestamp of an event is the server's: the arrival of an input, or the simulation
+time of an output. The utime inside a message is the sender's, and often earlier.
 """
 import collections
 import sys

@@ -1,5 +1,5 @@
-// Files that are cut, damaged or lie: an error that says where, never a crash, never more memory than the
-// file can justify. And every format says the same of the same points.
+// Truncated, damaged or inconsistent files: the result is an error that names the position, never a crash,
+// and never more memory than the file's size justifies. All formats give the same points.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -30,7 +30,7 @@ std::string raw(std::initializer_list<T> values, bool swap = false) {
   return out;
 }
 
-/// A stream of literals only, which any LZF reader takes.
+/// A stream of literals only, valid for any LZF reader.
 std::string lzf_literals(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); i += 32) {
@@ -126,7 +126,7 @@ TEST(CloudFormats, colours_normals_labels_and_viewpoints_come_along) {
 }
 
 TEST(CloudFormats, a_pose_of_3dtk_turns_in_the_files_left_handed_axes) {
-  // 90 degrees about the file's y (up) take its z (forward) to its x (right).
+  // 90 degrees about the file's y (up) rotate its z (forward) to its x (right).
   const auto pose = parse_uos_pose("100 200 300\n0 90 0\n", "a.pose");
   ASSERT_TRUE(pose);
   EXPECT_TRUE((*pose * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(3, -2, 2)));
@@ -148,7 +148,8 @@ TEST(HostileCloud, points_that_are_not_finite_are_dropped_and_counted_and_duplic
 TEST(HostileCloud, every_truncation_is_an_error_or_fewer_whole_lines) {
   for (const Sample& sample : samples()) {
     const bool counted = sample.format == ScanFormat::ply || sample.format == ScanFormat::pcd;
-    // The last number of a text may lose digits and stay one; a body without its end of line is whole.
+    // The last number of a text may lose digits and still be a number; a body without its last end of line is
+    // complete.
     const std::size_t whole = sample.bytes.size() - (sample.bytes.ends_with('\n') ? 2 : 0);
     for (std::size_t n = 0; n < whole; ++n) {
       const auto scan = parse_scan(std::string_view(sample.bytes).substr(0, n), sample.name, sample.format);
@@ -188,21 +189,21 @@ TEST(HostileCloud, a_header_that_promises_more_than_the_file_holds_is_refused_wi
         message("ply\nformat " + std::string(encoding) + " 1.0\nelement vertex " + huge +
                     "\nproperty float x\nproperty float y\nproperty float z\nend_header\n",
                 ScanFormat::ply);
-    EXPECT_NE(said.find("promises " + huge), std::string::npos) << said;
+    EXPECT_NE(said.find("declares " + huge), std::string::npos) << said;
     EXPECT_EQ(said.find("f: byte "), 0U) << said;
   }
   const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
   for (const char* encoding : {"ascii", "binary"}) {
     const std::string said =
         message(fields + "WIDTH " + huge + "\nHEIGHT 1\nDATA " + encoding + "\n", ScanFormat::pcd);
-    EXPECT_NE(said.find("promises " + huge), std::string::npos) << said;
+    EXPECT_NE(said.find("declares " + huge), std::string::npos) << said;
   }
   EXPECT_NE(
       message(fields + "WIDTH " + huge + "\nHEIGHT 2\nDATA binary\n", ScanFormat::pcd).find("WIDTH times"),
       std::string::npos);
   EXPECT_NE(message(fields + "WIDTH 3\nHEIGHT 2\nPOINTS 7\nDATA binary\n", ScanFormat::pcd).find("POINTS 7"),
             std::string::npos);
-  // 4 GB that 10 bytes are said to unpack to.
+  // 4 GB declared as the decompressed size of 10 bytes.
   const std::string bomb = fields + "WIDTH 300000000\nHEIGHT 1\nDATA binary_compressed\n" +
                            raw<std::uint32_t>({10, 3'600'000'000U}) + "0123456789";
   EXPECT_NE(message(bomb, ScanFormat::pcd).find("cannot unpack"), std::string::npos);
@@ -251,7 +252,7 @@ TEST(Lzf, back_references_may_overlap_and_must_stay_inside) {
   EXPECT_FALSE(lzf_decompress(std::string("\0a\xE0\x01\1", 5), 11));  // before the beginning
   EXPECT_FALSE(lzf_decompress(std::string("\0a\xE0\x01\0", 5), 10));  // beyond the end
   EXPECT_FALSE(lzf_decompress(std::string("\0a\xE0\x01\0", 5), 12));  // too short
-  EXPECT_FALSE(lzf_decompress(std::string("\0a\xE0", 3), 11));        // cut
+  EXPECT_FALSE(lzf_decompress(std::string("\0a\xE0", 3), 11));        // truncated
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Normals: algorithm 2 against principal components, on planes that are known and on real clouds.
+// Normals: algorithm 2 against principal components, on known planes and on real clouds.
 #include "fusion/cloud/normals.hpp"
 
 #include <gmock/gmock.h>
@@ -31,7 +31,7 @@ std::vector<Eigen::Vector3f> noisy_plane(const Eigen::Vector3d& normal, double s
   return points;
 }
 
-/// Degrees between directions, whichever way they point.
+/// Degrees between directions, independent of sign.
 std::vector<double> angles(const std::vector<Eigen::Vector3f>& normals, const auto& expected) {
   std::vector<double> result;
   for (std::size_t i = 0; i < normals.size(); ++i) {
@@ -60,7 +60,7 @@ TEST(Normals, OfAPlaneAreItsNormal) {
 }
 
 TEST(Normals, OfRandomPlanesKeepToOneSideOfAnEdge) {
-  // Two planes that meet at right angles: beside the edge a mean of both would be 45 degrees off.
+  // Two perpendicular planes: close to the edge a mean of both would be 45 degrees off.
   auto points = noisy_plane(Eigen::Vector3d::UnitX(), 0.002, 8'000);
   for (const Eigen::Vector3f& p : noisy_plane(Eigen::Vector3d::UnitZ(), 0.002, 8'000)) points.push_back(p);
   NormalOptions options;
@@ -103,7 +103,7 @@ TEST(Normals, OfRealScansAgreeBetweenBothMethods) {
   auto off = angles(*random, [&](std::size_t i) { return (*principal)[i]; });
   std::printf("%zu points: methods differ by %.1f degrees (median), %.1f (75 %%), %.1f (90 %%)\n",
               cloud->points.size(), quantile(off, 0.5), quantile(off, 0.75), quantile(off, 0.9));
-  // Far off, where scan lines lie further apart than the neighbourhood reaches, there is none.
+  // Far away, where scan lines are further apart than the neighbourhood's size, there is no normal.
   EXPECT_GT(off.size(), cloud->points.size() * 90 / 100);
   EXPECT_LT(quantile(off, 0.5), 5);
   EXPECT_LT(quantile(off, 0.75), 15);

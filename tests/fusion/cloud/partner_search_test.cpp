@@ -19,7 +19,7 @@ Surfels surfels_of(const Eigen::Isometry3d& T, unsigned seed, bool oriented) {
       .surfels();
 }
 
-/// By looking at each surfel of the target.
+/// Reference: checks each surfel of the target.
 std::int32_t partner_slow(const Surfels& target, const Surfels& source, std::size_t i,
                           const Eigen::Isometry3d& T, float gate) {
   const Eigen::Matrix3f R = T.linear().cast<float>();
@@ -42,7 +42,7 @@ std::int32_t partner_slow(const Surfels& target, const Surfels& source, std::siz
 
 class PartnerSearches : public testing::TestWithParam<bool> {};
 
-// Along a path of large and small moves, so that partners are kept, changed, lost and found again.
+// A sequence of large and small moves, so that partners are kept, changed, lost and found again.
 TEST_P(PartnerSearches, FindWhatLookingAtAllFindsWhereverTheSourceMoves) {
   const SurfelTarget target(surfels_of(pose(-1, 0.3, 0, 0.1), 1, GetParam()));
   const Surfels source = surfels_of(pose(0.4, -0.4, 0.1, 0.5), 2, GetParam());

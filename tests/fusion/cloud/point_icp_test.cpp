@@ -18,7 +18,7 @@ struct Clouds {
       test::scan(test::furnished_room(), pose(-0.8, 0.2, 0, 0.15), 40, 0.005, 2);
 };
 
-/// m^2 to the nearest point, found by looking at every one.
+/// m^2 to the nearest point, by exhaustive search.
 float nearest_slow(const std::vector<Eigen::Vector3f>& target, const Eigen::Vector3f& p) {
   float nearest = std::numeric_limits<float>::infinity();
   for (const Eigen::Vector3f& q : target) nearest = std::min(nearest, (q - p).squaredNorm());

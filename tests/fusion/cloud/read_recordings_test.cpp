@@ -9,10 +9,10 @@
 namespace parhelion::cloud {
 namespace {
 
-constexpr float min_range = 0.48F;  // m; nearer ones are no measurements (3DTK's config.ini)
+constexpr float min_range = 0.48F;  // m; nearer points are not valid (3DTK's config.ini)
 
-/// The floor and ceiling of the attribution files are read off histograms of scans that are not level: the
-/// layer of 5 cm within 0.25 m of `z` that holds most points agrees with them to a layer and a half.
+/// The heights of floor and ceiling in the attribution files come from histograms of scans that are not
+/// level: the fullest layer of 5 cm within 0.25 m of `z` agrees with them to one and a half layers.
 constexpr double layer_tolerance = 0.075;  // m
 double densest_layer(const PointCloud<Scanner>& cloud, double z) {
   std::array<int, 10> counts{};

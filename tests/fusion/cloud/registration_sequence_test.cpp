@@ -15,7 +15,7 @@ namespace {
 
 using test::pose;
 
-/// Poses around the ring, at even distances along its middle; the last ones stand where the first ones did.
+/// Poses around the ring, evenly spaced along its centre line; the last ones equal the first ones.
 std::vector<Eigen::Isometry3d> around_the_ring(int count) {
   const double w = 21, h = 15, length = 2 * (w + h);
   std::vector<Eigen::Isometry3d> poses;
@@ -41,7 +41,7 @@ std::vector<ScanToRegister> drive(const std::vector<Eigen::Isometry3d>& truth, i
     scans[i].name = "scan " + std::to_string(i);
     scans[i].cloud.points =
         test::scan(test::ring_corridor(), truth[i], rings, 0.01, static_cast<unsigned>(i));
-    // Wheels that slip by 3 % and turn by half a degree too much each step.
+    // Wheel slip of 3 % and half a degree too much rotation per step.
     if (i > 0) {
       Eigen::Isometry3d step = truth[i - 1].inverse() * truth[i] * pose(0, 0, 0, 0.01);
       step.translation() *= 1.03;
@@ -66,7 +66,7 @@ TEST(RegistrationSequence, ClosesALoopOfManyScans) {
   int left_out = 0;
   for (std::size_t i = 0; i < scans.size(); ++i) {
     seconds += found->scans[i].seconds;
-    // Where a wall hides all that stands across the corridor, a scan is rather left out than guessed.
+    // Where a wall hides everything across the corridor, the scan is left out.
     left_out += !found->scans[i].converged;
     EXPECT_TRUE(found->scans[i].converged ||
                 found->scans[i].why.find("do not determine moving along") != std::string::npos)
@@ -78,14 +78,14 @@ TEST(RegistrationSequence, ClosesALoopOfManyScans) {
   std::printf("%d scans in %.1f s: %d left out, worst %.3f m off, odometry %.1f m\n", count, seconds,
               left_out, worst, drifted);
   EXPECT_LE(left_out, count * 3 / 100);
-  // Along a corridor a pair is good to about 4 cm (its covariance), which adds up between the loop's ends.
+  // A pair along a corridor is accurate to about 4 cm (its covariance), which accumulates around the loop.
   EXPECT_LT(worst, 0.3);
   EXPECT_GT(drifted, 1);
   EXPECT_EQ(found->cloud.scans.size(), found->cloud.size());
 }
 
 TEST(RegistrationSequence, PlacesAScanOnceTheOneBetweenIsThere) {
-  // Round a corner: the second sees nothing of the first; the last stands between.
+  // Around a corner: the second scan sees nothing of the first; the last is in between.
   const std::vector<Eigen::Isometry3d> truth = {pose(4, -7.5, 0, 0), pose(10.5, -3.5, 0, 1.4),
                                                 pose(9.8, -7.2, 0, 0.8), pose(7.5, -7.5, 0, 0.2)};
   std::vector<ScanToRegister> scans(truth.size());
@@ -107,7 +107,7 @@ TEST(RegistrationSequence, PlacesAScanOnceTheOneBetweenIsThere) {
 }
 
 TEST(RegistrationSequence, BelievesNoFitFarFromItsGuess) {
-  // The next corridor looks like this one turned by a quarter, 8 m from where the scan stands.
+  // The next corridor looks like this one rotated by a quarter turn, 8 m from the scan.
   const std::vector<Eigen::Isometry3d> truth = {pose(4, -7.5, 0, 0), pose(10.6, -2, 0, 1.5)};
   bool leapt = false;
   for (const double size : {0.25, 0.3, 0.35, 0.4}) {
@@ -158,7 +158,7 @@ TEST(RegistrationSequence, RefusesNoScansAndEmptyOnes) {
   EXPECT_NE(found.error().message.find("empty.ply"), std::string::npos);
 }
 
-// Check values of the attribution file, to its tolerance; what it calls yaw is about the upward axis.
+// Reference values of the attribution file, with its tolerance; its yaw is about the upward axis.
 TEST(RegistrationSequence, PutsTheCorridorTogether) {
   const auto folder = test::recording("3d-3dtk-corridor");
   PARHELION_NEEDS_RECORDING(folder);

@@ -195,7 +195,7 @@ TEST(Registration, RefusesCloudsThatDoNotOverlap) {
   EXPECT_NE(found->why.find("of the source lies on the target"), std::string::npos) << found->why;
 }
 
-// From starts all over the room, most of them hopeless: none that ends elsewhere may say that it converged.
+// Starts all over the room, most of them without a chance: none that ends elsewhere may report convergence.
 TEST(Registration, NeverCallsAWrongAlignmentRight) {
   const RoomPair& pair = room_pair();
   int right = 0;
@@ -215,8 +215,8 @@ TEST(Registration, NeverCallsAWrongAlignmentRight) {
   EXPECT_GT(right, 0);
 }
 
-// Check values of the attribution file, which says yaw only; a hundred starts within 0.5 m and 20 degrees.
-// With one attempt each more of them fail, but none of those may be believed either.
+// Reference values of the attribution file, which gives only yaw; a hundred starts within 0.5 m and 20
+// degrees. With one attempt each more of them fail, but no wrong result may be accepted.
 class Starts : public testing::TestWithParam<bool> {};
 
 TEST_P(Starts, FindTheRoomFromAHundredStarts) {

@@ -1,4 +1,4 @@
-// What the writers write, the readers read back: bit for bit, in every format.
+// Written clouds are read back bit for bit, in every format.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ std::filesystem::path scratch(const char* name) {
   return std::filesystem::temp_directory_path() / ("parhelion-cloud-" + std::to_string(::getpid()) + name);
 }
 
-/// Any cloud that may be written, with any of the optional columns.
+/// Any valid cloud, with any of the optional columns.
 PointCloud<Scanner> arbitrary_cloud() {
   PointCloud<Scanner> cloud;
   const auto coordinate = rc::gen::map(rc::gen::inRange(-50'000'000, 50'000'000),

@@ -1,4 +1,4 @@
-// Depth images and moved lasers into clouds: of places that are known.
+// Clouds from depth images and moving lasers, in known surroundings.
 #include "fusion/cloud/sensor_cloud.hpp"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(CloudFromDepth, lens_distortion_is_taken_out) {
     const auto cloud = cloud_from_depth(depth, camera);
     ASSERT_TRUE(cloud);
     ASSERT_EQ(cloud->size(), depth.size());
-    // The corner pixel's ray, put through the lens again, comes back to it.
+    // The corner pixel's ray, projected through the lens again, returns to the pixel.
     const double x = static_cast<double>(cloud->points[0].x()), y = static_cast<double>(cloud->points[0].y());
     const auto& d = camera.distortion;
     const double r2 = x * x + y * y, r = std::sqrt(r2), theta = std::atan(r), t2 = theta * theta;
@@ -72,8 +72,8 @@ TEST(CloudFromDepth, an_image_that_is_not_the_cameras_is_refused) {
   EXPECT_FALSE(cloud_from_depth(std::vector<std::uint16_t>(64 * 48), blind));
 }
 
-/// A laser in the vertical plane across the way, on a robot that drives along a corridor of 2 m by 2.5 m, its
-/// height over the floor 0.5 m.
+/// A laser in the vertical plane across the direction of travel, on a robot in a corridor of 2 m by 2.5 m,
+/// 0.5 m over the floor.
 Scan line_across(SensorTime stamp) {
   Scan line;
   line.stamp = stamp;

@@ -1,6 +1,5 @@
-// The slow twin of register_pair: the same cost function (point-to-plane, Geman and McClure's kernel,
-// partners that face the same way) over all points as they are, without surfels, resolutions or kept
-// partners.
+// Reference implementation of register_pair: the same cost function (point-to-plane, Geman and McClure's
+// kernel, partners with similar normals) over all points, without surfels, resolutions or cached partners.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -18,7 +17,7 @@ namespace parhelion::test {
 
 struct SlowRegistration {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  double kernel = 0;  ///< m, of the last rounds
+  double kernel = 0;  ///< m, of the last iterations
   int iterations = 0;
   bool converged = false;
 };
@@ -30,7 +29,7 @@ class SlowRegistrar {
                 double size)
       : size_(size), target_(target, size), source_(source, size) {}
 
-  /// To where the steps end; partners are looked for ever nearer, down to where the default ends.
+  /// Iterates to convergence; the search radius shrinks to that of the default.
   SlowRegistration run(const Eigen::Isometry3d& guess, double max_distance) const {
     SlowRegistration result{guess};
     for (double gate = max_distance;; gate = std::max(gate / 2, 2.5 * size_)) {
@@ -44,12 +43,12 @@ class SlowRegistrar {
   }
 
  private:
-  /// Points with the planes of what is within 1.5 sizes along each axis.
+  /// Points with the planes of their neighbours within 1.5 sizes along each axis.
   struct Planes {
     cloud::BucketGrid grid;
     std::vector<Eigen::Vector3d> normals;
     std::vector<double> slack;  ///< as in Surfels
-    std::vector<double> share;  ///< of its cube's one say: surface counts by its area, not by how near it was
+    std::vector<double> share;  ///< weight by area: each cube counts once, whatever its density
 
     Planes(const std::vector<Eigen::Vector3f>& points, double size)
         : grid(points, 0.5 * size), normals(points.size()), slack(points.size(), 1), share(points.size()) {
@@ -87,7 +86,7 @@ class SlowRegistrar {
       if (normals[i].dot(p.cast<double>()) > 0) normals[i] = -normals[i];  // towards the scanner
     }
 
-    /// All in the buckets within `reach` of p, and some beyond.
+    /// All points in the buckets within `reach` of p, and some beyond.
     template <class Visit>
     void visit(const Eigen::Vector3f& p, float reach, const Visit& visit_one) const {
       const Eigen::Array3f around = Eigen::Array3f::Constant(reach + 1e-4f);
@@ -115,7 +114,7 @@ class SlowRegistrar {
     }
   };
 
-  /// The nearest point of the target that faces the same way; -1: none within the gate.
+  /// The nearest point of the target with a similar normal; -1: none within the gate.
   std::ptrdiff_t partner(const Eigen::Vector3f& p, const Eigen::Vector3d& n, bool flat, double gate) const {
     std::ptrdiff_t found = -1;
     for (double reach = std::min(gate, 0.25 * size_);; reach = std::min(gate, 2 * reach)) {

@@ -15,7 +15,7 @@ namespace {
 
 using test::pose;
 
-/// The default against the twin, from one guess.
+/// The default against the reference, from one guess.
 void compare(const std::vector<Eigen::Vector3f>& target, const std::vector<Eigen::Vector3f>& source,
              const Eigen::Isometry3d& guess, double most_degrees) {
   PointCloud<Target> a;
@@ -51,7 +51,7 @@ TEST(SlowRegistration, AgreesWithTheDefaultOnTheRoom) {
   PARHELION_NEEDS_RECORDING(folder);
   const auto first = read_scan(folder / "room_scan1.pcd"), second = read_scan(folder / "room_scan2.pcd");
   ASSERT_TRUE(first.ok() && second.ok());
-  // All points take half a minute; the short form looks at each sixth.
+  // All points take half a minute; the short form uses every sixth.
   const std::size_t step = std::getenv("PARHELION_LONG") != nullptr ? 1 : 6;
   const auto thinned = [&](const std::vector<Eigen::Vector3f>& points) {
     std::vector<Eigen::Vector3f> result;

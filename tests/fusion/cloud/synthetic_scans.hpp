@@ -1,5 +1,5 @@
-// Scans of a made-up building: boxes and planes seen from a place, a range for each direction, with noise
-// from a counter-keyed generator.
+// Scans of a synthetic building of boxes and planes: a range for each direction, with noise from a
+// counter-keyed generator.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@ namespace parhelion::test {
 
 using Boxes = std::vector<Eigen::AlignedBox3d>;
 
-/// 8 x 6 x 3 m with a table, a cupboard, a pillar and a step in a wall: no two sides alike.
+/// 8 x 6 x 3 m with a table, a cupboard, a pillar and a step in a wall: without symmetry.
 inline Boxes furnished_room() {
   const auto box = [](double x0, double y0, double z0, double x1, double y1, double z1) {
     return Eigen::AlignedBox3d(Eigen::Vector3d(x0, y0, z0), Eigen::Vector3d(x1, y1, z1));
@@ -26,7 +26,7 @@ inline Boxes furnished_room() {
           box(2.2, -2.4, -1.3, 2.6, -2, 1.6), box(-2.5, -3, -1.3, -0.5, -2.6, 1.6)};
 }
 
-/// A corridor 3 m wide around a block, 60 m along its middle, with pillars and doorways at uneven distances.
+/// A corridor 3 m wide around a block, 60 m along its centre line, with unevenly spaced pillars and doorways.
 inline Boxes ring_corridor() {
   const auto box = [](double x0, double y0, double z0, double x1, double y1, double z1) {
     return Eigen::AlignedBox3d(Eigen::Vector3d(x0, y0, z0), Eigen::Vector3d(x1, y1, z1));
@@ -60,8 +60,8 @@ inline double hit(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from, c
   return enter <= leave && enter > 0 ? enter : std::numeric_limits<double>::infinity();
 }
 
-/// What a scanner at `T` (its pose in the building) sees, in its own frame: `rings` elevations from -70 to 70
-/// degrees, twice as many azimuths times two.
+/// The scan of a scanner at `T` (its pose in the building), in its own frame: `rings` elevations from -70 to
+/// 70 degrees, three times as many azimuths.
 inline std::vector<Eigen::Vector3f> scan(const Boxes& boxes, const Eigen::Isometry3d& T, int rings,
                                          double noise, unsigned seed, double longest = 30) {
   std::mt19937 generator(seed);

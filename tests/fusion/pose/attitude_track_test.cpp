@@ -26,7 +26,7 @@ ImuSample sample(std::int64_t ms, const Eigen::Quaterniond& orientation) {
 }
 
 TEST(AttitudeTrack, TakesRollAndPitchThroughTheMountingWhateverTheSensorsYaw) {
-  // The sensor lies on its side and looks backwards.
+  // The sensor is mounted on its side and faces backwards.
   const Eigen::Quaterniond R_base_imu = turned(1.3, -0.4, 2.9);
   AttitudeTrack track(ImuDescription{Transform<Base, Imu>(R_base_imu, {0.2, 0, 0.1})});
   for (int i = 0; i < 20; ++i) {
@@ -68,7 +68,7 @@ TEST(AttitudeTrack, PlaceAndHeadingStay) {
   const auto tilted = with_attitude(T_map_base, {0.1, -0.2});
   EXPECT_EQ(tilted.translation(), T_map_base.translation());
   EXPECT_NEAR(tilted.yaw(), -2.5, 1e-12);
-  // Nose up by 0.2 rad: a metre ahead is sin 0.2 higher.
+  // Nose up by 0.2 rad: a point a metre ahead is sin 0.2 higher.
   EXPECT_NEAR((tilted * Vector3d(1, 0, 0)).z(), 0.25 + std::sin(0.2), 1e-12);
   // Left side up by 0.1 rad.
   EXPECT_NEAR((tilted * Vector3d(0, 1, 0)).z(), 0.25 + std::sin(0.1) * std::cos(0.2), 1e-12);
@@ -85,7 +85,7 @@ TEST(JointTrack, TheHeadCarriesTheCameraLikeAChainOfFrames) {
   track.add({at_ms(100), {"tilt", "pan"}, {0.4, 0.6}, {}, {}});
   const auto turn = head_turn(pan_tilt(), track, at_ms(50));
   ASSERT_TRUE(turn.ok()) << turn.error().message;
-  // The slow twin: one frame a joint, tilt's in pan's.
+  // Reference: one frame per joint, tilt's in pan's.
   const Eigen::Isometry3d T_base_pan =
       Eigen::Translation3d(0.1, 0, 1.0) * Eigen::Isometry3d(AngleAxisd(0.5, Vector3d::UnitZ()));
   const Eigen::Isometry3d T_pan_tilt =

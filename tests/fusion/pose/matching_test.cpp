@@ -1,4 +1,4 @@
-// The parts of SLAM against their slow twins, and on a building that is known.
+// The parts of SLAM against their reference implementations, and on a known building.
 #include <gtest/gtest.h>
 
 #include "fusion/pose/correlative.hpp"

@@ -37,7 +37,7 @@ Pose2 on_circle(double t) { return moved({1, 0, 0.5}, t); }
 
 double distance(const Pose2& a, const Pose2& b) { return (a.position() - b.position()).norm(); }
 
-/// The slow twin: keeps everything, searches linearly, computes afresh at each question.
+/// Reference implementation: keeps everything, searches linearly, recomputes at each call.
 struct SlowTrack {
   std::vector<std::pair<double, Pose2>> odometry;
   std::vector<std::pair<double, Pose2>> estimates;
@@ -80,7 +80,7 @@ TEST(PoseTrack, AgreesWithItsSlowTwinOnRandomDrives) {
       slow.odometry.emplace_back(t, pose);
       if (t > next_estimate && i > 2) {
         next_estimate = t + 0.1;
-        // Behind, on and ahead of the newest odometry.
+        // Before, at and after the newest odometry.
         const double stamp = t + 0.05 * (unit(random) - 0.8);
         const Pose2 word =
             Pose2{3, 4, 1} * slow.T_odom_base(stamp) * Pose2{0.01 * unit(random), 0, 0.01 * unit(random)};
@@ -120,7 +120,8 @@ TEST(PoseTrack, PlacesAnEarlyWordAgainWhenOdometryGetsThere) {
   PoseTrack track(robot(), {});
   track.add(odometry(0, {}));
   track.add(odometry(0.1, {0.1, 0, 0}));
-  // The robot stops at 0.1 s: the extrapolated place of the word (0.15, ...) turns out to be (0.1, ...).
+  // The robot stops at 0.1 s: the extrapolated position of the estimate (0.15, ...) turns out to be (0.1,
+  // ...).
   track.add(estimate(0.15, {5, 5, 0}));
   track.add(odometry(0.2, {0.1, 0, 0}));
   const auto pose = track.at(at_seconds(0.2));
@@ -143,10 +144,10 @@ TEST(PoseTrack, CovarianceGrowsWithTheWayAndNeverShrinksWithout) {
   }
 }
 
-/// A robot at 1.4 m/s for 20 s: SLAM is right to 1 cm four times a second; odometry says where the robot was
-/// up to `jitter` seconds from its stamp, and its heading wanders by `heading` (rad, 1 sigma) a word. Returns
-/// how far the carried poses were off just before each later word: real RMS against the predicted, in m, and
-/// the same for heading, in rad.
+/// A robot at 1.4 m/s for 20 s: SLAM is accurate to 1 cm four times a second; odometry reports the pose of up
+/// to `jitter` seconds from its stamp, and its heading drifts by `heading` (rad, 1 sigma) per estimate.
+/// Returns the error of the propagated poses just before each later estimate: real RMS and predicted, in m,
+/// and the same for heading, in rad.
 struct Carried {
   double error = 0, predicted = 0, yaw = 0, predicted_yaw = 0;
 };
@@ -192,7 +193,7 @@ TEST(PoseTrack, PredictsTheErrorOfOdometryThatIsWorseThanItsDescription) {
 TEST(PoseTrack, NeverPredictsLessThanTheDescriptionOfTheOdometry) {
   const Carried exact = carry(0, 0);
   EXPECT_LT(exact.error, 1e-9);
-  // 5 % of the 0.35 m between two words, and the word's own centimetre.
+  // 5 % of the 0.35 m between two estimates, and the estimate's own centimetre.
   EXPECT_NEAR(exact.predicted, std::hypot(0.05 * 0.35, 0.01), 0.003);
 }
 

@@ -1,4 +1,4 @@
-// A little building of wall segments, a robot that drives in it, and what its laser and wheels say.
+// A small building of wall segments, a robot that drives in it, and its laser and odometry data.
 #pragma once
 
 #include <cstdint>
@@ -64,7 +64,7 @@ inline RobotDescription robot_with_laser() {
   return robot;
 }
 
-/// Each beam from where the laser is at its own time.
+/// Each beam from the laser's position at its own time.
 inline Scan scan_from(const std::vector<Segment>& walls, const RobotDescription& robot,
                       const Pose2& T_map_base, const Twist2& twist, SensorTime stamp, std::mt19937& random,
                       double sigma = 0.01) {
@@ -93,7 +93,7 @@ struct Sample {
   Scan scan;
 };
 
-/// Around the block counter-clockwise, `rounds` times, at 0.6 m/s; odometry turns `bias` rad too much per
+/// Around the block counter-clockwise, `rounds` times, at 0.6 m/s; odometry rotates `bias` rad too much per
 /// metre.
 inline std::vector<Sample> drive(const std::vector<Segment>& walls, const RobotDescription& robot,
                                  double rounds, double bias, std::uint32_t seed) {

@@ -20,7 +20,7 @@ struct Folder {
   std::string operator/(const char* name) const { return (path / name).string(); }
 };
 
-/// How far an estimate is from the truth, both seen from the start of the drive.
+/// Error of an estimate; both poses relative to the start of the drive.
 double error(const PoseEstimate& estimate, const Sample& sample, const Pose2& T_true_map) {
   return (T_true_map * planar(estimate.T_map_base).position() - sample.T_map_base.position()).norm();
 }

@@ -1,4 +1,4 @@
-// How far a trajectory is from a truth that is not ours: published relations, or reference poses.
+// Error of a trajectory against independent ground truth: published relations, or reference poses.
 #pragma once
 
 #include <algorithm>
@@ -25,13 +25,13 @@ inline Trajectory trajectory_of(const std::vector<PoseEstimate>& estimates) {
   return trajectory;
 }
 
-/// Where the robot was at `second`, seen from where it was at `first`.
+/// The pose at `second` relative to that at `first`.
 struct Relation {
   SensorTime first, second;
   Pose2 T_first_second;
 };
 
-/// Lines of "t1 t2 x y z roll pitch yaw" (s, m, rad), as the Freiburg SLAM benchmark has them.
+/// Lines of "t1 t2 x y z roll pitch yaw" (s, m, rad), as in the Freiburg SLAM benchmark.
 inline std::vector<Relation> read_relations(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::vector<Relation> relations;
@@ -43,7 +43,7 @@ inline std::vector<Relation> read_relations(const std::filesystem::path& path) {
   return relations;
 }
 
-/// The reference pose at `stamp`, between the two around it.
+/// The reference pose at `stamp`, interpolated between the two around it.
 inline std::optional<Pose2> reference_at(const std::vector<PoseStamped>& reference, SensorTime stamp) {
   const auto after = std::lower_bound(reference.begin(), reference.end(), stamp,
                                       [](const PoseStamped& pose, SensorTime t) { return pose.stamp < t; });
@@ -54,7 +54,7 @@ inline std::optional<Pose2> reference_at(const std::vector<PoseStamped>& referen
   return interpolate(planar(before.T_map_base), planar(after->T_map_base), s);
 }
 
-/// Relations of reference poses at the stamps of `trajectory`, each `apart` stamps from the other.
+/// Relations of reference poses at the stamps of `trajectory`, `apart` stamps from each other.
 inline std::vector<Relation> relations_of(const std::vector<PoseStamped>& reference,
                                           const Trajectory& trajectory, std::size_t apart) {
   std::vector<Relation> relations;
@@ -67,7 +67,7 @@ inline std::vector<Relation> relations_of(const std::vector<PoseStamped>& refere
 }
 
 struct RelationError {
-  std::size_t relations = 0;             ///< of which the trajectory has both ends
+  std::size_t relations = 0;             ///< those with both ends in the trajectory
   double mean = 0, median = 0, p90 = 0;  ///< m, translation
   double mean_turn = 0;                  ///< rad
 };
@@ -101,7 +101,7 @@ struct AlignedError {
   double rmse = 0, max = 0;  ///< m
 };
 
-/// Error of position after one rigid alignment to the reference, which is interpolated at each stamp.
+/// Position error after one rigid alignment to the reference, which is interpolated at each stamp.
 inline AlignedError aligned_error(const Trajectory& trajectory, const std::vector<PoseStamped>& reference) {
   std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>> pairs;
   for (const auto& [stamp, pose] : trajectory) {

@@ -1,4 +1,4 @@
-// Counts what the scan path allocates: nothing after warm-up.
+// Counts the allocations of the scan path: none after warm-up.
 #include <gtest/gtest.h>
 
 #include "fusion/scan/augment.hpp"
@@ -29,7 +29,7 @@ TEST(ScanPath, allocates_nothing_after_warm_up_while_bodies_come_and_go) {
   std::vector<RangeHit> bodies(kBeams), building(kBeams);
   std::size_t replaced = 0, discs = 0;
   const auto scan = [&](std::size_t n) {
-    // The laser goes on, and the number of bodies changes from scan to scan.
+    // The laser moves, and the number of bodies changes from scan to scan.
     const auto forward = Transform<Map, Laser>(Eigen::Isometry3d(Eigen::Translation3d(
         scene.laser.T_map_laser_end.translation() + Eigen::Vector3d(0.01 * static_cast<double>(n), 0, 0))));
     scene.laser.T_map_laser_end =

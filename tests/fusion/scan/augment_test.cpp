@@ -17,7 +17,7 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 
 std::uint32_t bits(float x) { return std::bit_cast<std::uint32_t>(x); }
 
-/// A convention drawn from those that sensors have.
+/// A random convention among those of real sensors.
 LaserDescription random_laser(Draw& draw) {
   using Sentinel = RangeConvention::Sentinel;
   LaserDescription laser;
@@ -36,7 +36,7 @@ LaserDescription random_laser(Draw& draw) {
   return laser;
 }
 
-/// Ranges that break comparisons: payloads of NaN, zeros of both signs, denormals, limits to the bit.
+/// Ranges that are difficult to compare: payloads of NaN, zeros of both signs, denormals, exact limits.
 float random_range(Draw& draw, const RangeConvention& c) {
   switch (draw.integer(0, 15)) {
     case 0:
@@ -101,7 +101,7 @@ void random_case(Draw& draw, std::size_t beams, Case& c) {
     intensity = std::bit_cast<float>(static_cast<std::uint32_t>(draw.word()));
 }
 
-/// Promise 1 word by word, for one beam; empty where it is kept.
+/// Promise 1 clause by clause, for one beam; empty where it is kept.
 std::string broken_clause(const Case& c, std::size_t i, const Scan& out, std::int32_t body) {
   const RangeConvention& convention = c.laser.convention;
   const float real = c.real.ranges[i], written = out.ranges[i];
@@ -140,7 +140,7 @@ std::string broken_clause(const Case& c, std::size_t i, const Scan& out, std::in
     }
     return "";
   }
-  // Not replaced although it should be?
+  // Not replaced although it should have been?
   if (hit.body < 0 || !in_range || too_close) return "";
   if (kind == BeamKind::hit && measured < real) return "nearer than the real return, but not written";
   if (kind == BeamKind::no_return && hit.range < c.building_hits[i].range &&
@@ -183,8 +183,8 @@ TEST(Augmentation, keeps_promise_1_over_ten_million_beams) {
   EXPECT_LT(replaced, beams / 2);
 }
 
-/// Three clauses by hand: a laser without noise, 0.1 to 30 m, that writes 0 for too close and +inf for no
-/// return.
+/// Three hand-written clauses: a laser without noise, 0.1 to 30 m, that writes 0 for too close and +inf for
+/// no return.
 struct ByHand {
   LaserDescription laser;
   Scan real, out;
@@ -283,7 +283,7 @@ TEST(Simulation, writes_the_nearest_of_bodies_and_building) {
   EXPECT_TRUE(scan.out.intensities.empty());
 }
 
-// The twin: what augment_scan writes into a scan in which nothing came back.
+// Reference: the output of augment_scan for a scan without returns.
 TEST(Simulation, writes_the_intensities_that_augmentation_writes) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     Draw draw(seed);

@@ -1,5 +1,5 @@
-// A beam's answer depends on its bearing and its instant alone: not on which other beams are cast with it,
-// nor in what order, nor on what else is in the world behind it.
+// The result of a beam depends only on its bearing and its instant: not on which other beams are cast with
+// it, nor on their order, nor on what is hidden behind.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -25,7 +25,7 @@ TEST(BeamOrder, a_part_of_a_sweep_is_answered_as_in_the_whole) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     const test::RandomScene scene = test::random_scene(seed, kBeams, 10, 0);
     const auto whole = cast(scene, scene.beams, scene.bodies);
-    // Only the first beams: their bearings are the same to the bit.
+    // Only the first beams: their bearings are identical to the bit.
     for (const std::size_t n : {std::size_t{1}, std::size_t{2}, std::size_t{100}}) {
       const BeamSet part{scene.beams.angle_first, scene.beams.angle_step, scene.beams.time.first(n)};
       const auto hits = cast(scene, part, scene.bodies);
@@ -67,7 +67,7 @@ TEST(BeamOrder, one_body_more_never_makes_a_range_longer) {
   }
 }
 
-// The window may name a beam too many, never one too few: every beam whose ray meets the sphere is in it.
+// The window may include a beam too many, never one too few: every beam whose ray meets the sphere is in it.
 TEST(BeamWindow, names_every_beam_that_meets_a_sphere) {
   std::size_t meeting = 0, named = 0, all = 0;
   for (std::uint64_t seed = 1; seed <= 3000; ++seed) {
@@ -76,7 +76,7 @@ TEST(BeamWindow, names_every_beam_that_meets_a_sphere) {
     SweepRays rays;
     rays.set(scene.laser, scene.beams);
     const BeamWindow window(scene.beams, rays.half_turn(), rays.half_tilt(), scene.max_range);
-    // A sphere at rest as seen from the laser's place: its centre moves against the laser's way.
+    // A sphere at rest relative to the laser: its centre moves against the laser's motion.
     const Eigen::Vector3d way = rays.end() - rays.start();
     const Eigen::Vector3d middle = (rays.start() + rays.end()) / 2;
     const double radius = draw.real(0.01, draw.chance(0.2) ? 5 : 0.5);

@@ -35,7 +35,7 @@ LaserDescription laser_1mm() {
   return laser;
 }
 
-/// The augmented scan of scene `n`, as a number.
+/// Hash of the augmented scan of scene `n`.
 std::uint64_t answer(RayCaster& caster, std::uint64_t n) {
   const test::RandomScene scene = test::random_scene(1000 + n, kBeams, 20, 30);
   std::vector<RangeHit> bodies(kBeams), building(kBeams);
@@ -76,8 +76,8 @@ TEST(ScanPath, gives_the_same_bytes_on_any_thread_and_in_any_order) {
   for (const auto& all : found) EXPECT_EQ(all, expected);
 }
 
-// Pinned, so that debug, release and sanitized builds are held to one another: a change here changes what
-// recorded sessions replay to, and needs a reason.
+// Pinned, so that debug, release and sanitized builds agree: a change here changes the replay of recorded
+// sessions, and needs a reason.
 TEST(ScanPath, gives_the_pinned_bytes_in_every_build) {
   Hash hash;
   for (const std::uint64_t one : answers(false)) {

@@ -1,4 +1,4 @@
-// Leaves of known angles, seen by a laser: the angle is found, or nothing is said.
+// Leaves of known angles, seen by a laser: the correct angle is found, or none.
 #include "fusion/scan/leaf_fit.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ ModelEntity box(EntityLabel label, double x, double y, double yaw, const Eigen::
   return entity;
 }
 
-/// A room of 8 m by 6 m; the wall at x = 4 has an opening of 0.9 m about y = 0 into another one. Its door
+/// A room of 8 m by 6 m; the wall at x = 4 has an opening of 0.9 m about y = 0 into another room. Its door
 /// hangs at y = -0.45 and opens into the first room.
 struct Site {
   LaserDescription laser;
@@ -51,7 +51,7 @@ struct Site {
     wall(2, -3, 12, 0);
   }
 
-  /// With the leaf at an angle (none: taken away), and people, cylinders (x, y, radius).
+  /// With the leaf at an angle (none: removed), and people as cylinders (x, y, radius).
   Scan scan(std::optional<double> angle, const std::vector<Eigen::Vector3d>& people = {},
             std::uint64_t sequence = 1) {
     SemanticModel model = walls;
@@ -79,7 +79,7 @@ struct Site {
     return scan;
   }
 
-  /// `error`: how wrong the pose is that the fit is told.
+  /// `error`: error of the pose that is passed to the fit.
   LeafSight find(const Scan& scan, std::optional<double> known = {}, double sigma = 0.02,
                  const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
     const auto wrong = T_map_laser.moved_by(error);
@@ -102,7 +102,7 @@ TEST(LeafFit, FindsEachAngleWithinTwoDegreesFromBothSides) {
       worst = std::max(worst, std::abs(*sight.angle - degrees * kDegree));
     }
     EXPECT_LT(worst, 2 * kDegree) << x << ", " << y;
-    // Seen along its edge, or from behind the wall, it is not known; that is the fewer cases.
+    // Seen along its edge, or from behind the wall, the angle is unknown; these are the minority.
     EXPECT_GE(found, x > 4 ? 12 : 24) << x << ", " << y;
   }
 }
@@ -116,12 +116,12 @@ TEST(LeafFit, APoseThatIsCentimetresWrongMovesItByFewDegrees) {
   }
 }
 
-/// An office's partition wall begins right beside the hinge: it is flat, upright and long enough.
+/// An office's partition wall begins next to the hinge: it is flat, upright and long enough.
 TEST(LeafFit, AWallBesideADoorIsNoLeafOfIt) {
   Site site;
   site.door.hinge->upper = 110 * kDegree;
   site.walls.entities.push_back(box(EntityLabel::wall, 2.8, -0.55, std::numbers::pi, {2.2, 0.1, 2.5}));
-  site.walls.entities.push_back(site.door);  // which is no wall of its own
+  site.walls.entities.push_back(site.door);  // not one of the walls
   const auto walls = walls_beside(site.door, *site.door.hinge, site.walls);
   site.walls.entities.pop_back();
   EXPECT_EQ(walls.size(), 3U) << "the wall that it hangs in, both sides, and this one";
@@ -185,7 +185,7 @@ TEST(LeafFit, WithoutBeamsOnItNothingIsSaidNorThatItIsGone) {
   EXPECT_FALSE(sight.angle);
   EXPECT_FALSE(sight.gone);
   site = Site();
-  // Somebody stands before the laser.
+  // A person in front of the laser.
   sight = site.find(site.scan(0.3, {{1.9, 0.75, 0.3}}), 0.3);
   EXPECT_FALSE(sight.angle);
   EXPECT_FALSE(sight.gone);

@@ -21,7 +21,7 @@ LaserDescription plain_laser() {
   return laser;
 }
 
-// The known answers that Random123 ships for philox4x32-10.
+// The known answers published with Random123 for philox4x32-10.
 TEST(Philox, gives_the_known_answers) {
   EXPECT_EQ(philox4x32({0, 0, 0, 0}, {0, 0}),
             (PhiloxCounter{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
@@ -33,7 +33,8 @@ TEST(Philox, gives_the_known_answers) {
 }
 
 TEST(Noise, is_standard_normal) {
-  // Kolmogorov-Smirnov: with 200,000 draws the distance exceeds 0.0044 once in a thousand right generators.
+  // Kolmogorov-Smirnov: with 200,000 draws the distance exceeds 0.0044 for one in a thousand correct
+  // generators.
   constexpr std::size_t n = 200'000;
   std::vector<double> x(n);
   for (std::size_t i = 0; i < n; ++i) x[i] = standard_normal({42, i / 1000}, i % 1000);
@@ -49,7 +50,7 @@ TEST(Noise, is_standard_normal) {
   EXPECT_GT(x.back(), 4);
 }
 
-// The quantile function undoes the distribution function, far into both tails.
+// The quantile function inverts the distribution function, far into both tails.
 TEST(Noise, is_the_quantile_of_its_uniform_word) {
   for (std::uint32_t beam = 0; beam < 100'000; ++beam) {
     const PhiloxCounter word = philox4x32({beam, 0, 5, 0}, {6, 0});
@@ -117,7 +118,7 @@ TEST(Measure, never_writes_a_hit_as_a_sentinel) {
   LaserDescription laser = plain_laser();
   laser.quantization = 0.5;
   laser.convention.no_return = Sentinel::value;
-  laser.convention.no_return_value = 5;  // a number that a range can be
+  laser.convention.no_return_value = 5;  // a value that is also a valid range
   EXPECT_EQ(measure_range(laser, {}, 0, 5.1F), 4.5F);
   laser.quantization = 0;
   EXPECT_EQ(measure_range(laser, {}, 0, 5), std::nextafter(5.0F, 0.0F));

@@ -1,4 +1,4 @@
-// The shipped presets: what their data sheets say.
+// The shipped presets against their data sheets.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Seeded sweeps, bodies and buildings that a caster and its twin are compared on.
+// Seeded sweeps, bodies and buildings for comparing a caster with its reference.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,8 +13,7 @@
 
 namespace parhelion::test {
 
-/// Draws from a seeded Mersenne twister with arithmetic of its own: the same numbers with any standard
-/// library.
+/// Draws from a seeded Mersenne twister with its own arithmetic: the same numbers with any standard library.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : engine_(seed) {}
@@ -40,7 +39,7 @@ class Draw {
   std::mt19937_64 engine_;
 };
 
-/// Everything that one cast depends on. `bodies` point into `definitions`.
+/// All inputs of one cast. `bodies` point into `definitions`.
 struct RandomScene {
   scan::LaserMotion laser;
   scan::BeamSet beams;
@@ -64,7 +63,7 @@ inline Shape random_shape(Draw& draw) {
   return shape;
 }
 
-/// A pose near another one, as one sweep later: now and then far, or turned by almost half a turn.
+/// A pose near another one, one sweep later: occasionally far, or turned by almost half a turn.
 template <class Frame>
 Transform<Map, Frame> moved(Draw& draw, const Transform<Map, Frame>& from) {
   if (draw.chance(0.3)) return from;
@@ -98,7 +97,7 @@ inline ModelEntity random_wall(Draw& draw, const Eigen::Vector3d& middle, int in
   wall.name = "wall " + std::to_string(index);
   wall.label = EntityLabel::wall;
   wall.size = {draw.real(0.1, 8), draw.real(0.02, 0.4), draw.real(0.5, 3)};
-  // Drawn one by one: compilers differ in the order of arguments.
+  // Drawn one by one: the order of evaluation of arguments is unspecified.
   const double z = draw.real(-2, 2), y = draw.real(-25, 25), x = draw.real(-25, 25);
   const Eigen::Vector3d offset(x, y, z);
   const Eigen::Quaterniond yaw(Eigen::AngleAxisd(draw.real(-4, 4), Eigen::Vector3d::UnitZ()));

@@ -1,4 +1,4 @@
-// The caster and its twin against answers that can be worked out by hand.
+// The caster and its reference against hand-computed results.
 #include "fusion/scan/ray_caster.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ bool agree(const RangeHit& a, const RangeHit& b) {
   return std::abs(a.range - b.range) <= 1e-3F;
 }
 
-/// One body of one shape, cast by both casters, which must say the same.
+/// One body of one shape, cast by both casters, which must agree.
 struct Single {
   BodyDefinition definition;
   BodyMotion motion;
@@ -29,7 +29,7 @@ struct Single {
 
   explicit Single(const Shape& shape) { definition.shapes.push_back(shape); }
 
-  /// Beams that all look along `angle` (no step), spread over the sweep.
+  /// Beams with the same bearing `angle` (no step), spread over the sweep.
   void look_along(double angle, std::size_t n) {
     time.resize(n);
     for (std::size_t i = 0; i < n; ++i) time[i] = static_cast<float>(i) / static_cast<float>(n - 1);
@@ -147,7 +147,7 @@ TEST(RayCaster, sees_a_body_behind_it_at_both_ends_of_a_full_turn) {
   EXPECT_NEAR(hits.front().range, 4.5, 1e-5);
   EXPECT_NEAR(hits.back().range, 4.5, 1e-2);
   EXPECT_EQ(hits[360].range, kNone);
-  // One and a half turns: seen in the middle and at the end, and once more on the second way round.
+  // One and a half turns: seen in the middle and at the end, and once more in the second turn.
   scene.look_around(0, 3 * std::numbers::pi / 1080, 1080);
   const auto twice = scene.cast();
   EXPECT_NEAR(twice[360].range, 4.5, 1e-5);
@@ -164,7 +164,7 @@ TEST(RayCaster, sees_bodies_above_its_plane_only_when_it_looks_up) {
   scene.laser.T_map_laser_start = {up, Eigen::Vector3d::Zero()};
   scene.laser.T_map_laser_end = scene.laser.T_map_laser_start;
   EXPECT_NEAR(scene.cast()[50].range, 4.5 / std::cos(0.2), 1e-5);
-  // A laser that nods during the sweep looks up at its end only.
+  // A laser that nods during the sweep looks up only at its end.
   scene.laser.T_map_laser_start = {};
   scene.look_along(0, 11);
   const auto nodding = scene.cast();

@@ -1,4 +1,4 @@
-// The fast caster against its exact twin, over random scenes and over scenes made of edges.
+// The fast caster against its exact reference, over random scenes and over scenes made of edges.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -35,8 +35,8 @@ void compare(std::span<const RangeHit> fast, std::span<const RangeHit> twin, Com
   }
 }
 
-// Both casters work in doubles, so even at grazing edges they part only within about 1e-12 rad: over random
-// scenes that does not happen, and no disagreement is allowed.
+// Both casters work in doubles, so at grazing edges they differ only within about 1e-12 rad: over random
+// scenes this does not happen, and no disagreement is allowed.
 TEST(RayCasterTwin, agrees_with_the_exact_twin_on_bodies_over_a_million_beams) {
   constexpr int kBeams = 361, kScenes = 2800;
   RayCaster caster;
@@ -52,11 +52,11 @@ TEST(RayCasterTwin, agrees_with_the_exact_twin_on_bodies_over_a_million_beams) {
   EXPECT_GE(sum.beams, 1'000'000U);
   EXPECT_GT(sum.hits, sum.beams / 4) << "the scenes must not be empty";
   EXPECT_GT(sum.inside, 1000U) << "some beams must start inside a body";
-  // Only where two bodies' surfaces cross on a beam to within rounding.
+  // Only where the surfaces of two bodies intersect on a beam to within rounding.
   EXPECT_LE(sum.other_body, 5U);
 }
 
-/// Groups of up to three bodies, each in the ball about the box that holds it.
+/// Groups of up to three bodies, each in a sphere around its bounding box.
 std::vector<BodyGroup> groups_of(std::span<const BodyMotion> bodies, std::uint64_t seed) {
   Draw draw(seed);
   std::vector<BodyGroup> groups;
@@ -203,7 +203,7 @@ TEST(RayCasterTwin, meets_a_box_and_its_mesh_alike_from_outside) {
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_TRUE(std::isinf(a[i].range) && std::isinf(b[i].range));
 }
 
-/// Boxes, poses and bearings on a lattice: beams run along faces and through edges, where rounding decides.
+/// Boxes, poses and bearings on a lattice: beams run along faces and through edges, where rounding matters.
 RandomScene lattice_scene(std::uint64_t seed) {
   Draw draw(seed);
   RandomScene scene;
@@ -223,7 +223,7 @@ RandomScene lattice_scene(std::uint64_t seed) {
     shape.kind = static_cast<ShapeKind>(draw.integer(0, 3));
     shape.size = {0.5 * draw.integer(1, 4), 0.5 * draw.integer(1, 4), 0.5 * draw.integer(1, 4)};
     body.shapes.push_back(shape);
-    // Before the turn: compilers differ in the order of arguments.
+    // Before the turn: the order of evaluation of arguments is unspecified.
     const Eigen::Vector3d place{half_metres(10), half_metres(10), half_metres(2)};
     const Transform<Map, Body> T_map_body(quarter_turns(), place);
     scene.bodies.push_back({&body, T_map_body, T_map_body});
@@ -231,7 +231,7 @@ RandomScene lattice_scene(std::uint64_t seed) {
   return scene;
 }
 
-/// Whether the twin says the same once the beam is moved by a millimetre or turned by 1e-5 rad: an edge was
+/// Whether the reference agrees once the beam is moved by a millimetre or turned by 1e-5 rad: an edge was
 /// grazed.
 bool grazes(const RandomScene& scene, std::size_t beam, const RangeHit& fast) {
   const float time[1] = {0};

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kBeams = 361;
 
-/// A square room of 10 m, the laser in its middle unless moved, and real scans of it with what else stands
-/// there.
+/// A square room of 10 m with the laser in its middle unless moved, and real scans of it with additional
+/// objects.
 struct Room {
   LaserDescription laser;
   SemanticModel model;
@@ -39,7 +39,7 @@ struct Room {
   }
   void place(const Transform<Map, Laser>& T_map_laser) { motion = {T_map_laser, T_map_laser}; }
 
-  /// People are upright cylinders at x, y of a radius.
+  /// People are upright cylinders at x, y with a radius.
   Scan scan(const std::vector<Eigen::Vector3d>& people, double wall_offset = 0) {
     const BeamSet beams{angle_first, angle_step, time};
     building.resize(kBeams);
@@ -108,8 +108,8 @@ TEST(UnexplainedReturns, leave_what_stands_against_a_wall_to_the_wall) {
 }
 
 TEST(UnexplainedReturns, leave_the_edge_of_a_doorway_alone_when_the_pose_is_a_little_off) {
-  // A wall with an opening; the real robot is 5 cm beside where it is believed to be, so beams past the
-  // modelled edge return from the real one.
+  // A wall with an opening; the real robot is 5 cm beside its estimated position, so beams past the modelled
+  // edge return from the real one.
   Room room;
   ModelEntity wall;
   wall.size = {3, 0.2, 2.5};

@@ -1,6 +1,5 @@
-// Floors as a nodding laser sees them: bent more the farther away, in every scan by itself, and with pieces
-// of the robot that carried the laser. The model has to have one floor, and nothing on it where nothing
-// stands.
+// Floors seen by a nodding laser: bent more the farther away, differently in each scan, and with parts of the
+// robot that carried the laser. The model must have one floor without objects on it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,12 +15,12 @@ namespace {
 constexpr double kLength = 9, kHalf = 1.2, kHeight = 2.5;  // m, of the corridor
 
 struct Bow {
-  double at_6_m;  ///< m, by which the floor has sunk there
+  double at_6_m;  ///< m, height error of the floor there
   double sigma;   ///< m, of a range
 };
 void PrintTo(const Bow& bow, std::ostream* out) { *out << bow.at_6_m << " m, noise " << bow.sigma << " m"; }
 
-/// On the floor, clear of walls and of where the scanners stood.
+/// On the floor, away from walls and scanner positions.
 Eigen::AlignedBox3d crate() { return {Eigen::Vector3d(5.6, 0.2, 0), Eigen::Vector3d(6.0, 0.7, 0.3)}; }
 
 class NoddingScans {
@@ -54,14 +53,14 @@ class NoddingScans {
         add(eye + range * ray - Eigen::Vector3d(0, 0, bow_.at_6_m * level * level / 36));
       }
     }
-    // The robot's own shoulders, and what the scanner sees of itself.
+    // The robot's own body, as seen by its scanner.
     for (int i = 0; i < 600; ++i) {
       const double side = i % 2 == 0 ? 1 : -1;
       add(eye + Eigen::Vector3d(0.05 * uniform(), side * (0.3 + 0.4 * uniform()), -0.1 - 0.1 * uniform()));
       add(eye + Eigen::Vector3d(0.02 * uniform(), 0.12 * side + 0.02 * uniform(), -0.02 * uniform()));
     }
   }
-  /// m, from inside to its walls, or to the crate.
+  /// m, distance inside of its walls, or to the crate.
   static double to_corridor(const Eigen::Vector3d& eye, const Eigen::Vector3d& ray) {
     const Eigen::Array3d low(0, -kHalf, 0), high(kLength, kHalf, kHeight);
     const Eigen::Array3d end = (ray.array() > 0).select(high, low);
@@ -91,7 +90,7 @@ TEST_P(BowedFloor, IsOneFloorWithNothingOnItWhereNothingStands) {
   }
   EXPECT_EQ(floors.size(), 1U);
   const auto T_cloud_map = model.T_map_cloud.inverse();
-  // What a robot would drive through; near the last wall no scan sees the floor well.
+  // The passable part; near the last wall no scan sees the floor well.
   const Eigen::AlignedBox2d driven(Eigen::Vector2d(1.2, -0.9), Eigen::Vector2d(6.5, 0.9));
   Eigen::AlignedBox3d of_crate = crate();
   of_crate.min().array() -= 0.2, of_crate.max().array() += 0.2;

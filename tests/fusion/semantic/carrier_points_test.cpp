@@ -1,4 +1,4 @@
-// What carried a scanner was there for one scan only; furniture that stands beside one stays.
+// The carrier of a scanner appears in one scan only; furniture beside a scanner is kept.
 #include "fusion/semantic/carrier_points.hpp"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@ namespace {
 constexpr auto kUnknown = static_cast<std::uint8_t>(EntityLabel::unknown);
 constexpr double kEye = 0.6;  // m, of both scanners over the floor
 
-/// Two scans of a passage along x: a railing at y = 1 that both saw, a wall at x = 6 that the first sees
-/// through where the second one stood, and what a test adds.
+/// Two scans of a passage along x: a railing at y = 1 that both saw, a wall at x = 6 that the first scan sees
+/// through the position of the second, and what a test adds.
 class Passage {
  public:
   Passage() {

@@ -10,8 +10,8 @@
 
 namespace parhelion::test {
 
-/// Draws points on rectangles with noise along their normals. Own arithmetic on the generator's words, so
-/// that every library draws the same.
+/// Draws points on rectangles with noise along their normals. It uses its own arithmetic on the generator's
+/// output, so that every library draws the same.
 class CloudPainter {
  public:
   CloudPainter(double per_square_metre, double sigma, std::uint64_t seed)

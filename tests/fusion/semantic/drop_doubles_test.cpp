@@ -1,4 +1,4 @@
-// A model never says two things of one place.
+// A model has no two conflicting entities in one place.
 #include "fusion/semantic/drop_doubles.hpp"
 
 #include <gmock/gmock.h>

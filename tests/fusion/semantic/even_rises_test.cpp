@@ -1,5 +1,5 @@
-// Rises are built alike: heights that the cloud says badly follow from the others, those that it says well
-// stay.
+// Rises are equal as built: heights that the cloud gives inaccurately follow from the others, accurate ones
+// are kept.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Stairs {
   Flight flight;
 };
 
-/// Steps along x of the given rises, with the floor before them; every point is lifted by bend(x).
+/// Steps along x with the given rises, with the floor before them; every point is raised by bend(x).
 Stairs stairs_of(const std::vector<double>& rises, const std::function<double(double)>& bend) {
   test::CloudPainter painter(3000, 0.004, 11);
   Stairs stairs;
@@ -45,7 +45,7 @@ Stairs stairs_of(const std::vector<double>& rises, const std::function<double(do
   return stairs;
 }
 
-/// m, how far the rises are from their mean at most.
+/// m, maximum deviation of the rises from their mean.
 double unevenness(const Flight& flight) {
   const std::vector<double> rises = flight.rises();
   double mean = 0, most = 0;
@@ -55,7 +55,7 @@ double unevenness(const Flight& flight) {
 }
 
 TEST(EvenRises, AreWhatABentCloudOfEvenStairsGives) {
-  // A depth camera at the foot of the flight: what is far leans by up to 5 degrees.
+  // A depth camera at the foot of the flight: distant treads incline by up to 5 degrees.
   Stairs stairs = stairs_of(std::vector<double>(9, 0.16), [](double x) { return 0.02 * x * std::abs(x); });
   const double before = unevenness(stairs.flight);
   EXPECT_GT(before, 0.010) << "the cloud bends enough to see it";

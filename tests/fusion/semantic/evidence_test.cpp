@@ -1,5 +1,5 @@
-// What is measured, looked through and unobserved, against a slow search; and floors that end where sight
-// did.
+// Measured, looked-through and unobserved space, against an exhaustive search; and floors that end with the
+// observed area.
 #include "fusion/semantic/evidence.hpp"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(Evidence, IsThatOfASlowSearchAlongEachRay) {
     }
     for (const auto& cube : measured) crossed.erase(cube);
     EXPECT_EQ(grid.count(Evidence::measured), measured.size());
-    // Steps of a fraction of a millimetre miss corners that a ray only just cuts.
+    // Steps of a fraction of a millimetre miss corners that a ray barely crosses.
     std::size_t found = 0;
     for (const auto& [x, y, z] : crossed)
       found += grid.at(0.1 * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5)) == Evidence::seen_through;
@@ -116,7 +116,7 @@ bool covered(const SemanticModel& model, EntityLabel label, double x, double y, 
   });
 }
 
-/// Two halls that were seen, x < -1 and x > 1; what is between them was not.
+/// Two observed halls, x < -1 and x > 1; the space between them was not observed.
 cloud::PointCloud<Map> two_halls(double spacing, bool sight) {
   cloud::PointCloud<Map> cloud;
   if (sight) cloud.viewpoints = {{-3, 0, 1.3}, {3, 0, 1.3}};
@@ -179,7 +179,7 @@ TEST(ObservedFloors, EndWhereSightGoesOnBelowThem) {
       const double z = x > -2 && x < 0 && std::abs(y) < 2 ? 0 : -0.85;
       for (std::uint16_t scan = 0; scan < 2; ++scan) {
         const Eigen::Vector3d eye = cloud.viewpoints[scan], p(x, y, z);
-        const Eigen::Vector3d over = eye + eye.z() / (eye.z() - z) * (p - eye);  // where sight passes z = 0
+        const Eigen::Vector3d over = eye + eye.z() / (eye.z() - z) * (p - eye);  // sight crosses z = 0
         if (z < 0 && over.x() > -2 && over.x() < 0 && std::abs(over.y()) < 2) continue;
         cloud.points.push_back(p.cast<float>());
         cloud.scans.push_back(scan);
@@ -196,7 +196,7 @@ TEST(ObservedFloors, EndWhereSightGoesOnBelowThem) {
     for (double y = -1.95; y < 2; y += 0.1) landing += covered(model, EntityLabel::floor, x, y, 0) ? 0.01 : 0;
   }
   EXPECT_NEAR(landing, 8, 0.2);
-  EXPECT_LT(area, 8 + 12 * 0.3);  // the landing hides what is just beside it
+  EXPECT_LT(area, 8 + 12 * 0.3);  // the landing hides the area next to it
 }
 
 /// Four steps up to `top`, turned by `yaw`.

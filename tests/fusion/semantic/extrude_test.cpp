@@ -43,8 +43,8 @@ double distance_to_model(const Wall& wall, const SemanticModel& model) {
   return worst;
 }
 
-/// Occupied cells that no box covers although a robot could come near them, or although they are many: cell
-/// by cell, the slow way.
+/// Occupied cells that no box covers although a robot could come near them, or although they are numerous:
+/// checked cell by cell.
 std::size_t wrongly_left_out(const pose::GridMap& map, const SemanticModel& model,
                              const ExtrudeOptions& options) {
   const auto at = [&](int x, int y) {
@@ -61,7 +61,7 @@ std::size_t wrongly_left_out(const pose::GridMap& map, const SemanticModel& mode
       return (q.array().abs() <= entity.size.array() / 2 + 1e-5).all();
     });
   };
-  // A robot of the least radius has its centre here: all cells whose centre is within it are free.
+  // A robot of minimum radius can be centred here: all cells within the radius are free.
   const auto standable = [&](int x, int y) {
     const int reach = static_cast<int>(options.clear_radius / map.resolution) + 1;
     for (int dy = -reach; dy <= reach; ++dy) {
@@ -259,7 +259,7 @@ RC_GTEST_PROP(Extrude, AnyMapIsCoveredWithoutOverlap, ()) {
 
 TEST(Extrude, SpecksThatNoRobotCanComeNearAreLeftOut) {
   pose::GridMap map = test::unknown_map(12, 6);
-  // A room of 3 m by 3 m that is known, and a ray of one cell's width through its window.
+  // A known room of 3 m by 3 m, and a ray of one cell's width through its window.
   for (double x = 0.5; x < 3.5; x += 0.05) {
     for (double y = 0.5; y < 3.5; y += 0.05) *test::cell_at(map, {x + 0.02, y + 0.02}) = 0.1F;
   }

@@ -1,4 +1,4 @@
-// Joint labelling: loopy messages and climbing against every assignment.
+// Joint labelling: loopy messages and local search against exhaustive enumeration.
 #include "fusion/semantic/factor_graph.hpp"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace parhelion::semantic {
 namespace {
 
-/// `n` variables with three labels each; a tree, or with `extra` pairs more.
+/// `n` variables with three labels each; a tree, with `extra` more pairs.
 FactorGraph random_graph(std::mt19937& random, std::size_t n, int extra, double strength) {
   const auto uniform = [&] { return random() / 4294967296.0; };
   FactorGraph graph;
@@ -57,7 +57,7 @@ TEST(FactorGraph, FindsTheBestAssignmentOfMostSmallLoops) {
     EXPECT_LE(fast.score, exact.score + 1e-9);
     same += exact.score - fast.score < 1e-9 ? 1 : 0;
   }
-  // Random signs frustrate each other, as relations of a building do not: 183 when this was written.
+  // Random signs cause frustration, unlike the relations of a building: 183 when this was written.
   EXPECT_GE(same, 175) << "of 200";
 }
 
@@ -70,7 +70,8 @@ TEST(FactorGraph, GivesTheSameSolutionTwice) {
 }
 
 TEST(FactorGraph, TriesWhatIsRightOnlyTogether) {
-  // Four that win together, against one each for the other label: no change of one or of a pair is better.
+  // Four that only win together, against one each for the other label: no change of one or of a pair is
+  // better.
   const auto chain = [](bool proposed) {
     FactorGraph graph;
     for (int i = 0; i < 4; ++i) graph.add_variable(Eigen::Vector2d(2, 0));

@@ -1,4 +1,4 @@
-// The images between projection and Hough transform, each against a slow twin.
+// The images between projection and Hough transform, each against a reference implementation.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -83,7 +83,7 @@ RC_GTEST_PROP(ImageWay, ThinningIsOpenCvs, ()) {
   expect_same(thinned, out);
 }
 
-/// Whether both ends of the line lie within `off` pixels of one segment, and it of them.
+/// Whether both ends of the line lie within `off` pixels of one segment, and vice versa.
 bool is_found(const std::vector<PixelSegment>& segments, cv::Point a, cv::Point b, int off) {
   const auto near = [&](int x, int y, cv::Point p) { return std::hypot(x - p.x, y - p.y) <= off; };
   return std::any_of(segments.begin(), segments.end(), [&](const PixelSegment& s) {
@@ -103,7 +103,7 @@ RC_GTEST_PROP(ImageWay, HoughFindsALineAmongNoiseForAnySeed, (std::uint64_t seed
   const HoughOptions options{.votes = 25, .min_length = 60, .max_gap = 6, .seed = seed};
   const auto segments = hough_segments(pixels, options);
   RC_ASSERT(segments == hough_segments(pixels, options));
-  // One degree in the angle lets a long line go off its pixels; what is left is found again.
+  // An angle error of one degree lets a long line leave its pixels; the rest is found as another line.
   double longest = 0;
   for (const PixelSegment& s : segments) longest = std::max(longest, std::hypot(s.x1 - s.x0, s.y1 - s.y0));
   RC_ASSERT(longest >= 0.4 * std::hypot(b.x - a.x, b.y - a.y));

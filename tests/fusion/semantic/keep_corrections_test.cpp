@@ -1,4 +1,4 @@
-// A person's word on a model outlives the next run.
+// A user's corrections of a model are kept when it is rebuilt.
 #include "fusion/semantic/keep_corrections.hpp"
 
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// Two walls, a door in the first, and what says so.
+/// Two walls, a door in the first, and their relation.
 SemanticModel found(double noise = 0) {
   SemanticModel model;
   model.entities = {test::model_box("wall 1", EntityLabel::wall, {0, noise, 1.25}, {4 + noise, 0.1, 2.5}),

@@ -1,4 +1,4 @@
-// The plan of a model: drawn where the model says, and refused where it says nothing.
+// The plan of a model: drawn from its entities, and an error for an empty one.
 #include "fusion/semantic/model_plan.hpp"
 
 #include <gmock/gmock.h>

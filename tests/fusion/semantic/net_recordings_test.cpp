@@ -66,16 +66,16 @@ TEST(NetOnRecordings, LabelsTheCropAsPeopleDid) {
   EXPECT_GE(f1(found, 2, EntityLabel::wall), 0.85);
 }
 
-/// Of the corridor's solid wall, m ahead of the first scanner: where points of the three scans lie 0.2 m
-/// behind the wall's face, counted by hand in a histogram of each.
+/// Of the corridor's solid wall, m ahead of the first scanner: positions where points of the three scans lie
+/// 0.2 m behind the wall's face, counted by hand in a histogram of each.
 constexpr double kFirstDoor = 1.70, kSecondDoor = 5.70;
 
 TEST(NetOnRecordings, FindsTheOneRecessedDoorThatASingleScanSees) {
   const auto path = test::recording("3d-3dtk-corridor/scan000.3d");
   PARHELION_NEEDS_RECORDING(path)
   const Labelled found = labelled(path, true);
-  // Two are there; nearly nothing was measured in the recess of the second, which lies 9 degrees off the wall
-  // as this scanner sees it. The three scans together show both (see the next test).
+  // There are two; almost nothing was measured in the recess of the second, which this scanner sees at 9
+  // degrees to the wall. The three scans together show both (see the next test).
   int in_second_recess = 0;
   for (const Eigen::Vector3f& p : found.cloud.points)
     in_second_recess += std::abs(p.x() - kSecondDoor) < 0.3 && p.y() < -1.0 && p.y() > -1.3 && p.z() > 0;
@@ -119,7 +119,7 @@ TEST(NetOnRecordings, TellsTheCorridorsSolidWallFromItsRailing) {
     const Eigen::Vector2d d = p - wall->start;
     return std::abs(along.x() * d.y() - along.y() * d.x());
   };
-  // The railing: the longest upright surface that runs along on the other side.
+  // The railing: the longest upright surface along the other side.
   double longest = 0, apart = 0;
   for (const VerticalSurface& s : all) {
     const double across = from_wall(0.5 * (s.start + s.end)), length = (s.end - s.start).norm();
@@ -129,7 +129,7 @@ TEST(NetOnRecordings, TellsTheCorridorsSolidWallFromItsRailing) {
   std::printf("  railing %.2f m long, %.3f m from the solid wall\n", longest, apart);
   EXPECT_GT(longest, 2);
   EXPECT_NEAR(apart, 2.35, 0.02);
-  // Along the corridor that was walked: doors in the solid wall only, pillars and no wall on the other side.
+  // Along the corridor: doors in the solid wall only, pillars and no wall on the other side.
   std::vector<double> doors;  // m ahead
   int pillars = 0;
   for (const ModelEntity& e : found.net.entities) {
@@ -154,8 +154,8 @@ TEST(NetOnRecordings, TellsTheCorridorsSolidWallFromItsRailing) {
     if (e.name == "floor 1") floor = z + e.size.z() / 2;
     if (e.name == "ceiling 1") ceiling = z - e.size.z() / 2;
   }
-  // The check values are of the first scan's own frame, which leans by 3 degrees: 5 cm for each metre ahead.
-  // Asked of the floor: 2 cm. Reached: 2.2 cm; which point keeps its height decides
+  // The reference values are in the first scan's own frame, which is inclined by 3 degrees: 5 cm per metre
+  // ahead. Required for the floor: 2 cm. Reached: 2.2 cm; it depends on the point whose height is kept
   // (fusion/semantic/README.md).
   EXPECT_NEAR(floor, -0.43, 0.023);
   EXPECT_NEAR(ceiling, 2.00, 0.02);
@@ -167,7 +167,7 @@ TEST(NetOnRecordings, MeasuresTheRisesOfTheEntrance) {
   PARHELION_NEEDS_RECORDING(path)
   const Labelled found = labelled(path, false);
   ASSERT_EQ(found.net.stairs.size(), 1U);
-  // The lowest from a strip of ground 4 cm deep, which is no surface.
+  // The lowest is from a strip of ground 4 cm deep, which is no surface.
   const std::vector<double> expected = {0.17, 0.17, 0.17, 0.17, 0.18};
   const auto& rises = found.net.stairs[0].rises;
   ASSERT_EQ(rises.size(), expected.size());
@@ -184,7 +184,7 @@ TEST(NetOnRecordings, ClimbsTheStairsOfTheDepthCamera) {
   ASSERT_EQ(rises.size(), 9U);
   const double mean = std::accumulate(rises.begin(), rises.end(), 0.0) / static_cast<double>(rises.size());
   for (std::size_t i = 0; i < rises.size(); ++i) EXPECT_NEAR(rises[i], mean, 0.01) << i;
-  // The wall at the flight's left runs on in the plane of a riser.
+  // The wall at the flight's left continues in the plane of a riser.
   for (const ModelEntity& wall : found.net.entities) {
     if (wall.label != EntityLabel::wall) continue;
     for (const ModelEntity& step : found.net.entities) {

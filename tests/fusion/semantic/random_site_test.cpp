@@ -1,4 +1,4 @@
-// The semantic net on buildings that nobody has looked at: drawn at random, scanned by ray casting.
+// The semantic net on randomly generated buildings, scanned by ray casting.
 #include <gtest/gtest.h>
 
 #include "tests/fusion/semantic/site_score.hpp"
@@ -7,23 +7,23 @@
 namespace parhelion::semantic {
 namespace {
 
-/// The least precision and recall of what must be found; 0 where the rate has no such thing.
+/// Minimum precision and recall; 0 where the rate has none.
 struct Least {
   double precision = 0, recall = 0;
 };
 
-/// Just below what was reached with these seeds: of the ten buildings of each run, of two hundred of the long
-/// one. Nothing was asked of this set in figures; perfect is 1.
+/// Just below the results for these seeds: of the ten buildings of each run, of two hundred of the long one.
+/// There was no numerical requirement for this set; perfect is 1.
 struct Row {
   const char* what;
   const test::Rate& rate;
   Least of_ten, of_two_hundred;
 };
 
-// What limits the lowest of them: a flush door whose leaf lies within 1.5 cm of the wall's face is not in the
+// Causes of the lowest rates: a flush door whose leaf lies within 1.5 cm of the wall's face is not in the
 // measured geometry (half of them are missed), and a recessed or ajar one is seen from one side only; a
-// window is missed where a counter hides its sill or where too little wall was seen round it; the edge of a
-// door's leaf or of a wall is taken for a pillar; a flight counts only with every tread that was seen.
+// window is missed where a counter hides its sill or where too little wall was seen around it; the edge of a
+// door's leaf or of a wall is labelled pillar; a flight counts only with every tread that was seen.
 TEST(SemanticNetOnRandomSites, FindsWhatIsThere) {
   const std::uint64_t sites = test::long_run() ? 200 : 10;
   test::SiteScore score;

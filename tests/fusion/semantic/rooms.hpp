@@ -1,5 +1,4 @@
-// Grid maps as SLAM leaves them, of buildings that are known: walls hit with noise, free space where the
-// laser looked.
+// Grid maps like those of SLAM, of known buildings: noisy walls, free space along the laser's beams.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,7 +50,7 @@ inline double cast(const Eigen::Vector2d& from, double angle, const std::vector<
   return nearest;
 }
 
-/// Scans from each place, range noise `sigma`, as occupancy counts turned into probabilities.
+/// Scans from each position, range noise `sigma`, as occupancy counts converted to probabilities.
 inline pose::GridMap scanned_map(const std::vector<Wall>& walls, const std::vector<Eigen::Vector2d>& places,
                                  double width, double height, double sigma, unsigned seed) {
   pose::GridMap map = unknown_map(width, height);

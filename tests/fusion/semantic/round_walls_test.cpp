@@ -39,7 +39,7 @@ struct Plan {
     for (int i = 0; i < sides; ++i) straight(corner(i), corner(i + 1));
   }
 
-  /// As `find_verticals` would: chords of what was drawn, each from evidence that no other has.
+  /// Like `find_verticals`: chords of the drawn points, each from separate evidence.
   std::vector<PlanLine> lines(LineRefiner& refiner) const {
     std::vector<PlanLine> found;
     for (std::size_t i = 0; i + 30 < evidence.size(); i += 15) {
@@ -126,7 +126,7 @@ TEST(RoundWalls, ACornerThatIsRoundLeavesItsStraightWalls) {
 
 constexpr double kRadius = 5, kHeight = 3;
 
-/// A hall of `kRadius`, 90 flat pieces round it, with a doorway of 1 m at angle 0.
+/// A hall of `kRadius` with 90 flat pieces around it, and a doorway of 1 m at angle 0.
 SemanticModel round_hall() {
   SemanticModel site;
   site.entities = {
@@ -152,7 +152,7 @@ TEST(RoundWalls, ARoundHallIsARingOfFacetsThatMeet) {
   std::vector<Eigen::Vector2d> ends;
   for (const ModelEntity& e : built->model.entities) {
     if (e.label != EntityLabel::wall) continue;
-    // The cloud's frame begins at the first scanner.
+    // The cloud's frame is that of the first scanner.
     const Eigen::Vector2d along = e.T_map_body.rotation().col(0).head<2>();
     const Eigen::Vector2d middle = e.T_map_body.translation().head<2>() + Eigen::Vector2d(0.5, 0.3);
     EXPECT_NEAR(middle.norm(), kRadius, 0.05) << e.name;

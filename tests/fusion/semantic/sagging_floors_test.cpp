@@ -1,4 +1,4 @@
-// One floor that a scanner's angles bend, against two that are a step apart.
+// One floor bent by angular errors of the scanner, against two floors with a step between them.
 #include "fusion/semantic/sagging_floors.hpp"
 
 #include <gtest/gtest.h>
@@ -24,8 +24,7 @@ void add_floor(Site& site, const char* name, double from, double to, double z) {
   floor.size = {to - from, 2, 0.1};
 }
 
-/// A floor of 5 m and one of 3 m beyond it that lies `below` it, seen by angles that are off by up to
-/// `off` (rad).
+/// A floor of 5 m and one of 3 m beyond it, lower by `below`, seen with angular errors of up to `off` (rad).
 Site site_of(double below, double off) {
   Site site;
   site.cloud.viewpoints = {{0, 0, kEye}};

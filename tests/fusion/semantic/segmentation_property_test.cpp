@@ -1,4 +1,4 @@
-// Random rooms: what was built is found, wherever it stands and however it was measured.
+// Random rooms: their surfaces are found, wherever the room is and however it was measured.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -33,7 +33,7 @@ struct Built {
   cloud::PointCloud<Map> cloud;
 };
 
-/// A room with one inner wall, somewhere in the plan, with furniture's worth of clutter and strays.
+/// A room with one inner wall, anywhere in the plan, with clutter like furniture and outliers.
 Built random_room() {
   const double length = *rc::gen::inRange(35, 140) / 10.0, depth = *rc::gen::inRange(30, 90) / 10.0;
   const double yaw = *rc::gen::inRange(-180, 180) * std::numbers::pi / 180;
@@ -108,7 +108,7 @@ TEST(SegmentationOfRandomRooms, FindsTheirWallsFloorAndCeiling) {
   });
 }
 
-/// The largest distance of a wall's line in one from the same line in the other, m.
+/// m, the largest distance of a wall's line in one from the same line in the other.
 double largest_shift(const Segmentation& one, const Segmentation& other, const Eigen::Vector2d& shift) {
   double largest = 0;
   for (const VerticalSurface& s : one.verticals) {

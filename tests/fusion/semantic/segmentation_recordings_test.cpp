@@ -1,4 +1,4 @@
-// Segmentation of real scans, against what their attribution files say was measured by hand.
+// Segmentation of real scans, against hand measurements in their attribution files.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -32,8 +32,8 @@ struct Levelled {
   cloud::PointCloud<Map> cloud;
   Segmentation found;
 
-  /// Median height, in the levelled frame, of the points that a histogram of the scan as it stands names: no
-  /// code of ours but `level` has a say in it.
+  /// Median height, in the levelled frame, of the points that a histogram of the unlevelled scan selects:
+  /// independent of our code except `level`.
   double height_of_layer(const cloud::PointCloud<Cloud>& scan, double check_value) const {
     constexpr double kBand = 0.10;  // m
     std::vector<double> heights;
@@ -65,22 +65,22 @@ Levelled segmented(const cloud::PointCloud<Cloud>& cloud,
 }
 
 struct Asked {
-  double check_value;      ///< m, height of the layer in a histogram of the scan as it stands
-  double off_check_value;  ///< m, just beyond what was reached; 0.02 was asked
-  double off_layer;        ///< m, of the layer's own points in the levelled frame; 0.02 was asked
+  double check_value;      ///< m, height of the layer in a histogram of the unlevelled scan
+  double off_check_value;  ///< m, just above the result; required: 0.02
+  double off_layer;        ///< m, of the layer's own points in the levelled frame; required: 0.02
 };
 
-/// A check value is of a tilted frame: the room's floor, tilted by one degree, has two peaks there, at -1.235
-/// and -1.295 m, and the corridor's nods from -0.37 m beside the scanner to -0.52 m at 3 m. So a level
-/// surface cannot meet both; what it can meet within 2 cm is the middle of the points that the check value
-/// was taken from.
+/// A reference value belongs to a tilted frame: the room's floor, tilted by one degree, has two peaks there,
+/// at -1.235 and -1.295 m, and the corridor's nods from -0.37 m beside the scanner to -0.52 m at 3 m. So a
+/// level surface cannot match both; it can match within 2 cm the middle of the points from which the
+/// reference value was taken.
 void expect_height(const Levelled& levelled, const cloud::PointCloud<Cloud>& scan,
                    const HorizontalSurface& surface, const Asked& asked) {
   EXPECT_NEAR(surface.z, asked.check_value, asked.off_check_value);
   EXPECT_NEAR(surface.z, levelled.height_of_layer(scan, asked.check_value), asked.off_layer);
 }
 
-/// The widest that faces up (or down), or null.
+/// The widest surface that faces up (or down), or null.
 const HorizontalSurface* widest(const Segmentation& found, bool down) {
   const HorizontalSurface* best = nullptr;
   for (const HorizontalSurface& s : found.horizontals) {
@@ -141,15 +141,15 @@ TEST(SegmentationOfRecordings, TheCorridorHasItsFloorItsCeilingAndItsWall) {
   const auto *floor = widest(found, false), *ceiling = widest(found, true);
   ASSERT_TRUE(floor != nullptr && ceiling != nullptr);
   expect_height(levelled, raw, *floor, {-0.43, 0.036, 0.02});
-  // Asked: 2 cm. Reached: 3.0 cm. The nodding bends the ceiling: its pieces lie at 2.04, 2.06 and 2.08 m,
-  // each level by itself, and the widest is the one that is farthest from the middle of all its points.
+  // Required: 2 cm. Reached: 3.0 cm. The nodding bends the ceiling: its pieces are at 2.04, 2.06 and 2.08 m,
+  // each level, and the widest is the one farthest from the middle of all its points.
   expect_height(levelled, raw, *ceiling, {2.00, 0.084, 0.031});
   const auto wall = std::max_element(found.verticals.begin(), found.verticals.end(),
                                      [](const auto& a, const auto& b) { return a.points < b.points; });
   EXPECT_GT((wall->end - wall->start).norm(), 4);
-  // The solid wall. Asked: 0.90 m to the right within 2 cm. Reached: 0.98, where the line, which leans by 1.4
-  // degrees to the scan's own axes, passes the scanner; the scan's histogram has its peak at 0.96. Of the
-  // points themselves the line is within 2 cm.
+  // The solid wall. Required: 0.90 m to the right within 2 cm. Reached: 0.98, where the line, which is
+  // inclined by 1.4 degrees to the scan's own axes, passes the scanner; the scan's histogram has its peak at
+  // 0.96. The line is within 2 cm of the points themselves.
   const Eigen::Vector2d along = (wall->end - wall->start).normalized();
   EXPECT_NEAR(std::abs(along.x() * wall->start.y() - along.y() * wall->start.x()), 0.90, 0.079);
   std::vector<double> off;
@@ -183,7 +183,7 @@ TEST(SegmentationOfRecordings, TheLabelledCropsFloorAndWallAreFound) {
   };
   const double floor_f1 =
       f1(1, [&](std::uint32_t s) { return s >= verticals && &found.horizontals[s - verticals] == floor; });
-  // Only the lowest 0.6 m of one wall are there: it is the fullest upright surface all the same.
+  // Only the lowest 0.6 m of one wall were measured; it is still the upright surface with the most points.
   const auto fullest = std::max_element(found.verticals.begin(), found.verticals.end(),
                                         [](const auto& a, const auto& b) { return a.points < b.points; });
   const double wall_f1 =
@@ -221,7 +221,7 @@ TEST(SegmentationOfRecordings, BothWaysAgreeOnTheRoom) {
   ASSERT_TRUE(images.ok() && normals.ok());
   for (const bool down : {false, true})
     EXPECT_NEAR(widest(*images, down)->z, widest(*normals, down)->z, 0.015);
-  // Each long wall of the normals way lies along one of the image way.
+  // Each long wall of the normal-based pipeline lies along one of the image-based pipeline.
   for (const VerticalSurface& n : normals->verticals) {
     const Eigen::Vector2d d = n.end - n.start;
     if (d.norm() < 2.5 || n.z_high - n.z_low < 1.5) continue;

@@ -1,4 +1,4 @@
-// The image way from clouds to surfaces.
+// The image-based pipeline from clouds to surfaces.
 #include "fusion/semantic/segmentation.hpp"
 
 #include <gmock/gmock.h>
@@ -15,14 +15,14 @@ namespace {
 using test::CloudPainter;
 using testing::HasSubstr;
 
-/// How far a point of the plan is from a surface's segment.
+/// Distance of a point of the plan to a surface's segment.
 double distance(const VerticalSurface& surface, const Eigen::Vector2d& p) {
   const Eigen::Vector2d d = surface.end - surface.start;
   const double t = std::clamp(d.dot(p - surface.start) / d.squaredNorm(), 0.0, 1.0);
   return (surface.start + t * d - p).norm();
 }
 
-/// The surface that runs within `off` of both ends, or null.
+/// The surface within `off` of both ends, or null.
 const VerticalSurface* along(const Segmentation& s, const Eigen::Vector2d& a, const Eigen::Vector2d& b,
                              double off) {
   for (const VerticalSurface& surface : s.verticals) {
@@ -156,7 +156,7 @@ TEST(Level, TurnsATiltedRoomUpright) {
 }
 
 TEST(Segmentation, LetsNoFloorClimbItsWalls) {
-  // Sparse: what a wall's slices hold by chance is no more than 3 cm from one to the next.
+  // Sparse: the random content of a wall's slices differs by no more than 3 cm from one to the next.
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     CloudPainter painter(420, 0.008, seed);
     painter.room({0, 0}, {3.9, 7.2}, 1.76, 4.36);

@@ -1,4 +1,4 @@
-// From surfaces to labelled entities, on rooms that are known.
+// Labelled entities from surfaces, on known rooms.
 #include "fusion/semantic/semantic_net.hpp"
 
 #include <gmock/gmock.h>
@@ -54,7 +54,7 @@ TEST(SemanticNet, KnowsADoorThatStandsOpen) {
   painter.wall({4, 1.5}, {4, 2.4}, 2.0, 2.7);
   cloud::PointCloud<Map> cloud = painter.cloud();
   cloud.viewpoints = {{2, 2, 1.2}};
-  // What the wall hides from there was not measured.
+  // The part hidden by the wall was not measured.
   std::erase_if(cloud.points, [](const Eigen::Vector3f& p) {
     if (p.x() < 4.05F) return false;
     const float s = 2 / (p.x() - 2), y = 2 + s * (p.y() - 2), z = 1.2F + s * (p.z() - 1.2F);
@@ -64,7 +64,7 @@ TEST(SemanticNet, KnowsADoorThatStandsOpen) {
   ASSERT_EQ(count(net, EntityLabel::door), 1);
   const auto door = std::find_if(net.entities.begin(), net.entities.end(),
                                  [](const ModelEntity& e) { return e.label == EntityLabel::door; });
-  // The leaf that nobody saw is drawn open; its hinge says where it closes the opening.
+  // An unseen leaf is drawn open; its hinge gives the closed angle.
   ASSERT_TRUE(door->hinge.has_value());
   const auto centre_at = [&](double angle) -> Eigen::Vector2d {
     const Eigen::Vector2d in_door =
@@ -178,7 +178,7 @@ TEST(SemanticNet, TakesACountersFrontForNoWallAndFindsTheWallBehindIt) {
   painter.slab({0, 0}, {4, 2.4}, 0);
   painter.wall({0, 2.4}, {2.6, 2.4}, 0, 0.9);  // the front, and the top that it carries
   painter.slab({0, 2.4}, {2.6, 3}, 0.9);
-  painter.wall({0, 3}, {2.6, 3}, 0.9, 1.7);  // what can be seen of the wall behind; no ceiling
+  painter.wall({0, 3}, {2.6, 3}, 0.9, 1.7);  // the visible part of the wall behind; no ceiling
   painter.wall({2.6, 3}, {4, 3}, 0, 1.7);
   painter.wall({0, 0}, {0, 3}, 0, 1.7);
   const SemanticNet net = net_of(painter.cloud());

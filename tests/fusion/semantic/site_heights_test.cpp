@@ -1,4 +1,4 @@
-// How high floors and ceilings are said to be, and what heights mean in scans that lean and bend.
+// Reported heights of floors and ceilings, in scans that are inclined and bent.
 #include "fusion/semantic/site_heights.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(SiteHeights, SayHowWideALeaningFloorIsSpreadAndWhereScannersStood) {
   EXPECT_LT(heights.ceiling->lean, 1e-3);
   ASSERT_EQ(heights.scanners.size(), 3U);
   EXPECT_NEAR(heights.scanners[0].floor.value(), -1.3, 0.004);
-  // Of the 1.5 m around the second scanner the floor ends after one: their middle is at x = 2.8 m or so.
+  // The floor covers only one metre of the 1.5 m around the second scanner: its middle is at about x = 2.8 m.
   EXPECT_NEAR(heights.scanners[1].floor.value(), -1.3 + 2.8 * kSlope, 0.008);
   EXPECT_FALSE(heights.scanners[2].floor || heights.scanners[2].ceiling) << "it stood far away";
   const std::string words = in_words(heights);
@@ -74,7 +74,7 @@ TEST(SiteHeights, ThePictureSaysWhenItCannotBeWritten) {
   std::filesystem::remove_all(folder);
 }
 
-/// Begin of the bin of `width` that holds most of `values` between `low` and `high`; bins begin at multiples.
+/// Lower edge of the bin of `width` with the most `values` between `low` and `high`; bins begin at multiples.
 double fullest_bin(const std::vector<double>& values, double low, double high, double width) {
   std::map<long, int> bins;
   for (const double v : values) {
@@ -96,8 +96,8 @@ double median_between(std::vector<double> values, double low, double high) {
   return median(values);
 }
 
-/// Heights that the attribution files state begin the fullest bins of 5 cm of a scan as it stands: to 2 cm
-/// they say nothing.
+/// The attribution files' heights are the lower edges of the fullest bins of 5 cm of an unlevelled scan: they
+/// are not accurate to 2 cm.
 TEST(HeightsOfRecordings, TheStatedOnesAreLowerEdgesOfBinsOfFiveCentimetres) {
   const auto room = test::recording("3d-room-scan/room_scan1.pcd");
   PARHELION_NEEDS_RECORDING(room);
@@ -107,7 +107,7 @@ TEST(HeightsOfRecordings, TheStatedOnesAreLowerEdgesOfBinsOfFiveCentimetres) {
   EXPECT_NEAR(fullest_bin(z, -1.45, -1.10, 0.05), -1.30, 1e-6) << "the floor";
   EXPECT_NEAR(fullest_bin(z, -0.40, 0.10, 0.05), -0.15, 1e-6) << "its 'table tops', the scanner's housing";
   EXPECT_NEAR(fullest_bin(z, 1.45, 1.85, 0.05), 1.65, 1e-6) << "the ceiling";
-  // What lies in them is elsewhere, all three higher by what a bin's begin leaves out.
+  // The points in them are higher, all three by the offset from the bin's lower edge.
   std::printf("  medians: floor %.3f, housing %.3f, ceiling %.3f m\n", median_between(z, -1.45, -1.10),
               median_between(z, -0.20, -0.05), median_between(z, 1.55, 1.75));
   EXPECT_NEAR(median_between(z, -0.20, -0.05), -0.12, 0.01);
@@ -133,8 +133,8 @@ Eigen::Vector2d slope_near(const cloud::PointCloud<Scanner>& cloud, double z) {
   return plane.head<2>();
 }
 
-/// In a building both are level. Here no rotation makes both so: scans bend, and a height to 2 cm is one of a
-/// place.
+/// In a building both are level. Here no rotation makes both level: scans bend, and a height accurate to 2 cm
+/// holds only locally.
 TEST(HeightsOfRecordings, FloorAndCeilingOfOneScanLeanDifferently) {
   struct Case {
     const char* file;

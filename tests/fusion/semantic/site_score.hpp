@@ -1,4 +1,4 @@
-// How much of a building that is known a semantic net has found, label by label.
+// Score of a semantic net on a known building, label by label.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace parhelion::test {
 
-/// Counts of what was found and is there, of all that was found, of all that is there.
+/// Counts of correct detections, of all detections, and of all true items.
 struct Rate {
   double both = 0, found = 0, there = 0;
   double precision() const { return found > 0 ? both / found : 1; }
@@ -118,7 +118,7 @@ constexpr double kNear = 0.12;  ///< m, of a drawn wall to a true one
 
 inline bool is_wall(const ModelEntity& e) { return e.label == EntityLabel::wall; }
 
-/// Which pieces of the walls drawn lie on a wall.
+/// Which pieces of the detected walls lie on a true wall.
 inline void score_drawn_walls(const RandomSite& site, const Transform<Map, Map>& T_site_map,
                               const std::vector<ModelEntity>& found, SiteScore& score) {
   const std::vector<ModelEntity>& boxes = site.model.entities;
@@ -148,8 +148,7 @@ inline std::vector<int> measured_pieces(const std::vector<Eigen::Vector3d>& poin
   return counts;
 }
 
-/// Which pieces of true walls, of those that were measured by more than a few points, have a wall drawn
-/// there.
+/// Which pieces of true walls, of those measured by more than a few points, have a detected wall.
 inline void score_seen_walls(const LevelledSite& levelled, const std::vector<ModelEntity>& found,
                              SiteScore& score) {
   constexpr int kFew = 30;
@@ -176,7 +175,7 @@ inline void score_seen_walls(const LevelledSite& levelled, const std::vector<Mod
   }
 }
 
-/// Where a door's or a window's opening is: a door that stands open is turned to where it closes.
+/// The opening of a door or a window: a door that is open is turned to its closed angle.
 inline Eigen::Vector2d opening_centre(const ModelEntity& e) {
   Eigen::Vector2d in_door(0, 0);
   if (e.hinge)
@@ -282,7 +281,7 @@ inline SiteScore score_site(const LevelledSite& levelled, const semantic::Semant
   return score;
 }
 
-/// Segments and labels what was measured in a random building.
+/// Segments and labels the scans of a random building.
 inline SiteScore score_random_site(std::uint64_t seed) {
   const LevelledSite levelled = levelled_site(seed);
   const auto surfaces = semantic::segment(levelled.cloud);

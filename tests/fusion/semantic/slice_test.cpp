@@ -1,4 +1,4 @@
-// The 2D map that a laser at some height would have made of a cloud.
+// The 2D map of a laser at some height, from a cloud.
 #include "fusion/semantic/slice.hpp"
 
 #include <gtest/gtest.h>

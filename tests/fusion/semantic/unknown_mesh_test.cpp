@@ -1,4 +1,4 @@
-// The mesh of what has no label: near the points, closed against both sides, no larger than asked.
+// The mesh of unlabelled points: near the points, closed from both sides, within the size limit.
 #include "fusion/semantic/unknown_mesh.hpp"
 
 #include <gtest/gtest.h>

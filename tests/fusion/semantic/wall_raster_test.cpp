@@ -1,4 +1,4 @@
-// What scanners looked through: the rays near a wall are those that a search of all of them finds.
+// Looked-through space: the rays found near a wall equal those of an exhaustive search.
 #include "fusion/semantic/wall_raster.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ cloud::PointCloud<Map> points_around(const std::vector<Eigen::Vector3d>& viewpoi
   return cloud;
 }
 
-/// Cells that rays cross and pass by half a metre, one ray after the other.
+/// Cells crossed by rays that continue for half a metre, one ray at a time.
 std::vector<std::uint16_t> through_slowly(const cloud::PointCloud<Map>& cloud, const WallRaster& wall) {
   std::vector<std::uint16_t> through(wall.through.size(), 0);
   for (std::size_t i = 0; i < cloud.size(); ++i) {
