@@ -1,5 +1,5 @@
-// JSON Schemas of what is sent: Foxglove's well-known ones by their names, as far as this program fills them,
-// and a few of our own (parhelion.*).
+// JSON Schemas of the sent messages: Foxglove's well-known schemas, as far as this program fills them, and a
+// few of our own (parhelion.*).
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace parhelion::station::foxglove {
 
-/// "foxglove.LaserScan" to its JSON Schema; empty: not one of ours.
+/// JSON Schema for a name such as "foxglove.LaserScan"; empty: unknown name.
 std::string schema_text(std::string_view name);
 
 }  // namespace parhelion::station::foxglove
