@@ -150,7 +150,7 @@ std::map<std::string, std::string, std::less<>> all() {
                               {"predicted_error", number},
                               {"replaced_beams", count}});
   add("parhelion.Score", {timestamp, {"score", number}});
-  // Lists: Foxglove reads no schema of an object whose members have no names.
+  // Lists, since Foxglove does not support schemas of objects with arbitrary member names.
   const std::string value = object_of("parhelion.Value", {{"name", text}, {"value", number}});
   const std::string note = object_of("parhelion.Note", {{"name", text}, {"text", text}});
   add("parhelion.Status", {timestamp, {"values", list_of(value)}, {"notes", list_of(note)}});
