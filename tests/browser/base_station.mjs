@@ -1,4 +1,4 @@
-// A base station as a process of its own, and the people who open its page in Chromium.
+// A base station as a separate process, and users who open its page in Chromium.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createWriteStream, writeFileSync } from "node:fs";
@@ -70,7 +70,7 @@ export async function openBrowser() {
 
 /** One person: a browser of their own, and what went wrong in it. */
 export async function person(browser, address, viewport = { width: 1366, height: 768 }) {
-  // Colours change at once: one that fades has no contrast on its way.
+  // Disables colour transitions, since a fading colour has a wrong contrast.
   const context = await browser.newContext({ viewport, ignoreHTTPSErrors: true, reducedMotion: "reduce" });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE_MS);

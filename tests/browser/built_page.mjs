@@ -1,4 +1,5 @@
-// The built page in Chromium with a station that lives in the page (fake_station.js): nothing is served, nothing listens.
+// The built page in Chromium with a station simulated in the page (fake_station.js), without a server or a
+// port.
 import { readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 import { fileURLToPath } from "node:url";

@@ -44,7 +44,7 @@ try {
     assert.ok(cloud.length > 10_000, `${cloud.length} points of the cloud`);
     const floor = cloud.filter(([x, y, z]) => Math.hypot(x, y) < 3 && Math.abs(z) < 0.3).map(([, , z]) => z);
     assert.ok(Math.abs(middle(floor)) < 0.03, "its floor is the model's");
-    // Beyond the robot's own arm and flippers.
+    // Outside the robot's own arm and flippers.
     const seen = depth.filter(([x, y]) => Math.hypot(x + 0.3, y + 0.3) > 1).filter((_, i) => i % 10 === 0);
     assert.ok(seen.length > 50, `${seen.length} points of the depth camera`);
     const near = seen.map((p) => Math.sqrt(Math.min(...cloud.map((q) => (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2))));

@@ -28,7 +28,7 @@ function publishedSchema(name) {
   return name.startsWith("foxglove.") ? wellKnown[name.slice(9)] : { type: "object" };
 }
 
-/// Subscribes to all that is offered, until all topics have come.
+/// Subscribes to all offered channels until all topics have arrived.
 async function look(protocol) {
   const socket = new WebSocket(url, [protocol], { origin: "https://app.foxglove.dev" });
   const client = new FoxgloveClient({ ws: socket });
@@ -70,4 +70,4 @@ await look("foxglove.sdk.v1");
 await look("foxglove.websocket.v1");
 check("another subprotocol is refused", !(await opened(new WebSocket(url, ["something.else"]))));
 check("none is refused", !(await opened(new WebSocket(url))));
-process.exit(failed === 0 ? 0 : 1); // what was refused may keep its connection
+process.exit(failed === 0 ? 0 : 1); // a refused connection may stay open

@@ -33,7 +33,7 @@ try {
   });
   const found = { TELEOP: [], MR_CMD: [] };
   for (let i = 0; i < Number(presses); ++i) {
-    // Left and right in turn: the robot stays where it is.
+    // Left and right in turn, so that the robot stays in place.
     const key = i % 2 ? "d" : "a";
     for (const list of Object.values(commands)) list.length = 0;
     await page.keyboard.down(key);

@@ -1,4 +1,4 @@
-// What goes over LCM, heard in Node: short messages of one channel (LCM's UDP format, magic LC02).
+// An LCM subscriber in Node: short messages of one channel (LCM's UDP format, magic LC02).
 import { createSocket } from "node:dgram";
 
 /** `heard(payload, ms)` for each message; ms since the epoch. `url`: udpm://GROUP:PORT?... Resolves to what stops it. */

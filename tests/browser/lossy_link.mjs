@@ -45,7 +45,7 @@ try {
   await logIn({ page, address }, "tess", password);
   await page.getByText("Dead-man released").waitFor();
   await page.locator("[data-age]").first().waitFor();
-  await wait(2000); // what a page loads at first is not what it does later
+  await wait(2000); // exclude what a page loads at its start
   await page.evaluate(() => { globalThis.drawn.length = 0; });
   const turned = [], stood = [];
   let nothing = 0;

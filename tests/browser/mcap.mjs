@@ -73,7 +73,7 @@ try {
 }
 check("a flipped bit in a chunk is noticed", noticed);
 
-// JSON that says 1e999 is an infinity: no point there.
+// 1e999 in JSON is an infinity: no point there.
 const ajv = new Ajv({ strict: false, strictNumbers: false });
 const validators = new Map();
 const summary = {};

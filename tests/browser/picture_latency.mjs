@@ -46,7 +46,7 @@ function watch() {
 }
 
 try {
-  // `serve` prints a link that makes the first account, `play` one that looks on.
+  // `serve` prints a link that creates the first account, `play` one for an observer.
   const link = (await server.said(/(https?:\/\/\S+\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page } = await person(browser, address);
   await page.addInitScript(watch);
@@ -59,7 +59,7 @@ try {
     await page.goto(address);
   } else await page.goto(link);
   await page.locator("[data-age]").first().waitFor();
-  await page.waitForTimeout(2000);  // what a page loads at first is not what it does later
+  await page.waitForTimeout(2000);  // exclude what a page loads at its start
   await page.evaluate(() => { globalThis.readBack.length = globalThis.painted.length = 0; });
   await page.waitForTimeout(Number(seconds) * 1000);
   const { readBack, painted, since } = await page.evaluate(() => ({ readBack: globalThis.readBack, painted: globalThis.painted, since: globalThis.since }));

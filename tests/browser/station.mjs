@@ -29,7 +29,8 @@ try {
   const address = new URL(link).origin;
   const [admin, trainee, instructor, observer] = await Promise.all([0, 1, 2, 3].map(() => person(browser, address)));
   const roles = Object.assign(pages, { trainee, instructor, observer });
-  // The trainee's line: `hangs` keeps back what the server sends (video) and what the page says (teleop), in order.
+  // The trainee's connection: while `hangs`, messages of the server (video) and of the page (teleop) are held
+  // back in order.
   const line = { hangs: false, kept: [] };
   const through = (send) => (message) => (line.hangs ? line.kept.push(() => send(message)) : send(message));
   await trainee.page.routeWebSocket(/\/ws\/video/, (socket) => {

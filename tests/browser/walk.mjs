@@ -1,4 +1,4 @@
-// A page by the keyboard alone: Tab goes round everything that can be pressed, shows where it is, and is caught nowhere.
+// Keyboard navigation of a page: Tab reaches every control, the focus is visible, and there is no focus trap.
 import assert from "node:assert/strict";
 
 /** Runs in the page: what has the focus, and whether one sees that. */
@@ -37,7 +37,7 @@ export async function walkByKeys(page, what, most = 250) {
     assert.ok(presses < most, `${what}: Tab does not come round; it goes by ${seen.slice(-4).map((each) => each.what).join(", ")}`);
     await page.keyboard.press("Tab");
     const now = await page.evaluate(focused);
-    if (!now) continue;  // out of the page: the next comes in at its top
+    if (!now) continue;  // the focus left the page; the next Tab enters at its top
     if (now.id === seen[0]?.id) break;
     assert.notEqual(now.id, seen.at(-1)?.id, `${what}: Tab stays on ${now.what}`);
     assert.ok(now.marked, `${what}: nobody sees that ${now.what} has the focus`);

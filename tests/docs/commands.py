@@ -80,7 +80,7 @@ class CommandChecker:
         if not words or not runs_at_once(words, self.root):
             return ""
         ran = self.run(words)
-        # What doctor finds is the machine's affair.
+        # The result of doctor depends on the machine.
         allowed = (0, 1) if words[0] == "doctor" else (0,)
         return "" if ran.returncode in allowed else f"exit {ran.returncode}: {(ran.stderr or ran.stdout).strip()}"
 

@@ -43,7 +43,8 @@ def read_channels():
         constant = re.search(r'= "([^"]+)"', line)
         if constant:
             comment = [f"{constant[1]}: {' '.join(comment)}"]
-        # Without a constant: the channels of each agent, such as "MR_AGENT_<name>_SCAN: planar_lidar_t, out: ..."
+        # Channels without a constant: those of each agent, such as "MR_AGENT_<name>_SCAN: planar_lidar_t,
+        # out: ..."
         for entry in re.split(r" (?=[A-Z_]+<\w+>[A-Z_]+: )", " ".join(comment)) if comment else []:
             name, _, rest = entry.partition(": ")
             found = CHANNEL.fullmatch(rest)

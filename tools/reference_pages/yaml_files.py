@@ -71,7 +71,7 @@ class SchemaPage:
             title, name = self.others[reference]
             return f"[{title.lower()}]({name})"
         file, _, pointer = reference.partition("#")
-        if file == self.file and pointer.startswith("/properties/"):  # a section that is there anyway
+        if file == self.file and pointer.startswith("/properties/"):  # a section that exists anyway
             path = pointer.replace("/properties/", ".").replace("/items", "[]").lstrip(".")
             return f"[keys](#{slug(path)})"
         name = (pointer or file.split(".")[0]).split("/")[-1].replace("_", " ")
@@ -83,7 +83,7 @@ class SchemaPage:
     def kind(self, schema, path):
         """Type, units and range of a value."""
         whole = self.resolve(schema)
-        if whole["type"] == "any":  # what the program reads by condition.schema.json
+        if whole["type"] == "any":  # read with condition.schema.json
             return f"[condition](#{slug('Type: condition')})", "", ""
         if whole["type"] == "array":
             return self.list_kind(whole, schema, path)
@@ -145,7 +145,7 @@ class SchemaPage:
         self.section("Keys", {**schema, "description": ""}, "")
         if self.file == "scenario.schema.json":
             self.waiting.append(("condition", self.schemas["condition.schema.json"]))
-        for name, part in self.waiting:  # grows as it is read
+        for name, part in self.waiting:  # grows during the loop
             self.section(f"Type: {name}", part, name)
         units = ("A value with a unit is written with it, such as `0.5 m`; ranges are in the first of the units that "
                  "are listed. A key that is not required may be left out: then its default holds, or what the meaning "

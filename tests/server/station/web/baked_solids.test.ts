@@ -37,7 +37,7 @@ describe("solids that are moved and lit by the page", () => {
       let seen = 0;
       for (const [a, b, c] of triangles) {
         const out = cross(minus(b, a), minus(c, a));
-        if (Math.hypot(...out) < 1e-6) continue;  // four corners of which two are one
+        if (Math.hypot(...out) < 1e-6) continue;  // degenerate: two of the four corners coincide
         expect(dot(out, minus(a, middle))).toBeGreaterThan(0);
         if (dot(out, minus(eye, a)) > 0) ++seen;
       }

@@ -105,13 +105,13 @@ class Driving {
   }
 
   #look() {
-    // Stopped: nobody drives on with what was held before.
+    // After a stop, inputs held before it no longer drive.
     if (stopState.latched) this.#releaseHands();
     const pad = this.#lookAtPad();
     const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
     const robot = teleop.robot;
     const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
-    if (held && session.back !== null) session.lookBack(null);  // nobody drives by what was
+    if (held && session.back !== null) session.lookBack(null);  // nobody drives by a past view
     const twist = robot && held ? twistOf(input, robot.most, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
     if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));

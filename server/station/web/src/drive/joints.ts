@@ -50,7 +50,8 @@ export function askedOf(joints: RobotJoint[], pad: PadJoints, also: Map<string, 
   for (const { name } of joints) {
     const role = roleOf(name);
     if (role === "other" || role === "head" || !pad[role]) continue;
-    // Closing brings both fingers together; the second is geared to the first where the robot has one joint for both.
+    // Closing moves both fingers together; if the robot has one joint for both, the second is geared to the
+    // first.
     if (!asked.get(name)) asked.set(name, pad[role]);
   }
   return asked;

@@ -55,7 +55,7 @@ export class HeldKeys {
     if (!any) return letGo;
     const forward = this.isHeld("forward") - this.isHeld("backward");
     const turn = this.isHeld("left") - this.isHeld("right");
-    // Backwards the wheel turns as a car's does.
+    // In reverse, the wheel turns as in a car.
     return { held: true, forward, left: 0, turn: forward < 0 ? -turn : turn };
   }
   /** -1, 0 or 1: the chosen joint. */

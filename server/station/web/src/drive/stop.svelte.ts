@@ -29,7 +29,7 @@ class StopKeys {
     if (event.ctrlKey || event.altKey || event.metaKey) return false;
     if (event.code === "Tab") this.tabbed = true;
     else if (/^(Key[WASD]|Arrow)/.test(event.code) && !takesKeys(event.target as HTMLElement | null)) this.tabbed = false;
-    // Nothing is driven while a dialogue is open or the focus is in a menu: Escape closes them.
+    // Driving is disabled while a dialogue is open or the focus is in a menu: Escape closes them.
     if (event.code === "Escape") return plan.tool === null && dialogues.open === null && !inPopup(event.target);
     return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
   }
@@ -50,7 +50,7 @@ export function listenForStop(): () => void {
     event.stopPropagation();
     if (!event.repeat) emergencyStop();
   }, options);
-  // The release of Space is what presses a button.
+  // A button is activated when Space is released.
   addEventListener("keyup", (event) => {
     if (event.code === "Space" && swallow) event.preventDefault();
     if (event.code === "Space") swallow = false;

@@ -121,7 +121,8 @@ class Teleop {
       this.#rearm();
     } else if (robot === this.driven) {
       this.driven = "";
-      // Let go for silence alone, it is taken again: nothing moves before the dead-man is. Two pages would take it from each other for ever.
+      // If control was released only because of silence, it is taken again: nothing moves before the dead-man
+      // is pressed. Otherwise two pages could take it from each other forever.
       if (silent && !by) this.drive(robot);
       else this.#wanted = "";
     }

@@ -31,7 +31,8 @@ export function dragOut(button: HTMLElement, use: DragOut) {
     now.drop(at);
   }, { signal });
   button.addEventListener("click", (event) => {
-    // A press has taken it already; Enter and Space come without one. A second press puts it down.
+    // A pointer press has handled it already; Enter and Space arrive without one. A second press deselects
+    // it.
     if (event.detail === 0 || !fresh) now.take();
     fresh = false;
   }, { signal });

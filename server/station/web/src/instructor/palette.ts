@@ -6,7 +6,7 @@ export type AgentKind = "person" | "robot" | "box" | "barrel" | "container" | "c
 export interface PaletteItem {
   kind: AgentKind;
   model?: string;  // of a robot; none: the simple one
-  size: [number, number, number];  // m; of persons and robots for the drawing alone
+  size: [number, number, number];  // m; of persons and robots only for the drawing
 }
 
 export const obstacles: PaletteItem[] = [

@@ -20,7 +20,7 @@ export function popup(root: HTMLElement, close: () => void) {
   addEventListener("pointerdown", ({ target }) => { if (isOpen(root) && !inside(target)) close(); }, { signal });
   root.addEventListener("keydown", (event) => {
     if (!isOpen(root)) return;
-    if (drives.test(event.code)) return close();  // whoever drives is no more in a menu
+    if (drives.test(event.code)) return close();  // a driving key closes the menu
     if (event.key !== "Escape") return;
     event.preventDefault();
     event.stopPropagation();

@@ -17,7 +17,7 @@ export async function pageAsPng(): Promise<Blob> {
   const style = document.createElement("style");
   style.textContent = sheets();
   clone.querySelector("head")?.append(style);
-  // XML has no control characters, HTML may.
+  // XML allows no control characters, HTML does.
   const text = new XMLSerializer().serializeToString(clone).replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f]/g, "");
   const svg = `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}"><foreignObject width="100%" height="100%">${text}</foreignObject></svg>`;
   const image = new Image();

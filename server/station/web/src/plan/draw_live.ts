@@ -60,7 +60,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       const pose = flatPose(world, row);
       const [px, py] = toScreen(c, pose.x, pose.y);
       if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
-      // A real robot may be known by the panels of its hull alone, seen from above mere lines.
+      // The shape of a real robot may consist of hull panels only, which are mere lines from above.
       if (!small && entity.owner === "robot") trace(bodies.robot, c, { polygon: placed(crowd.footprintOf(entity.name), pose) });
       shown.push({ entity, x: pose.x, y: pose.y, px, py });
       if (small && heads(entity)) dart(bodies[entity.owner], px, py, pose.yaw, length);

@@ -78,7 +78,8 @@ export function trace(path: Path2D, c: Camera, outline: ReturnType<typeof shapeO
     return;
   }
   const p = outline.polygon;
-  // Back to the first corner rather than closePath(), which takes the longer the longer a path is (Chromium).
+  // Returns to the first corner explicitly, because closePath() gets slower with the length of a path
+  // (Chromium).
   for (let i = 0; i <= p.length; i += 2) {
     const k = i % p.length;
     const [x, y] = toScreen(c, p[k] as number, p[k + 1] as number);

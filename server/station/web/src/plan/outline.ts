@@ -31,7 +31,7 @@ export function shapeOutline(shape: Shape, place: Placed): Outline {
   const half = shape.size[2] / 2;
   const axis = turned(q, [0, 0, half]);
   if (Math.hypot(axis[0], axis[1]) < 0.02) return { circle: [x, y, radius] };
-  // Lying or leaning: a box around it is near enough from above.
+  // Lying or inclined: a bounding box is accurate enough from above.
   return { polygon: hull(corners(q, radius, radius, half + (shape.shape === "capsule" ? radius : 0), x, y)) };
 }
 

@@ -150,7 +150,7 @@ class Session {
     try {
       run();
     } catch (error) {
-      // One bad message must not stop the next: it is dropped, and said where a developer looks.
+      // A bad message must not stop the next one: it is dropped and logged to the console.
       console.error("from the server:", error);
     }
   }

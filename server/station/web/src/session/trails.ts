@@ -27,7 +27,7 @@ export class Trails {
     if (!trail) this.of.set(name, (trail = { points: [], times: [] }));
     const n = trail.points.length;
     const moved = n ? Math.hypot(x - (trail.points[n - 2] as number), y - (trail.points[n - 1] as number)) : Infinity;
-    if (moved > JUMP_M) trail.points.length = trail.times.length = 0;  // it was put there: no way lies between
+    if (moved > JUMP_M) trail.points.length = trail.times.length = 0;  // it was repositioned: no path in between
     if (moved >= STEP_M) {
       trail.points.push(x, y);
       trail.times.push(t);

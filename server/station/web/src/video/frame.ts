@@ -8,8 +8,8 @@ export interface Frame {
   state: FrameState;
   sequence: number;
   stampUs: number;   // of the camera, us since the epoch
-  serverUs: number;  // when the server sent it, its clock
-  drawnUs?: number;  // when the picture had been drawn and came to be coded, its clock; a server before kind 5 does not say
+  serverUs: number;  // time of sending, the server's clock
+  drawnUs?: number;  // time before encoding, the server's clock; missing from servers before kind 5
   width: number;
   height: number;
   bytes: Uint8Array;

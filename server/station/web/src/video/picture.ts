@@ -7,7 +7,7 @@ export type Show = (picture: VideoFrame | ImageBitmap, frame: Frame) => void;
 const h264: VideoDecoderConfig = { codec: "avc1.42E028", optimizeForLatency: true };
 
 export async function canDecodeH264(): Promise<boolean> {
-  if (!("VideoDecoder" in globalThis)) return false;  // plain HTTP off localhost has none
+  if (!("VideoDecoder" in globalThis)) return false;  // not available with plain HTTP except on localhost
   try {
     return (await VideoDecoder.isConfigSupported(h264)).supported ?? false;
   } catch {
@@ -51,7 +51,7 @@ export function h264Decoder(show: Show, lost: () => void, failed: (why: string) 
       needsKey = false;
       decoder ??= open();
       waiting.set(frame.sequence, frame);
-      // The sequence number stands for the timestamp: it finds the frame again, and strictly rises.
+      // The sequence number serves as the timestamp: it identifies the frame and increases strictly.
       decoder.decode(new EncodedVideoChunk({ type: frame.key ? "key" : "delta", timestamp: frame.sequence, data: frame.bytes }));
     },
     close() {

@@ -42,7 +42,7 @@ export class BakedSolids implements Solids {
     if ((this.#faces + solid.length) * 12 > this.#positions.length) this.#room((this.#faces + solid.length) * 2);
     const m0 = m[0] as number, m1 = m[1] as number, m2 = m[2] as number, m3 = m[3] as number, m4 = m[4] as number, m5 = m[5] as number;
     const m6 = m[6] as number, m7 = m[7] as number, m8 = m[8] as number, m9 = m[9] as number, m10 = m[10] as number, m11 = m[11] as number;
-    // Directions turn with the columns over their lengths squared.
+    // Directions transform with the columns divided by their squared lengths.
     const s0 = 1 / (m0 * m0 + m1 * m1 + m2 * m2 + THIN), s1 = 1 / (m3 * m3 + m4 * m4 + m5 * m5 + THIN), s2 = 1 / (m6 * m6 + m7 * m7 + m8 * m8 + THIN);
     const out = this.#positions, ink = this.#colours;
     for (const { corners, directions, centre, middle } of solid) {

@@ -9,7 +9,7 @@ export interface SiteInHeadset { turn: number; x: number; z: number }
 /** `pointing` need not be level; null where it points straight up or down, so that nobody knows which way. */
 export function calibrated(hand: HeadsetPoint, pointing: HeadsetPoint, robot: Standing): SiteInHeadset | null {
   if (Math.hypot(pointing.x, pointing.z) < 0.2 * Math.hypot(pointing.x, pointing.y, pointing.z)) return null;
-  // The site's x and y lie along the headset's x and -z before the turn.
+  // Before the rotation, the site's x and y are along the headset's x and -z.
   const turn = Math.atan2(-pointing.z, pointing.x) - robot.yaw;
   const u = Math.cos(turn) * robot.x - Math.sin(turn) * robot.y, v = Math.sin(turn) * robot.x + Math.cos(turn) * robot.y;
   return { turn, x: hand.x - u, z: hand.z + v };

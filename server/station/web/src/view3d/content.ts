@@ -48,7 +48,7 @@ export class Content {
     for (const name of inkNames) this.#inks[name] = new Color(this.#css[name]);
     this.crowd.setInk(this.#css);
     this.#modelOf = "";
-    // What is seen now is blue, the cloud of another day has no colour.
+    // Current measurements are blue; the cloud of another day has no colour.
     const { real, soft, canvas } = this.#inks;
     this.#shades = { depth: { low: real.clone().lerp(canvas, 0.35), high: real }, cloud: { low: soft.clone().lerp(canvas, 0.7), high: soft } };
     return this.#css;

@@ -8,7 +8,7 @@ export class FloorGrid {
 
   constructor() {
     const ends: number[] = [];
-    // Short ones: a line that begins behind the eye is not drawn by every software GL.
+    // Short segments: some software GL does not draw a line that begins behind the eye.
     for (let k = -REACH_M; k <= REACH_M; ++k)
       for (let from = -REACH_M; from < REACH_M; ++from) ends.push(k, from, 0, k, from + 1, 0, from, k, 0, from + 1, k, 0);
     const lines = new BufferGeometry();

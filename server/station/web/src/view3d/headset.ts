@@ -23,7 +23,7 @@ export const headsetLayers = (mode: HeadsetMode, layers: ReadonlySet<LayerName>)
   new Set(layerNames.filter((name) => layers.has(name) && !(mode === "immersive-ar" && hiddenThroughGlass.includes(name))));
 
 const VIDEO_HEIGHT_M = 1.55;
-const AGAIN_MS = 1500;  // the trigger held for so long: the site is to be placed again
+const AGAIN_MS = 1500;  // trigger held for this long: the site is to be placed again
 
 export class Headset {
   /** Whether someone said where the site lies; until then it is assumed. */

@@ -35,7 +35,7 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
   const group = new Group(), above = new Group();
   const plain = solidMaterial({ colours: true });
   group.add(new Mesh(mergedBoxes(parts.low, colourOf), plain), new Mesh(mergedBoxes(parts.walls, colourOf), walls), above);
-  // A ceiling would hide all; what is over a door is part of its wall.
+  // A ceiling would hide everything; parts above a door belong to its wall.
   above.add(new Mesh(mergedBoxes(parts.above.filter((each) => each.label !== "ceiling"), colourOf), plain));
   for (const mesh of model.meshes) group.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
   const edges = new LineSegments(boxEdges([...parts.low.filter((each) => each.label !== "floor"), ...parts.walls]), new LineBasicMaterial({ color: ink.canvas }));
