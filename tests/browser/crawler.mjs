@@ -1,5 +1,7 @@
-// The crawler in the room of two real scans: cloud and depth points, arm, gripper, flippers and camera head, and a pause.
-// node crawler.mjs PROGRAM SOURCES SCANS FOLDER; SCANS: room_scan1.pcd and room_scan2.pcd are there. Pictures are left in FOLDER.
+// The crawler in the room of two real scans: cloud and depth points, arm, gripper, flippers and camera head,
+// and a pause.
+// node crawler.mjs PROGRAM SOURCES SCANS FOLDER; SCANS: folder with room_scan1.pcd and room_scan2.pcd.
+// Pictures are stored in FOLDER.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -1,5 +1,5 @@
-// `parhelion demo` as people come to it, each by a link that it prints: node demo.mjs PROGRAM FOLDER
-// PROGRAM: the built parhelion. Pictures are left in FOLDER.
+// `parhelion demo` with users who open the printed links: node demo.mjs PROGRAM FOLDER
+// PROGRAM: the built parhelion. Pictures are stored in FOLDER.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -1,5 +1,6 @@
-// Opens the Foxglove WebSocket with Foxglove's own client and looks at what comes.
-// node foxglove.mjs URL TOPIC...: waits until each topic has sent three messages that are as Foxglove's schemas say.
+// Opens the Foxglove WebSocket with Foxglove's own client and checks the messages.
+// node foxglove.mjs URL TOPIC...: waits until each topic has sent three messages that match Foxglove's
+// schemas.
 import wsProtocol from "@foxglove/ws-protocol";
 import * as wellKnown from "@foxglove/schemas/jsonschema.js";
 import Ajv from "ajv";

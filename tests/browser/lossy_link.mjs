@@ -1,7 +1,8 @@
 // Driving and video over a link that loses packets: node lossy_link.mjs PROGRAM SOURCES [PRESSES]
-// Run where packets are lost (tests/bench/with_loss). A key is held for half a second, again and again, on the trainee's
-// whole page: when the robot's command turns, whether it turns at all, and for how long it goes on after the key was let go (silence stops
-// it after 0.3 s, what is older than 0.25 s moves nothing); meanwhile the pictures that the page draws.
+// Run it on a lossy network (tests/bench/with_loss). A key is held for half a second, repeatedly, on the
+// trainee's whole page. Measures when the robot's command turns, whether it turns at all, and how long it
+// continues after the key was released (silence stops it after 0.3 s, commands older than 0.25 s move
+// nothing), and the pictures that the page draws meanwhile.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";

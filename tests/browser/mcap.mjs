@@ -1,5 +1,5 @@
 // Reads an MCAP file with Foxglove's own reader and checks each message against Foxglove's own schemas.
-// node mcap.mjs FILE SUMMARY.json: what is in it goes to SUMMARY, for whoever knows what should be.
+// node mcap.mjs FILE SUMMARY.json: writes the content to SUMMARY for the calling test.
 import { readFileSync, writeFileSync } from "node:fs";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { loadDecompressHandlers } from "@mcap/support";

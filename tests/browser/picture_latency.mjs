@@ -1,7 +1,8 @@
-// From a picture as it is published, drawn, to reading it back out of the trainee's whole page, coding and sending between:
+// Latency from the publication of a picture to reading it back out of the trainee's whole page, including
+// encoding and sending:
 // node picture_latency.mjs PROGRAM SOURCES [SECONDS [SESSION RATE]]
-// `serve` with a simulated robot, whose camera is drawn meanwhile; or `play` of a session log so many times as fast, whose pictures are
-// there (the demo's ten a second become thirty at 3). One machine, one clock.
+// `serve` with a simulated robot, whose camera is rendered meanwhile; or `play` of a session log at RATE
+// times its speed, with recorded pictures (the demo's 10 Hz become 30 Hz at 3). One machine, one clock.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";

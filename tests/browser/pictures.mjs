@@ -1,5 +1,7 @@
-// The pictures of the page in docs/base-station.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER (server/station/web/pictures). It asserts nothing.
-// SCANS: room_scan1.pcd and room_scan2.pcd are there. On a machine that does nothing else: the pictures say how old their video is.
+// The pictures of the page in docs/base-station.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER
+// (server/station/web/pictures). It asserts nothing.
+// SCANS: folder with room_scan1.pcd and room_scan2.pcd. Run it on an idle machine: the pictures show the age
+// of their video.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";

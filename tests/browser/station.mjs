@@ -1,5 +1,6 @@
-// What each role does on a live base station, from log-in to the graded session: node station.mjs PROGRAM SOURCES FOLDER
-// PROGRAM: the built parhelion. Pictures are left in FOLDER. The steps are in station/.
+// The actions of each role on a live base station, from log-in to the graded session: node station.mjs
+// PROGRAM SOURCES FOLDER
+// PROGRAM: the built parhelion. Pictures are stored in FOLDER. The steps are in station/.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -187,7 +187,8 @@ class KeyboardDriveTest : public ConsoleDrive {
   }
 
  private:
-  /// Presses another key only after the previous one was released; the space bar counts as a stop.
+  /// A terminal sends no key releases, so the previous key is ended with the space bar before another key is
+  /// pressed.
   void hold(char key) {
     if (held_ != key) let_go();
     held_ = key;

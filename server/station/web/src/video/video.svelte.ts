@@ -119,7 +119,7 @@ export class Video {
     const age = this.#frame && frameAge(this.#frame, this.#clock.serverUs(now));
     const before = this.freshness;
     this.freshness = freshness(quiet, age);
-    // The age shown is that of the newest frame at its arrival, until it is stale.
+    // Increases between two frames.
     this.age = age;
     this.shownAt = this.#shownAt;
     const p50 = this.#ages.quantile(0.5), p95 = this.#ages.quantile(0.95);
