@@ -29,7 +29,7 @@ try {
   await context.close();
   const page = await arrive("trainee", "#trainee/scene?layers=robots,scan,depth,cloud");
 
-  /** Of each cloud of points that the 3D view draws some, evenly spread: three numbers each, in map. */
+  /** An evenly spread sample of each point cloud in the 3D view: three numbers each, in map. */
   const clouds = (most) => page.evaluate((most) => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), drawn = [];
     ground?.stage.map.traverse((each) => { if (each.isPoints && each.visible) drawn.push(each.geometry); });

@@ -67,7 +67,7 @@
     });
     return view.buffer;
   }
-  /** Ranges against the room's walls and, for source 1, round agents. */
+  /** Ranges to the room's walls and, for source 1, to round agents. */
   function scan(t, source) {
     const n = options.beams, view = new DataView(new ArrayBuffer(40 + 6 * n)), [x, y, yaw] = place(0, t);
     view.setUint8(0, 2);

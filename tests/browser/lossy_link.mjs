@@ -19,7 +19,7 @@ const deaf = await listen(url, "MR_CMD", (payload, at) => commands.push({ ...rea
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const now = () => performance.timeOrigin + performance.now();
 
-/** Runs in the page: when each picture of the video was drawn. */
+/** Runs in the page: the times when the pictures of the video were drawn. */
 function watch() {
   globalThis.drawn = [];
   const draw = CanvasRenderingContext2D.prototype.drawImage;

@@ -17,8 +17,8 @@ const server = run(program, session
 join(scratch, "server.txt"));
 const browser = await openBrowser();
 
-/** Runs in the page: of each picture of the video how long after it was drawn it was read back, and how long after that the page was
- * painted next, ms. */
+/** Runs in the page: for each picture of the video the time from drawing to reading it back, and from there to the
+ * next paint of the page, ms. */
 function watch() {
   Object.assign(globalThis, { readBack: [], painted: [], since: "sent" });
   const drawn = new Map();

@@ -45,7 +45,8 @@ try {
 
   const ahead = () => commands.at(-1)?.vx > 0.2;
   const driveOn = (page) => hold("MR_CMD by the key", () => page.keyboard.down("w"), () => page.keyboard.up("w"), ahead);
-  /** By keys alone, to the role's own layout. Each comes when there is work: three pages are much for two cores. */
+  /** By keyboard alone, to the role's own layout. Each page is opened when needed, because three pages are much for
+   * two cores. */
   const arrive = async (role, name) => {
     await logIn(roles[role], name, password);
     assert.match(new URL(roles[role].page.url()).hash, new RegExp(`^#${role}/`));

@@ -27,7 +27,7 @@ export default defineConfig({
   test: { globals: true, dir: "../../../tests/server/station/web", environment: "node" },
 });
 
-/** `npx vite` shows the page while it is written; PARHELION names the server that it speaks to. */
+/** `npx vite` serves the page during development; PARHELION names its server. */
 function proxied() {
   const target = process.env.PARHELION ?? "http://127.0.0.1:8080";
   return { target, changeOrigin: true, secure: false, headers: { origin: target } };

@@ -1,9 +1,9 @@
-/** A button of a palette: pressed, it takes its tool or puts it away; dragged on to the plan, what it stands for is put there. */
+/** A button of a palette: a click selects or deselects its tool; dragging it onto the plan places the object there. */
 import { plan, toMap, type MapPoint } from "../plan/tool.svelte";
 
 export interface DragOut {
   taken: boolean;
-  /** Takes the tool, or puts it away where it is taken. */
+  /** Selects the tool, or deselects it if it is selected. */
   take(): void;
   drop(at: MapPoint): void;
 }

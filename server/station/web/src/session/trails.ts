@@ -1,4 +1,4 @@
-/** Where robots have been in the last minute, for drawing. */
+/** Paths of robots in the last minute, for drawing. */
 import type { WorldFrame } from "./frames";
 import { poseOf } from "./poses";
 import type { Entity } from "./protocol";
@@ -10,7 +10,7 @@ export class Trails {
   readonly of = new Map<string, Trail>();
   #last = -Infinity;
 
-  /** A frame that is older than the last one (a seek) begins anew. */
+  /** A frame older than the last one (a seek) clears them. */
   take(entities: Entity[], world: WorldFrame) {
     if (world.t < this.#last) this.of.clear();
     this.#last = world.t;

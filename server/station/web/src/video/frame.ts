@@ -1,4 +1,4 @@
-/** One frame of /ws/video as it comes: a header, little-endian, and the picture. */
+/** One frame of /ws/video: a little-endian header and the picture. */
 
 export type FrameState = "live" | "original" | "simulated";
 
@@ -19,7 +19,7 @@ export interface Frame {
 const headerBytes: Record<number, number> = { 4: 28, 5: 36 };
 const states: FrameState[] = ["live", "original", "simulated"];
 
-/** null: not a frame that this page knows. */
+/** null: unknown kind of frame. */
 export function readFrame(buffer: ArrayBuffer): Frame | null {
   const view = new DataView(buffer);
   const kind = buffer.byteLength ? view.getUint8(0) : 0, header = headerBytes[kind];

@@ -1,16 +1,16 @@
-/** Many solids as one mesh of what is turned to the eye, moved and lit here: a renderer in software (SwiftShader) takes each
- * instance as a draw call of its own, ten times as long as these corners take. */
+/** Many solids as one mesh of the faces turned to the eye, transformed and lit on the CPU: a software renderer
+ * (SwiftShader) handles each instance as a draw call of its own, which takes ten times as long. */
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Mesh } from "three";
 import type { SolidKind } from "./forms";
 import { light, solidMaterial } from "./solids";
 import type { Solids } from "./crowd";
 
-/** Four corners (x, y, z after another) and their directions; a flat face has one direction. */
+/** Four corners (x, y, z alternating) and their normals; a flat face has one normal. */
 interface Face { corners: number[]; directions: number[]; centre: [number, number, number]; middle: [number, number, number] }
 
-/** Faces that turn away by no more than this (m) stay, for the sake of two eyes. */
+/** Faces that turn away by no more than this (m) are kept, because of the two eyes in a headset. */
 const EDGE_ON_M = 0.04;
-/** What has no thickness at all (m^2) has a direction still. */
+/** A face without any thickness (m^2) still has a normal. */
 const THIN = 1e-12;
 
 export class BakedSolids implements Solids {
@@ -88,7 +88,7 @@ export class BakedSolids implements Solids {
     }
   }
 
-  /** For so many faces, what is there is kept. */
+  /** Reserves space for this many faces and keeps the present ones. */
   #room(count: number) {
     const positions = new Float32Array(count * 12), colours = new Uint8Array(count * 16).fill(255);
     positions.set(this.#positions);
