@@ -10,7 +10,7 @@ CHANNEL = re.compile(r"(?P<types>\w+(?: or \w+)*), (?P<direction>in|out|in or ou
 
 
 def read_type(name):
-    """One .lcm file: what it is for, constants and members, each with its comment."""
+    """One .lcm file: its purpose, constants and members, each with its comment."""
     path = f"protocols/lcm/{name}.lcm"
     lines = [line.strip() for line in read(path).splitlines()]
     start = next((i for i, line in enumerate(lines) if line.startswith("struct ")), len(lines))
