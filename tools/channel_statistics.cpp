@@ -9,7 +9,7 @@
 namespace parhelion::tools {
 namespace {
 
-/// The first eight bytes after the fingerprint: utime, in every type of ours.
+/// The eight bytes after the fingerprint: utime in all our types.
 std::int64_t first_member(const std::vector<std::uint8_t>& payload) {
   std::uint64_t value = 0;
   for (std::size_t i = 8; i < 16; ++i) value = value << 8 | payload[i];

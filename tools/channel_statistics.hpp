@@ -1,4 +1,4 @@
-// What passes over a channel: how much, how regularly, and what seems to be missing.
+// Statistics of a channel: bandwidth, rate, jitter, and an estimate of lost messages.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ class ChannelStatistics {
 
   std::uint64_t count() const { return count_; }
   std::uint64_t bytes() const { return bytes_; }
-  /// Wire type of the newest message; "mixed" where several were seen.
+  /// Wire type of the newest message; "mixed" if there were several types.
   const std::string& type() const { return type_; }
   /// Messages a second between the first and the last arrival; 0 below two messages.
   double rate() const;
@@ -24,9 +24,9 @@ class ChannelStatistics {
   /// Shortest and longest time between two arrivals, s; 0 below two messages.
   double shortest() const;
   double longest() const;
-  /// Messages that seem to be missing: in each gap between two stamps, how often their median distance fits
-  /// beyond once. By the sensor's own stamps where all messages carry one, else by arrival. An estimate: LCM
-  /// numbers no messages.
+  /// Estimated number of lost messages: how many median intervals each gap between two stamps contains beyond
+  /// one. Uses the sensor's stamps if all messages have one, else arrival times. LCM does not number
+  /// messages.
   std::uint64_t lost() const;
 
  private:

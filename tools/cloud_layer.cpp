@@ -25,7 +25,7 @@ Result<std::string> cloud_layer(const std::filesystem::path& path, const Transfo
   bytes.put(std::uint8_t{1});  // a registered cloud
   bytes.put(static_cast<std::uint16_t>(cloud.colours.empty() ? 0 : 1));
   bytes.put(static_cast<std::uint32_t>(count));
-  bytes.put(0.0);  // s of the session: it was there before
+  bytes.put(0.0);  // s of the session: from its start
   for (std::size_t i = 0; i < cloud.size(); i += every) {
     const Eigen::Vector3d p = T_map_cloud * cloud.points[i].cast<double>().eval();
     for (const double coordinate : {p.x(), p.y(), p.z()}) bytes.put(static_cast<float>(coordinate));

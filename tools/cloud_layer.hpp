@@ -1,4 +1,4 @@
-// The registered cloud that a model was made from, for people to look at beside it.
+// The registered cloud that a model was built from, displayed beside the model.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,9 @@
 
 namespace parhelion::tools {
 
-/// Reads a cloud (as `map register` writes it, or any that `map model` reads) for StationOptions::cloud:
-/// where `T_map_cloud` of its model puts it, no more than `most` points, every so many of the file. Errors
-/// are those of read_scan.
+/// Reads a cloud (as `map register` writes it, or any that `map model` reads) for StationOptions::cloud,
+/// transformed by `T_map_cloud` of its model and thinned evenly to at most `most` points. Errors are those of
+/// read_scan.
 Result<std::string> cloud_layer(const std::filesystem::path& path, const Transform<Map, Cloud>& T_map_cloud,
                                 std::size_t most = 120'000);
 

@@ -1,4 +1,4 @@
-// parhelion completion: for shells.
+// parhelion completion: shell completion.
 #include <cstdio>
 
 #include "tools/completion.hpp"

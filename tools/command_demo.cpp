@@ -1,4 +1,4 @@
-// parhelion demo: the main job on a real recording, no robot needed.
+// parhelion demo: the whole pipeline on a real recording, without a robot.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
@@ -29,7 +29,7 @@ Exit fail(const std::string& what) {
 Exit run(Arguments& arguments) {
   catch_stop_signals();
   DemoOptions& options = arguments.options;
-  // Whoever looks at a page looks at real time.
+  // Pages show the session in real time.
   if (!arguments.headless && !options.fast) options.http = arguments.http;
   if (!options.http.empty()) {
     if (const auto at = station::parse_host_port(options.http); !at)

@@ -1,4 +1,4 @@
-// `parhelion doctor`: is this machine fit, and what to do where it is not.
+// `parhelion doctor`: checks the machine, with a remedy for each fault.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>

@@ -1,4 +1,4 @@
-// parhelion export: a session for other programs.
+// parhelion export: converts a session for other programs.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// parhelion grade: a session's score, from what was recorded.
+// parhelion grade: computes a session's score from its log.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 

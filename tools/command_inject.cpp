@@ -1,5 +1,5 @@
-// parhelion inject: the instructor's commands from a shell. Exit 0 means that the server has written and done
-// it.
+// parhelion inject: the instructor's commands from a shell. Exit code 0: the server has written and executed
+// the command.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,8 @@ Exit fail(const std::string& what, Exit exit = Exit::failed) {
   return exit;
 }
 
-/// A reset puts it down where it is now: upright, at rest, its joints whole and where they start.
+/// A reset places the robot at its current position: upright, at rest, its joints intact and in their initial
+/// positions.
 Status find_place(Bus& bus, const InjectArguments& arguments, AgentMove& command) {
   const WallTime deadline = runtime::steady_now() + seconds(arguments.timeout);
   while (runtime::steady_now() < deadline) {
@@ -43,7 +44,7 @@ Status find_place(Bus& bus, const InjectArguments& arguments, AgentMove& command
   return Error{"no server says where it is; is `parhelion serve` running on this LCM network?"};
 }
 
-/// Waits for the event that carries the request.
+/// Waits for the event with this request number.
 Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
   const WallTime deadline = runtime::steady_now() + seconds(timeout);
   while (runtime::steady_now() < deadline) {

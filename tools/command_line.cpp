@@ -33,7 +33,7 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// The first word that nothing took.
+/// The first word that no command accepts.
 std::string unknown_word(const CLI::App& command, const std::vector<std::string>& rest) {
   const auto option =
       std::find_if(rest.begin(), rest.end(), [](const std::string& word) { return word.starts_with('-'); });

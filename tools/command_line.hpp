@@ -1,4 +1,4 @@
-// The command line: what was typed, the help of all commands, what is wrong and what to type instead.
+// The command line: its words, the help of all commands, and error messages with suggestions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,18 +8,19 @@
 
 namespace parhelion::tools {
 
-/// What was typed, for CLI::App::parse (the last word first). `help WORDS` is `WORDS --help`, `help --all` is
+/// Arguments for CLI::App::parse (last word first). `help WORDS` becomes `WORDS --help`, `help --all` becomes
 /// `--help-all`.
 std::vector<std::string> typed_words(int argc, const char* const* argv);
 
-/// "parhelion: unknown subcommand 'relay', did you mean 'replay'?" and the like, one line and a pointer to
+/// "parhelion: unknown subcommand 'relay', did you mean 'replay'?" and the like: one line and a pointer to
 /// --help. `app` is the program's, after the parse that threw `error`.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
-/// The help of `app` and of each command below it, each after a line "== parhelion map model ==".
+/// The help of `app` and of all its subcommands, each after a line "== parhelion map model ==".
 std::string help_of_all(const CLI::App& app);
 
-/// For CLI::Option::transform: one of these words, shown in help and completed by the shell.
+/// For CLI::Option::transform: restricts the value to these words, which the help shows and the shell
+/// completes.
 template <class Enumeration>
 CLI::Validator one_of(const std::map<std::string, Enumeration>& values) {
   std::string words;

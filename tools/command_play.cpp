@@ -1,4 +1,4 @@
-// parhelion play: shows what was recorded.
+// parhelion play: plays a recording.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -19,7 +19,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr Duration look = milliseconds(100);  // at the keys and at the end
+constexpr Duration look = milliseconds(100);  // polling interval of keys and end
 
 struct Arguments {
   std::string log, url, http, foxglove, prefix = "PLAY_";
@@ -50,7 +50,8 @@ Result<std::unique_ptr<station::FoxgloveServer>> show_in_foxglove(const std::str
   return open_foxglove(address, hub.connect(), *configuration, [&player] { return player.clock(); });
 }
 
-/// Until the keys or ^C end it; the end of the recording does, unless `stays`: others may still look.
+/// Returns when a key or ^C ends it, or at the end of the recording unless `stays`, when clients may still
+/// look.
 std::string watch(runtime::Player& player, PlayThread& thread, station::RawTerminal* terminal, bool stays) {
   PlayKeys keys(player);
   while (!stop_asked() && !keys.quit()) {

@@ -1,4 +1,4 @@
-// parhelion records: who the trainees are and how they do.
+// parhelion records: the trainees and their results.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -124,7 +124,7 @@ Status list(const Arguments& arguments) {
   return {};
 }
 
-/// People name files by persons, too.
+/// File names may contain persons' names.
 void leave_out_names(std::vector<training::TraineeHistory>& histories) {
   for (training::TraineeHistory& history : histories) {
     history.trainee.name = history.trainee.mbox_sha1sum = "";
@@ -183,7 +183,7 @@ Status next(const Arguments& arguments) {
       json["skills"] = advice->task.skills;
       json["chance"] = advice->next.chance;
     }
-    // A folder's name may be no UTF-8.
+    // A folder's name may be invalid UTF-8.
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
     return {};
   }

@@ -1,4 +1,4 @@
-// parhelion replay: the same server over a recorded log.
+// parhelion replay: runs the same server over a recorded log.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 

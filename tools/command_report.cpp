@@ -52,7 +52,7 @@ Status add_scores(const std::vector<std::string>& paths, std::vector<review::Ses
 }
 
 /// The trainee's earlier sessions of this scenario and others' best ones, from the records. Of others the
-/// page shows pseudonyms alone: not even a file's name, which may name a person.
+/// page shows only pseudonyms, not even file names, which may contain a person's name.
 Status add_recorded(const Arguments& arguments, review::ReviewPage& page) {
   auto records = open_records(arguments.database, false);
   if (!records) return records.error();
@@ -64,7 +64,7 @@ Status add_recorded(const Arguments& arguments, review::ReviewPage& page) {
   auto own = records->sessions(trainee->pseudonym);
   if (!own) return own.error();
   for (training::SessionRecord& session : *own) {
-    if (session.identity == *identity) break;  // what was stored later is no earlier session
+    if (session.identity == *identity) break;  // sessions stored later are not earlier ones
     if (session.scenario == scenario)
       page.earlier.push_back({session.log, scenario, std::move(session.grade)});
   }

@@ -1,4 +1,4 @@
-// parhelion serve: the live server, watched by a parent process that starts it again if it dies.
+// parhelion serve: the live server, supervised by a parent process that restarts it if it dies.
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -44,7 +44,7 @@ Exit fail(const std::string& what) {
   return Exit::failed;
 }
 
-/// A name that no earlier session has, since sessions are never overwritten: "<stem>-<time>-<process>.lcm".
+/// An unused name, since sessions are never overwritten: "<stem>-<time>-<process>.lcm".
 std::string session_name(const std::string& stem) {
   char text[64];
   const std::time_t now = std::time(nullptr);
@@ -54,7 +54,7 @@ std::string session_name(const std::string& stem) {
   return stem + text + std::to_string(getpid()) + ".lcm";
 }
 
-/// Where a server that is started again writes: beside the log of the one that died, which stays as it is.
+/// The log of a restarted server: beside the log of the one that died, which is kept unchanged.
 std::string session_after(const std::string& session) {
   const std::filesystem::path path(session);
   return session_name((path.parent_path() / path.stem()).string());
@@ -71,7 +71,7 @@ Result<tick::Configuration> configuration_for(const Arguments& arguments, Bus& b
   return tick::configure(files->scenario, **robot, files->model, files->robot_models);
 }
 
-/// What reads the network goes before others as the loop does.
+/// The network reader gets the same priority as the loop.
 Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const std::string& url,
                                                             runtime::RealTime real_time) {
   auto speaker = open_network_speaker(url);
@@ -82,22 +82,21 @@ Result<std::unique_ptr<station::TappedBus>> open_tapped_bus(const std::string& u
   return std::make_unique<station::TappedBus>(std::move(*network), std::move(*speaker));
 }
 
-/// An instructor has ended the session: the report is there for who looks, until the server is stopped.
+/// After an instructor has ended the session: serves the report until the server is stopped.
 void show_until_stopped(LiveStation& station, const runtime::Report& report, Bus& bus,
                         const runtime::ServeOptions& options) {
   station.show_report(report);
   options.say("ended by the instructor; the base station shows the report; stop with ^C");
-  Message message;  // the station hears what is received here
+  Message message;  // the station receives what is received here
   while (!stop_asked()) {
     if (!bus.receive(message, milliseconds(100))) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
 }
 
-/// Whether the robot was stopped when the server died, by an emergency stop that holds: for where the state
-/// folder cannot keep it.
+/// True if an emergency stop was active when the server died. Used if the state folder is not writable.
 using SharedStop = std::atomic<bool>;
 
-/// From here on `options` know whether the robot is stopped, and `memory` what becomes of it.
+/// Initializes the stop state in `options` from `memory`, and stores its later changes there.
 void remember_stops(runtime::ServeOptions& options, StopMemory& memory, SharedStop& shared) {
   options.robot_stopped = shared || memory.holds();
   options.robot_stop_held = [&memory, &shared, say = options.say](bool holds) {
@@ -157,7 +156,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
   }
   const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
-  // A simulated robot ends with its session; a real one stands there still.
+  // A simulated robot ends with its session; a real one is still there.
   if (tick::simulates_trainee(configuration->scenario)) (void)stop_memory.keep(false);
   std::fputs(runtime::summary(*report).c_str(), stderr);
   if (!arguments.report.empty()) {
@@ -177,7 +176,7 @@ void pass_on(int signal) {
   if (child > 0) kill(child, signal);
 }
 
-/// No signal is lost while a server process starts.
+/// Holds back signals while a server process starts, so that none is lost.
 class HeldSignals {
  public:
   HeldSignals() {
@@ -195,7 +194,7 @@ class HeldSignals {
   sigset_t before_{};
 };
 
-/// In the new process: the server. In this one: its id, or nothing where it cannot be made.
+/// In the new process: the server. In this one: its id, or nothing if it could not be created.
 pid_t start_server() {
   const HeldSignals held;
   const pid_t made = fork();
@@ -209,14 +208,14 @@ pid_t start_server() {
   return 0;
 }
 
-/// Memory that this process and those it starts have in common.
+/// Memory shared by this process and its children.
 SharedStop* shared_stop_memory() {
   void* memory = mmap(nullptr, sizeof(SharedStop), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   return memory == MAP_FAILED ? nullptr : new (memory) SharedStop(false);
 }
 
-/// A server that dies is started again at once (promise 2: within a second); one that ends by itself is not,
-/// nor one that dies after it was asked to stop.
+/// Restarts a server that dies, at once (promise 2: within a second). Does not restart one that exits by
+/// itself or that dies after it was requested to stop.
 Exit supervise(Arguments arguments) {
   std::signal(SIGINT, pass_on);
   std::signal(SIGTERM, pass_on);

@@ -76,7 +76,7 @@ Exit over_log(const Arguments& arguments) {
   return Exit::done;
 }
 
-/// SLAM on the bus; ends on SIGINT or SIGTERM.
+/// SLAM on the bus; ends at SIGINT or SIGTERM.
 class LiveSlam {
  public:
   explicit LiveSlam(const SlamLogOptions& options) : options_(options) {}
@@ -93,7 +93,7 @@ class LiveSlam {
       if (!robot) return robot.error();
       if (Status made = start(*robot); !made) return made;
     }
-    // Odometry is interpolated, so all of it counts; of scans only the newest few are worth an answer.
+    // Odometry is interpolated and needed completely; of scans only the newest few are processed.
     for (const auto& [channel, capacity] : {std::pair{options_.odometry_channel, 200},
                                             {options_.scan_channel, 5},
                                             {std::string(channel::robot), 1}}) {
@@ -124,7 +124,7 @@ class LiveSlam {
     return {};
   }
 
-  /// What can't be decoded is said and passed over: one bad message must not end a live run.
+  /// Messages that cannot be decoded are reported and skipped: one bad message must not end a live run.
   template <class T>
   static bool read(const Message& message, T& item) {
     const Status status = decode(message.channel, message.payload, item);

@@ -1,4 +1,4 @@
-// `parhelion topic`: what is on the bus, or in a log.
+// `parhelion topic`: shows the messages on the bus or in a log.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
@@ -20,7 +20,7 @@ volatile std::sig_atomic_t interrupted = 0;
 
 void interrupt(int) { interrupted = 1; }
 
-/// ^C ends the listening and lets the summary be printed.
+/// ^C ends the subscription, so that the summary is printed.
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = interrupt;
@@ -39,7 +39,7 @@ struct Arguments {
 using Clock = std::chrono::steady_clock;
 using Statistics = std::map<std::string, ChannelStatistics>;
 
-/// Gives each message to `take` until it says false; `idle` is called now and then, on the bus only.
+/// Passes each message to `take` until it returns false; `idle` is called periodically, on the bus only.
 Exit listen_to_bus(const Arguments& arguments, const std::function<bool(const Message&)>& take,
                    const std::function<void()>& idle) {
   auto bus = open_network_bus(arguments.url);
@@ -66,7 +66,7 @@ Exit listen_to_bus(const Arguments& arguments, const std::function<bool(const Me
   return Exit::done;
 }
 
-/// The same over a log; a damaged place is said, makes the exit code 1, and reading goes on behind it.
+/// The same for a log. Damage is reported and sets exit code 1; reading continues behind it.
 Exit listen_to_log(const Arguments& arguments, const std::function<bool(const Message&)>& take) {
   std::regex pattern;
   try {
@@ -146,7 +146,7 @@ void print_rates(const Statistics& channels) {
   std::fflush(stdout);
 }
 
-/// On the bus: the rates of each second while it runs, those of the whole time at the end.
+/// On the bus: the rates of each second while it runs, and those of the whole time at the end.
 Exit hz(const Arguments& arguments) {
   Statistics whole, latest;
   auto next_print = Clock::now() + std::chrono::seconds(1);

@@ -20,7 +20,7 @@ std::vector<std::string> names_of(const CLI::Option& option) {
   return names;
 }
 
-/// "TEXT:{auto,on,off}" or "TEXT:{mm->0,cm->1}", as CLI11 has it; empty: any word.
+/// Parses CLI11's "TEXT:{auto,on,off}" or "TEXT:{mm->0,cm->1}"; empty: any word.
 std::vector<std::string> choices_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t begin = type.find('{'), end = type.find('}');
@@ -30,14 +30,14 @@ std::vector<std::string> choices_of(const CLI::Option& option) {
   return choices;
 }
 
-/// The cases of the script, over all commands, each by the words before the one that is completed.
+/// The cases of the script for all commands, each selected by the words before the completed one.
 struct Cases {
-  std::string commands;  ///< words that lead on
+  std::string commands;  ///< words that select a subcommand
   std::string values;    ///< after an option that takes one
   std::string offers;    ///< subcommands or choices, and options
 };
 
-/// What can be said to one command.
+/// Possible words after one command.
 struct Offers {
   std::vector<std::string> words, options;
   bool takes_words = false;
@@ -82,7 +82,7 @@ std::string bash_completion(const CLI::App& app) {
   Cases cases;
   const std::string name = app.get_name();
   add_cases(app, name, cases);
-  // Where nothing is offered, bash completes file names.
+  // Without an offer, bash completes file names.
   return "# bash completion, printed by: " + name + " completion\n_" + name + R"(() {
   local path=')" +
          name + R"(' current=${COMP_WORDS[COMP_CWORD]} words options i

@@ -1,4 +1,4 @@
-// Shell completion, made of the same table as --help.
+// Shell completion, generated from the same table as --help.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,8 +8,8 @@
 
 namespace parhelion::tools {
 
-/// A script for bash that completes the subcommands and options of `app`, the words of options that take one
-/// of a few, and file names elsewhere.
+/// A bash script that completes the subcommands and options of `app`, the values of options with a fixed set
+/// of them, and file names elsewhere.
 std::string bash_completion(const CLI::App& app);
 
 /// `parhelion completion`.

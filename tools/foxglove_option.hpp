@@ -1,4 +1,4 @@
-// --foxglove ADDR:PORT of the commands that show a session.
+// The option --foxglove ADDR:PORT of commands that show a session.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 namespace parhelion::tools {
 
-/// A server for Foxglove and Lichtblick at `address`, of what is on `bus`. `clock`: as FoxgloveOptions has
-/// it. Error: no such address, or it cannot be used.
+/// A server for Foxglove and Lichtblick at `address`, showing `bus`. `clock`: see FoxgloveOptions. Error:
+/// invalid address, or it cannot be used.
 Result<std::unique_ptr<station::FoxgloveServer>> open_foxglove(const std::string& address,
                                                                std::unique_ptr<Bus> bus,
                                                                const tick::Configuration& configuration,

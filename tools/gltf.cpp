@@ -67,7 +67,7 @@ class Document {
 
   void add_node(Json node) { json_["nodes"].push_back(std::move(node)); }
 
-  /// All nodes under one that turns z up into y up.
+  /// The document with all nodes under one that rotates z up to y up.
   std::string take() {
     Json children = Json::array();
     const std::size_t count = json_.contains("nodes") ? json_["nodes"].size() : 0;
@@ -138,7 +138,7 @@ std::size_t add_unit_box(Document& document, std::size_t material) {
 
 std::string to_gltf(const SemanticModel& model) {
   Document document;
-  std::array<std::optional<std::size_t>, kColours.size()> boxes;  // one mesh a label
+  std::array<std::optional<std::size_t>, kColours.size()> boxes;  // one mesh per label
   for (const ModelEntity& e : model.entities) {
     if (e.deleted) continue;
     const auto label = static_cast<std::size_t>(e.label);

@@ -61,7 +61,7 @@ Result<InstructorCommand> move(const InjectArguments& arguments) {
   return InstructorCommand(AgentMove{.agent = arguments.name, .T_map_base = *place});
 }
 
-/// Its place is filled in by find_place().
+/// find_place() fills in its pose.
 Result<InstructorCommand> reset(const InjectArguments& arguments) {
   return InstructorCommand(AgentMove{.agent = arguments.name});
 }
@@ -150,7 +150,7 @@ Result<InstructorCommand> release_emergency_stop(const InjectArguments& argument
 }
 
 struct Action {
-  const char* about;  ///< what --name is of; nullptr: it may be left out, for all
+  const char* about;  ///< the meaning of --name; nullptr: it may be omitted, and all are meant
   Result<InstructorCommand> (*make)(const InjectArguments& arguments);
 };
 const std::map<std::string, Action> actions{{"spawn", {"agent", spawn}},

@@ -1,4 +1,4 @@
-// From the arguments of `parhelion inject` to the message that it sends.
+// Converts the arguments of `parhelion inject` to a message.
 #pragma once
 
 #include <optional>
@@ -20,10 +20,10 @@ struct InjectArguments {
   bool yields = false, leaves_doors = false;
 };
 
-/// What `action` may be.
+/// Valid values of `action`.
 std::vector<std::string> inject_actions();
-/// With the stamp of now and a request of its own. The place of a reset is left for the caller to fill in.
-/// Error: what is missing or wrong, by its option; `action`, `kind` and `behaviour` must be known ones.
+/// With the current stamp and a new request number. The caller fills in the pose of a reset. The error
+/// contains the option that is missing or invalid. `action`, `kind` and `behaviour` must be valid.
 Result<InstructorCommand> make_command(const InjectArguments& arguments);
 
 }  // namespace parhelion::tools

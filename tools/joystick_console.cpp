@@ -54,7 +54,7 @@ Status JoystickConsole::unplugged(SensorTime stamp) {
 Status JoystickConsole::choose(bool next, SensorTime stamp) {
   if (console_.robots().empty()) return {};
   if (next) {
-    drive_.restart();  // nobody drives off on a stick that is still pushed
+    drive_.restart();  // a stick that is still deflected must not start a motion
     Status switched = console_.drive_next(stamp);
     if (switched) say("drives " + console_.driven()->name);
     return switched;
@@ -71,7 +71,7 @@ Status JoystickConsole::choose(bool next, SensorTime stamp) {
 }
 
 Status JoystickConsole::send(const station::JoystickCommand& command, WallTime now, SensorTime stamp) {
-  // The stop of a released dead-man does not wait for its turn.
+  // The stop after a released dead-man is sent at once.
   const bool released = armed_ && !command.armed;
   if (!released && now - sent_ < period_) return {};
   sent_ = now;

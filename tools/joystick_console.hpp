@@ -1,4 +1,4 @@
-// A joystick as a console: from what is plugged in to what the operator says on the bus.
+// A joystick as a console: converts its state to operator messages on the bus.
 #pragma once
 
 #include <functional>
@@ -13,9 +13,9 @@
 namespace parhelion::tools {
 
 struct JoystickConsoleOptions {
-  std::string robot;                            ///< whom to drive at the start; empty: the trainee's
+  std::string robot;                            ///< robot to drive at the start; empty: the trainee's
   std::string name = "operator";                ///< of the operator
-  std::function<void(const std::string&)> say;  ///< news for a person
+  std::function<void(const std::string&)> say;  ///< messages for the operator
 };
 
 /// Polled some hundred times a second, on one thread.
@@ -24,12 +24,12 @@ class JoystickConsole {
   JoystickConsole(JoystickConsoleOptions options, station::JoystickMapping mapping, Bus& bus,
                   station::JoystickPort& port);
 
-  /// Subscribes to what it has to know: which robots there are.
+  /// Subscribes to the list of robots.
   Status listen() { return view_.listen(); }
-  /// Reads the stick and says what is due. `now`: steady clock; `stamp`: what the messages say. Error: the
-  /// bus, or a device that has not what the mapping names.
+  /// Reads the stick and sends due messages. `now`: steady clock; `stamp`: of the messages. Error: the bus,
+  /// or a device without an axis or button that the mapping uses.
   Status turn(WallTime now, SensorTime stamp);
-  /// Stops the robot and says that the operator has ended.
+  /// Stops the robot and reports that the operator has ended.
   Status end(SensorTime stamp) { return console_.end(stamp); }
 
   const OperatorView& view() const { return view_; }

@@ -1,4 +1,4 @@
-// A keyboard as a console: from what a terminal sent to what the operator says on the bus.
+// A keyboard as a console: converts terminal input to operator messages on the bus.
 #pragma once
 
 #include <string>
@@ -12,31 +12,31 @@
 namespace parhelion::tools {
 
 struct KeyboardConsoleOptions {
-  std::string robot;              ///< whom to drive at the start; empty: the trainee's
+  std::string robot;              ///< robot to drive at the start; empty: the trainee's
   std::string name = "operator";  ///< of the operator
   station::KeyboardOptions keys;
 };
 
-/// On one thread.
+/// For one thread.
 class KeyboardConsole {
  public:
   KeyboardConsole(const KeyboardConsoleOptions& options, Bus& bus);
 
-  /// Subscribes to what it has to know: which robots and joints there are.
+  /// Subscribes to the lists of robots and joints.
   Status listen() { return view_.listen(); }
-  /// Takes what has been typed (empty: nothing in a while) and says what is due. `now`: steady clock;
-  /// `stamp`: what the messages say. Error: the bus, or a robot that is not there.
+  /// Processes typed bytes (empty: none for a while) and sends due messages. `now`: steady clock; `stamp`: of
+  /// the messages. Error: the bus, or no such robot.
   Status turn(std::string_view bytes, WallTime now, SensorTime stamp);
-  /// Stops the robot and says that the operator has ended, or that the console was lost and why.
+  /// Stops the robot and reports that the operator has ended, or that the console was lost and why.
   Status end(SensorTime stamp) { return console_.end(stamp); }
   Status lose(const std::string& why, SensorTime stamp) { return console_.lose(why, stamp); }
 
   bool quit() const { return quit_; }
-  /// The keys were asked for since the last call.
+  /// True if the help key was pressed since the last call.
   bool take_help();
-  /// The joint that r and f move; empty: none is known yet.
+  /// The joint that r and f move; empty: none known yet.
   std::string joint() const;
-  /// What is driven, how, and which joint is chosen: one line for a person.
+  /// Status line: driven robot, command and selected joint.
   std::string line(WallTime now) const;
   OperatorView& view() { return view_; }
   const station::DrivenRobot* driven() const { return console_.driven(); }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double least_rate = 0.1, most_rate = 4;  // times real time
 
-/// Pause and rate of a session that is all simulated. A pause keeps the rate.
+/// Pause and rate of a fully simulated session. A pause keeps the rate.
 void put_pace(const std::shared_ptr<runtime::SessionClock>& clock, station::SessionControls& controls) {
   const auto rate = std::make_shared<double>(1);
   controls.pause = [clock, rate](bool paused) {
@@ -61,7 +61,7 @@ Result<std::unique_ptr<LiveStation>> LiveStation::open(const LiveStationOptions&
   }
   station.controls.state = [it = live.get()] {
     station::ControlState state;
-    state.ended = it->reported_;  // pages ask for the report then
+    state.ended = it->reported_;  // pages then request the report
     if (!it->clock_) return state;
     state.rate = it->clock_->rate();
     state.paused = state.rate == 0;

@@ -1,4 +1,4 @@
-// The base station beside a live server: what `serve --http` opens.
+// The base station of a live server, for `serve --http`.
 #pragma once
 
 #include <atomic>
@@ -14,12 +14,12 @@ namespace parhelion::tools {
 
 struct LiveStationOptions {
   std::string address;  ///< ADDR:PORT
-  std::string folder;   ///< accounts, certificate, saved scenarios; empty: the user's own
-  /// An endpoint of the session's bus, as BaseStationOptions has it.
+  std::string folder;   ///< accounts, certificate, saved scenarios; empty: the user's default
+  /// An endpoint of the session's bus, see BaseStationOptions.
   std::function<Result<std::unique_ptr<Bus>>()> open_bus;
-  std::string session;         ///< path of the session log: notes are kept beside it
-  std::string cloud;           ///< file with the cloud that the model was made from; empty: none
-  bool robot_stopped = false;  ///< an emergency stop that the server before this one was told of
+  std::string session;         ///< path of the session log; notes are stored beside it
+  std::string cloud;           ///< file with the cloud that the model was built from; empty: none
+  bool robot_stopped = false;  ///< an emergency stop of an earlier server process is active
 };
 
 /// The after-action page of a session, for BaseStation::set_report; empty: its log cannot be read.
@@ -32,11 +32,11 @@ class LiveStation {
 
   /// For people: link, fingerprint, first account.
   std::string invitation() const { return station_->invitation(); }
-  /// For serve(): an instructor may stop it. None: the robot is real.
+  /// For serve(): lets an instructor pause it. None: the robot is real.
   std::shared_ptr<const runtime::SessionClock> clock() const { return clock_; }
-  /// An instructor has ended the session.
+  /// True after an instructor has ended the session.
   bool ended() const { return ended_; }
-  /// The session is over: whoever looks may read its report, and its review, for which the log is read again.
+  /// Call after the session has ended: publishes its report and its review, for which the log is read again.
   void show_report(const runtime::Report& report);
 
  private:

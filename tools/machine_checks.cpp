@@ -44,7 +44,7 @@ MachineCheck check_big_messages(const std::string& url) {
     return {name, Verdict::fail, status.error().message, ""};
   }
   const std::vector<std::uint8_t> payload(300'000, 0x5A);
-  // One after the other, as a camera sends them: a burst would only measure how fast this loop is.
+  // At the rate of a camera: a burst would only measure the speed of this loop.
   int came = 0;
   Message message;
   for (int i = 0; i < sent; ++i) {

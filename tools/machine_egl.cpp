@@ -1,4 +1,4 @@
-// EGL is opened at run time, so that `doctor` can say that it is missing instead of not starting.
+// EGL is loaded at run time, so that `doctor` starts and reports a missing EGL.
 #include <dlfcn.h>
 
 #include <cstdint>

@@ -22,9 +22,9 @@ int main(int argc, char** argv) try {
   const AddCommand commands[] = {PARHELION_COMMANDS};
   for (const AddCommand add : commands) add(app, exit);
   app.set_help_all_flag("--help-all", "Print the help of all commands and exit");
-  // `parhelion --parse-only COMMAND...`: the documents' test asks whether a command line is right.
+  // `parhelion --parse-only COMMAND...`: the documents' test checks command lines with it.
   const int parse_only = argc > 1 && std::string_view(argv[1]) == "--parse-only" ? 1 : 0;
-  if (parse_only != 0) app.parse_complete_callback([] { throw CLI::Success(); });  // before the command acts
+  if (parse_only != 0) app.parse_complete_callback([] { throw CLI::Success(); });  // before the command runs
   try {
     app.parse(typed_words(argc - parse_only, argv + parse_only));
   } catch (const CLI::CallForAllHelp&) {

@@ -43,12 +43,12 @@ struct Arguments {
   bool overwrite = false;
 };
 
-/// Bytes beside the cloud at the busiest moment, measured at 50 million points (bench_semantic_model).
+/// Peak memory in bytes per point besides the cloud, measured at 50 million points (bench_semantic_model).
 constexpr std::uint64_t kWorkPerPoint = 36;
 
 void say(const std::string& note) { std::fprintf(stderr, "parhelion map model: %s\n", note.c_str()); }
 
-/// Asked before the work begins.
+/// Called before the work begins.
 Status check_outputs(const Arguments& a) {
   std::vector<std::string> paths = {a.output, a.gltf, a.picture, a.summary, a.labelled};
   if (!a.slice.empty()) {
@@ -68,7 +68,7 @@ Status check_outputs(const Arguments& a) {
   return {};
 }
 
-/// The model whose corrections are to be kept, where there is one.
+/// The model whose corrections are to be kept, if there is one.
 Result<std::optional<SemanticModel>> old_model(const Arguments& a) {
   std::error_code ignored;
   const bool again = a.keep.empty() && a.output != "-" && fs::exists(a.output, ignored);
@@ -89,7 +89,7 @@ Result<semantic::BuiltModel> build(const Arguments& a, std::string& map_source) 
   if (!scan) return scan.error();
   for (const std::string& note : scan->notes) say(note);
   map_source = a.cloud + ", " + std::to_string(scan->cloud.size()) + " points";
-  cloud::PointCloud<Scanner>& from = scan->cloud;  // a registered cloud's frame is its first scan's
+  cloud::PointCloud<Scanner>& from = scan->cloud;  // a registered cloud is in its first scan's frame
   cloud::PointCloud<Cloud> cloud{std::move(from.points), std::move(from.normals), std::move(from.colours),
                                  std::move(from.labels), std::move(from.scans),   std::move(from.viewpoints)};
   semantic::ModelOptions options = a.model;
@@ -110,7 +110,7 @@ void keep(const SemanticModel& old, SemanticModel& model) {
       std::to_string(kept.drawn) + " virtual entities of the old model");
 }
 
-/// One file beside its place, moved there when it is whole.
+/// Writes a temporary file beside it and renames it when complete.
 Status write_file(const std::string& path, const std::function<Status(const fs::path&)>& write) {
   if (path.empty()) return {};
   const fs::path name = fs::path(path).filename();
@@ -144,7 +144,7 @@ Status run(const Arguments& a) {
   if (*old) keep(**old, built->model);
   const auto map_id = write_slice(a, *built);
   if (!map_id) return map_id.error();
-  // Poses in the slice's map are poses in this model.
+  // Poses in the slice's map are also poses in this model.
   built->model.map_id = *map_id;
   if (map_id->empty() && *old) built->model.map_id = (*old)->map_id;
   const std::string yaml = to_yaml(built->model);

@@ -1,4 +1,4 @@
-// `parhelion map register`: 3D scans into one cloud.
+// `parhelion map register`: registers 3D scans into one cloud.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
@@ -83,7 +83,7 @@ Result<OpenedScans> open(const Arguments& arguments) {
   return opened;
 }
 
-/// The scans where their poses say, for sources that were tracked well by other means.
+/// Merges the scans at their stated poses, for sources that were tracked well by other means.
 Result<cloud::RegisteredSequence> fuse(const std::vector<cloud::ScanToRegister>& scans) {
   if (scans.empty() || scans.size() > 0xFFFF) return Error{"expected 1 to 65535 scans"};
   cloud::RegisteredSequence sequence;
@@ -99,15 +99,15 @@ Result<cloud::RegisteredSequence> fuse(const std::vector<cloud::ScanToRegister>&
   return sequence;
 }
 
-/// From the first scan's frame to the one that the cloud is to have.
+/// From the first scan's frame to the cloud's frame.
 void move(const Transform<Cloud, Scanner>& T_cloud_first, cloud::RegisteredSequence& sequence) {
-  // The sequence's cloud has the frame of its first scan.
+  // The sequence's cloud is in the frame of its first scan.
   const auto T_cloud_before = T_cloud_first.as<Cloud, Cloud>();
   sequence.cloud = cloud::transformed(T_cloud_before, sequence.cloud);
   for (cloud::RegisteredScan& scan : sequence.scans) scan.T_cloud_scan = T_cloud_before * scan.T_cloud_scan;
 }
 
-/// Says how each scan fared; how many failed.
+/// Prints the result of each scan; returns the number of failures.
 std::size_t report(const std::vector<std::string>& names, const cloud::RegisteredSequence& sequence) {
   std::size_t failed = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {

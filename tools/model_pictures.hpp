@@ -1,4 +1,4 @@
-// A semantic model as people see it: the plan, the solid view, or both in one picture.
+// Pictures of a semantic model: the plan, the solid view, or both in one picture.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@ namespace parhelion::tools {
 
 enum class ModelPicture { both, plan, solid };
 
-/// Writes a PNG. `name`: of the model, for the title. Where only the solid view of `both` cannot be drawn
-/// (no EGL) the plan is written and the reason is in `note`.
+/// Writes a PNG. `name`: of the model, for the title. If only the solid view of `both` cannot be drawn (no
+/// EGL), the plan is written and the reason is in `note`.
 Status draw_model(const SemanticModel& model, const std::string& name, ModelPicture what,
                   const std::filesystem::path& path, std::string* note = nullptr);
 

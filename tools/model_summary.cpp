@@ -8,7 +8,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A tenth of a millimetre, or as fine an angle: no digits of floating point in a file that people read.
+/// Rounds to 1e-4 (0.1 mm), without floating-point noise in a file for people.
 double tidy(double value) { return std::round(value * 1e4) / 1e4; }
 
 Json tidy_or_null(const std::optional<double>& value) { return value ? Json(tidy(*value)) : Json(nullptr); }
@@ -21,7 +21,7 @@ Json level_of(const std::optional<semantic::LevelHeights>& level) {
           {"lean_rad", tidy(level->lean)}};
 }
 
-/// How sharply heights can be said, and what they are where the scanners stood.
+/// Spread of the heights, and the heights near the scanners.
 Json heights_of(const semantic::SiteHeights& heights) {
   Json json = {{"floor_m", level_of(heights.floor)}, {"ceiling_m", level_of(heights.ceiling)}};
   json["scanners"] = Json::array();

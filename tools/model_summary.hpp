@@ -1,4 +1,4 @@
-// What was found in a cloud, as JSON.
+// Summary of a model built from a cloud, as JSON.
 #pragma once
 
 #include <string>
@@ -7,9 +7,9 @@
 
 namespace parhelion::tools {
 
-/// Heights in the levelled cloud's coordinates, whatever the model was moved by; lengths in m, yaws in rad.
-/// floor_m, ceiling_m and room_height_m (between them) are null where none was found. heights: of the points
-/// of both (5, 50, 95 percent, lean against level), and near each scanner.
+/// Heights are in the coordinates of the levelled cloud, before the model was moved; lengths in m, yaws in
+/// rad. floor_m, ceiling_m and room_height_m (their difference) are null if not found. heights: of the points
+/// of floor and ceiling (5, 50, 95 percent, inclination), and near each scanner.
 std::string model_summary(const semantic::BuiltModel& built, double seconds);
 
 }  // namespace parhelion::tools

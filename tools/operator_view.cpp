@@ -29,7 +29,7 @@ Status OperatorView::listen() {
 
 Status OperatorView::update() {
   Message message;
-  constexpr int most = 256;  // at a time, so that keys are read in between
+  constexpr int most = 256;  // messages per call, so that keys are read in between
   for (int i = 0; i < most; ++i) {
     const auto received = bus_.receive(message, Duration{0});
     if (!received) return received.error();
@@ -51,7 +51,7 @@ void OperatorView::take(const Message& message) {
     if (decode(message.channel, message.payload, joints)) joints_ = std::move(joints.names);
   } else if (message.channel == channel::mr_events) {
     Event event;
-    // That a touch began and ended is news; that it goes on is none.
+    // Reports that a contact begins and ends, not that it continues.
     if (decode(message.channel, message.payload, event) && event.kind != EventKind::collision_continued)
       news_.push_back(line(event));
   }

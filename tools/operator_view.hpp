@@ -1,4 +1,4 @@
-// What a console shows: which robots there are, what the server makes of the commands, and what happens.
+// State that a console displays: robots, the server's response to commands, and events.
 #pragma once
 
 #include <string>
@@ -12,16 +12,16 @@ class OperatorView {
  public:
   explicit OperatorView(Bus& bus) : bus_(bus) {}
   Status listen();
-  /// Takes what has come; never waits.
+  /// Processes received messages; never waits.
   Status update();
 
   /// Of the newest MR_WORLD.
   const std::vector<station::DrivenRobot>& robots() const { return robots_; }
-  /// Of the trainee's robot, as JOINT_STATE names them.
+  /// Of the trainee's robot, from JOINT_STATE.
   const std::vector<std::string>& joints() const { return joints_; }
-  /// MR_CMD: what goes to the trainee's robot.
+  /// MR_CMD: the command sent to the trainee's robot.
   const Twist2& command() const { return command_; }
-  /// Events since the last call, a line each; not of touches that go on.
+  /// Events since the last call, one line each, without continued contacts.
   std::vector<std::string> take_news();
 
  private:

@@ -1,4 +1,4 @@
-// A place on the command line: "2.5,1,90deg".
+// A pose on the command line: "2.5,1,90deg".
 #pragma once
 
 #include <Eigen/Core>
@@ -8,12 +8,12 @@
 
 namespace parhelion::tools {
 
-/// How help texts describe it.
+/// Its format in help texts.
 inline constexpr const char* place_format = "X,Y,YAW in the map, such as 2.5,1,90deg or 250cm,1m,1.57rad";
 
-/// "X,Y" or "X,Y,YAW" as x and y (m) and yaw (rad, 0 where it is not given). Lengths are metres unless they
-/// carry another unit; a yaw other than 0 must carry its unit, since both degrees and radians would be
-/// believed. `with_yaw`: X,Y alone is not enough. The error says which part is wrong and what was expected.
+/// "X,Y" or "X,Y,YAW" as x and y (m) and yaw (rad, default 0). Lengths are metres unless they have another
+/// unit. A yaw other than 0 needs a unit, since degrees and radians are both plausible. `with_yaw`: X,Y alone
+/// is an error. The error contains the wrong part and what was expected.
 Result<Eigen::Vector3d> parse_place(const std::string& text, bool with_yaw);
 
 /// "X,Y" in metres or with units.

@@ -1,4 +1,4 @@
-// What most commands include, as tools/cmake/precompiled.hpp is for the rooms.
+// Precompiled header of the commands, like tools/cmake/precompiled.hpp for the modules.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -35,7 +35,7 @@ std::string progress_line(std::string_view task, double done, double total, std:
     line["unit"] = unit;
     line["elapsed_s"] = rounded(elapsed);
     if (known) line["left_s"] = rounded(left);
-    // What a command works on may be a file whose name is no UTF-8.
+    // A file name in the task may be invalid UTF-8.
     return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   }
   char text[160];
@@ -66,7 +66,7 @@ void Progress::update(double done, double total) {
   next_ = now + std::chrono::milliseconds(terminal_ ? 200 : 1000);
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const std::string line = progress_line(task_, done, total, unit_, elapsed, terminal_);
-  // "\033[K" clears what a longer line left behind.
+  // "\033[K" clears the rest of a longer line.
   std::fprintf(stream_, terminal_ ? "\r%s\033[K" : "%s\n", line.c_str());
   std::fflush(stream_);
   line_open_ = terminal_;

@@ -1,5 +1,5 @@
-// How far a long command is: a line with the time left on a terminal, JSON lines elsewhere. Used by every
-// subcommand.
+// Progress of a long command: a line with the remaining time on a terminal, JSON lines elsewhere. Used by
+// every subcommand.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ std::string progress_line(std::string_view task, double done, double total, std:
                           double elapsed, bool terminal);
 
 /// Writes progress to `stream`: at most five lines a second on a terminal, one a second elsewhere, none in
-/// the first second, so that a quick command stays quiet.
+/// the first second, so that a quick command prints nothing.
 class Progress {
  public:
   /// `unit` names what is counted ("MB", "scans"). A null stream is silent.
@@ -27,7 +27,7 @@ class Progress {
   ~Progress();
 
   void update(double done, double total);
-  /// Ends the line, so that what follows starts on its own.
+  /// Ends the line, so that later output starts on a new one.
   void finish();
 
  private:

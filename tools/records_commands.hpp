@@ -6,7 +6,7 @@
 namespace parhelion::tools {
 
 void add_records(CLI::App& app, Exit& exit);
-/// A part of `records`.
+/// A subcommand of `records`.
 void add_ranking(CLI::App& records, Exit& exit);
 void add_batch(CLI::App& app, Exit& exit);
 

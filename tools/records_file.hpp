@@ -1,4 +1,4 @@
-// Where the trainees' records are.
+// Location of the trainees' records.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace parhelion::tools {
 inline constexpr const char* kRecordsHelp =
     "Records; default: $PARHELION_RECORDS, or ~/.local/share/parhelion/records.db";
 
-/// `chosen`; where it is empty, as kRecordsHelp says. Made with its folder where it is not there and is to
-/// be created.
+/// `chosen`, or if it is empty the default described in kRecordsHelp. Created with its folder if it does not
+/// exist and `create` is set.
 Result<training::Records> open_records(const std::string& chosen, bool create);
 
 }  // namespace parhelion::tools

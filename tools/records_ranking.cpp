@@ -1,4 +1,4 @@
-// parhelion records ranking: who stands where, in a course or in one programme.
+// parhelion records ranking: the ranking of a course or of one programme.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>

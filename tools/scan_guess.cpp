@@ -28,7 +28,7 @@ std::optional<Transform<Cloud, Scanner>> to_pose(const std::vector<double>& v) {
   return Transform<Cloud, Scanner>(Eigen::Quaterniond(R), pose.translation());
 }
 
-/// Numbers separated by blanks or commas; nullopt where a word is none.
+/// Numbers separated by blanks or commas; nullopt: a word is not a number.
 std::optional<std::vector<double>> numbers_of(std::string text) {
   for (char& c : text) {
     if (c == ',') c = ' ';

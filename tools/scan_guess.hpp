@@ -1,4 +1,4 @@
-// Where scans roughly are, as a person says it.
+// Initial guesses of scan poses from the user.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 namespace parhelion::tools {
 
 /// `text` is "X,Y,Z,YAW" (m, degrees) for the second of two scans, or a file with a line for each scan: four
-/// such numbers, or the 16 of a 4x4 matrix by rows; '#' starts a comment. Empty: nothing is done. Guesses are
-/// in the first scan's frame; the first line is the first scan's own, and is taken out of the others.
+/// such numbers, or the 16 of a 4x4 matrix by rows; '#' starts a comment. Empty: no effect. Guesses are
+/// relative to the first scan: the pose on the first line is removed from the others.
 Status apply_guess(const std::string& text, std::vector<cloud::ScanToRegister>& scans);
 
 }  // namespace parhelion::tools

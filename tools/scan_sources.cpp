@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files of points in a folder, by name. Not .txt and .csv: those are as often something else.
+/// Files of points in a folder, by name, without .txt and .csv, which are often something else.
 std::vector<fs::path> scan_files(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code ignored;
@@ -62,7 +62,7 @@ class Opener {
  private:
   const ScanSourceOptions& options_;
   OpenedScans opened_;
-  std::optional<Eigen::Matrix3d> R_level_world_;  ///< of the first RGB-D folder, for those after it
+  std::optional<Eigen::Matrix3d> R_level_world_;  ///< of the first RGB-D folder, used for later ones
 };
 
 }  // namespace
@@ -86,7 +86,7 @@ void place_guesses(std::vector<cloud::ScanToRegister>& scans) {
   const Transform<Scanner, Cloud> T_first_world = scans.front().guess.inverse();
   for (cloud::ScanToRegister& scan : scans) {
     if (!scan.has_guess) continue;
-    scan.guess = (T_first_world * scan.guess).as<Cloud, Scanner>();  // a cloud has its first scan's frame
+    scan.guess = (T_first_world * scan.guess).as<Cloud, Scanner>();  // a cloud is in its first scan's frame
   }
 }
 

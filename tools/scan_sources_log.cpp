@@ -1,4 +1,4 @@
-// LCM logs as 3D scans: DEPTH images, LINES, or SCAN where the laser does not lie level, placed by POSE_COV
+// LCM logs as 3D scans: DEPTH images, LINES, or SCAN of a laser that is not level, with poses from POSE_COV
 // or POSE.
 #include <algorithm>
 #include <map>
@@ -15,7 +15,7 @@
 namespace parhelion::tools {
 namespace {
 
-/// Values over time; between two samples at most `farthest` apart they are interpolated.
+/// Values over time, interpolated between two samples at most `farthest` apart.
 template <class Value>
 class Track {
  public:
@@ -51,7 +51,7 @@ class Track {
 struct Sweep {
   LaserDescription laser;
   std::vector<HeadJoint> head;
-  std::vector<Scan> lines;  ///< of the 3D scan that grows
+  std::vector<Scan> lines;  ///< of the current 3D scan
   Eigen::Vector3d start = Eigen::Vector3d::Zero();
 };
 
@@ -140,7 +140,7 @@ class LogScans {
     return {};
   }
 
-  /// Lines of a laser that lies level stay in one plane, which is no 3D scan.
+  /// Lines of a level laser stay in one plane, which is no 3D scan.
   void find_sweeps() {
     if (robot_->laser && !options_.tilt_joint.empty()) {
       const Transform<Base, Laser>& T_base_laser = robot_->laser->T_base_laser;
@@ -241,7 +241,7 @@ class LogScans {
   OpenedScans& opened_;
   std::optional<RobotDescription> robot_;
   Track<Transform<Map, Base>> poses_, estimates_;
-  std::map<std::string, Track<double>> joints_;  ///< all that JOINT_STATE names
+  std::map<std::string, Track<double>> joints_;  ///< of JOINT_STATE, by name
   std::map<std::string, Sweep> sweeps_;          ///< by channel
   std::optional<Eigen::Isometry3d> last_image_;
   std::uint64_t damaged_ = 0, without_pose_ = 0;

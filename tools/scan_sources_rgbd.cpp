@@ -9,8 +9,9 @@
 namespace parhelion::tools {
 namespace {
 
-/// Up as the cameras tell: who holds a camera rolls it little and pitches it much, so that x axes are nearly
-/// level and view axes less so. The direction most at right angles to both, on the side of the pictures' top.
+/// Estimates up from the camera poses: hand-held cameras roll little and pitch more, so that x axes are
+/// nearly level and view axes less so. The direction most perpendicular to both, on the side of the images'
+/// top.
 Eigen::Vector3d up_of(const std::vector<RgbdPose>& poses) {
   constexpr double roll = 5, pitch = 30;  // degrees, standard deviations
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -25,8 +26,8 @@ Eigen::Vector3d up_of(const std::vector<RgbdPose>& poses) {
   return up.dot(top) < 0 ? Eigen::Vector3d(-up) : up;
 }
 
-/// The rotation to a frame whose z axis points up: against the folder's gravity, else as the cameras tell,
-/// which is rough.
+/// The rotation to a frame whose z axis points up: from the folder's gravity, else estimated roughly from the
+/// cameras.
 Eigen::Matrix3d level_axes(const RgbdFolder& folder, const std::string& name,
                            std::vector<std::string>& notes) {
   if (!folder.down)

@@ -1,4 +1,4 @@
-// The plan of a site as a picture for pages, on which robots are drawn.
+// Draws the plan of a site for pages, which draw robots on it.
 #pragma once
 
 #include <optional>
@@ -8,8 +8,8 @@
 
 namespace parhelion::tools {
 
-/// Floors light, what stands on them dark, nothing where nothing is known; 5 cm a pixel, or as many as make
-/// 4096 of the longer side. nullopt: there is nothing to be drawn.
+/// Floors are light, objects on them dark, unknown space is transparent; 5 cm a pixel, or coarser so that the
+/// longer side has at most 4096. nullopt: nothing to draw.
 std::optional<station::StationMap> draw_site_map(const SemanticModel& model);
 
 }  // namespace parhelion::tools

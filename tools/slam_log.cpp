@@ -16,7 +16,7 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Of mapping's progress; the rest closes loops.
+/// Part of the mapping progress; the rest is loop closure.
 constexpr double reading_share = 0.5;
 
 class LogSlam {
@@ -147,7 +147,7 @@ class LogSlam {
     auto word = slam_->add(scan);
     steps_.push_back(since(before) * 1e6);
     if (word) {
-      word->step_time = {};  // measured, so it would differ from run to run
+      word->step_time = {};  // measured, so different in each run
       words_.push_back({event.arrival + options_.pose_delay, std::move(*word)});
     }
     return {};

@@ -1,5 +1,5 @@
-// SLAM over a recorded log: SCAN and ODOMETRY in, the same log with POSE_COV and POSE out. What `parhelion
-// slam --log` does.
+// `parhelion slam --log`: SLAM over a recorded log with SCAN and ODOMETRY, which adds POSE_COV and POSE to
+// it.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace parhelion::tools {
 
-/// One ServerStatus where SLAM's words begin: seed, map id, and whether the trajectory is causal.
+/// One ServerStatus before the first estimate: seed, map id, and whether the trajectory is causal.
 inline constexpr const char* slam_status_channel = "SLAM_STATUS";
 
 struct SlamLogOptions {
@@ -25,9 +25,9 @@ struct SlamLogOptions {
   std::filesystem::path robot;     ///< overrides the log's ROBOT, in OUT too; empty: the log's own
   std::filesystem::path map;       ///< localize_log: .simplemap or ROS map YAML
   std::filesystem::path save_map;  ///< map_log: PREFIX of .simplemap, .yaml, .pgm, .png; empty: none
-  bool causal = false;  ///< map_log: what a live run would have said instead of the final trajectory
+  bool causal = false;             ///< map_log: the estimates of a live run instead of the final trajectory
   pose::SlamOptions slam;
-  Duration pose_delay = milliseconds(20);  ///< arrival of a pose after the scan that it answers
+  Duration pose_delay = milliseconds(20);  ///< from the scan to the arrival of its pose
   std::string scan_channel = "SCAN";
   std::string odometry_channel = "ODOMETRY";
 };
@@ -43,8 +43,8 @@ struct SlamLogReport {
   std::uint64_t refused = 0;   ///< events of the two channels that could not be decoded, damaged places
   std::uint64_t replaced = 0;  ///< POSE_COV and POSE events of IN that OUT does not hold
   StepPercentiles step;        ///< measured, per scan, causal part
-  double loop_seconds = 0;     ///< for closing loops at the end
-  double seconds = 0;          ///< in all
+  double loop_seconds = 0;     ///< loop closure at the end
+  double seconds = 0;          ///< total
   double log_seconds = 0;      ///< from the first scan to the last, by arrival
   std::string map_id;
   pose::GridMap map;    ///< built, or localized in
@@ -56,19 +56,19 @@ struct SlamLogReport {
 /// In percent: `total` is 100.
 using SlamProgress = std::function<void(double done, double total)>;
 
-/// Builds a map. Poses in OUT are the final trajectory unless options.causal. The same bytes each time: OUT's
-/// step times are 0.
+/// Builds a map. Poses in OUT are the final trajectory unless options.causal. Deterministic: OUT's step times
+/// are 0.
 Result<SlamLogReport> map_log(const SlamLogOptions& options, const SlamProgress& progress = {});
 /// Localizes in options.map.
 Result<SlamLogReport> localize_log(const SlamLogOptions& options, const SlamProgress& progress = {});
 
-/// PREFIX.simplemap, .yaml, .pgm and .png: all four or, on an error, none that was not there before. Closing
-/// loops is the caller's business: call Slam::finish() before.
+/// PREFIX.simplemap, .yaml, .pgm and .png: writes all four or, on an error, none. The caller closes loops
+/// with Slam::finish() before.
 Status save_map_files(const pose::Slam& slam, const std::filesystem::path& prefix, bool overwrite);
-/// An error where one of them exists and may not be overwritten, or their folder is not there.
+/// Error: one of them exists and may not be overwritten, or their folder does not exist.
 Status check_map_files(const std::filesystem::path& prefix, bool overwrite);
 
-/// An error where a channel carries virtual returns: SLAM is fed the raw scan and nothing else.
+/// Error: the channel contains injected returns. SLAM gets raw scans only.
 Status check_raw_channel(const std::string& channel);
 
 /// The summary as JSON (`--summary`).

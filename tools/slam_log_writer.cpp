@@ -38,12 +38,12 @@ class SlamLogWriter {
     return status;
   }
 
-  /// The word's events; 1 us apart, so that arrivals stay apart.
+  /// Writes the estimate's events 1 us apart, so that arrivals are distinct.
   static Status write_word(LogWriter& writer, const SlamWord& word) {
     std::vector<std::uint8_t> bytes;
     encode(word.estimate, bytes);
     if (Status written = writer.write(channel::pose_cov, word.arrival, bytes); !written) return written;
-    if (word.estimate.state != SlamState::tracking) return {};  // POSE has no way to say so
+    if (word.estimate.state != SlamState::tracking) return {};  // POSE cannot represent this state
     encode(PoseStamped{word.estimate.stamp, word.estimate.T_map_base}, bytes);
     return writer.write(channel::pose, word.arrival + microseconds(1), bytes);
   }
@@ -57,7 +57,7 @@ class SlamLogWriter {
     bool first = true;
     for (;;) {
       auto event = reader->next();
-      if (!event) continue;  // counted in the first reading
+      if (!event) continue;  // counted in the first pass
       if (!event->has_value()) break;
       Message& message = **event;
       if (first && !options_.robot.empty()) {

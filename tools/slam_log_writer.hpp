@@ -1,4 +1,4 @@
-// A log with SLAM's words among its events. Internal to slam_log*.cpp.
+// Writes a log with SLAM's estimates merged into its events. Internal to slam_log*.cpp.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace parhelion::tools {
 
-/// What is to be written: words in order of arrival, at least one.
+/// Estimates in order of arrival, at least one.
 struct SlamWords {
   std::span<const SlamWord> words;
   const RobotDescription& robot;
@@ -16,9 +16,8 @@ struct SlamWords {
   std::string map_id;
 };
 
-/// Writes options.output: the events of options.input, and the words where they arrive. Beside it first, then
-/// in its place. Returns how many events of the input the output does not hold, because these words replace
-/// them.
+/// Writes options.output: the events of options.input merged with the estimates by arrival time. Writes a
+/// temporary file and renames it. Returns the number of input events that the estimates replace.
 Result<std::uint64_t> write_slam_log(const SlamLogOptions& options, const SlamWords& said);
 
 }  // namespace parhelion::tools

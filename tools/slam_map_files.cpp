@@ -42,7 +42,7 @@ Status save_map_files(const pose::Slam& slam, const std::filesystem::path& prefi
   return write_beside(prefix, file_names(name), [&](const std::filesystem::path& folder) -> Status {
     const std::string part = (folder / name).string();
     if (Status saved = slam.save_simplemap(part + ".simplemap"); !saved) return saved;
-    // MRPT does not look whether its last bytes reach the disk.
+    // MRPT does not check that its last bytes reach the disk.
     if (!GzipFile::intact(part + ".simplemap"))
       return Error{prefix.string() + ".simplemap: could not be written whole: is there room on the disk?"};
     const pose::GridMap map = slam.grid_map();

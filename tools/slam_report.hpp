@@ -1,4 +1,4 @@
-// What is counted over SLAM's words, and said. Internal to slam_log*.cpp.
+// Statistics of SLAM's estimates. Internal to slam_log*.cpp.
 #pragma once
 
 #include <span>
@@ -7,13 +7,13 @@
 
 namespace parhelion::tools {
 
-/// A word of SLAM and when it reaches the server.
+/// An estimate of SLAM and its arrival time at the server.
 struct SlamWord {
   ArrivalTime arrival;
   PoseEstimate estimate;
 };
 
-/// Fills answered, tracking, lost and initializing.
+/// Counts answered, tracking, lost and initializing.
 void count(std::span<const SlamWord> words, SlamLogReport& report);
 
 /// One line for people.

@@ -1,5 +1,5 @@
-// Whether a robot is stopped by an emergency stop, kept where it outlives the server however that ends:
-// killed, restarted by whoever watches it, or the machine without power.
+// Persistent state of a robot's emergency stop, which survives the end of the server: killed, restarted by a
+// supervisor, or a power failure.
 #pragma once
 
 #include <condition_variable>
@@ -12,15 +12,16 @@
 
 namespace parhelion::tools {
 
-/// A file in the state folder while the stop holds; only an explicit release takes it away.
+/// A file in the state folder while the stop is active; only an explicit release removes it.
 class StopMemory {
  public:
-  /// `url`: of the bus: robots of other cells may have the same name.
+  /// `url`: of the bus, since robots of other buses may have the same name.
   StopMemory(const std::filesystem::path& folder, const std::string& url, const std::string& robot);
 
-  /// Fails to a stop: what cannot be looked up holds.
+  /// Fail-safe: true if the state cannot be determined.
   bool holds() const;
-  /// Written when this returns, on the disk soon after. Error: it is not kept, and why.
+  /// The file is written on return, and synced to disk soon after. Error: it could not be stored, with the
+  /// reason.
   Status keep(bool holds);
   const std::filesystem::path& path() const { return path_; }
 
@@ -32,7 +33,7 @@ class StopMemory {
   std::mutex mutex_;
   std::condition_variable_any written_;
   bool to_sync_ = false;
-  std::jthread syncer_;  // a slow disk holds up no scan
+  std::jthread syncer_;  // syncs in the background, since a slow disk must not delay a scan
 };
 
 }  // namespace parhelion::tools

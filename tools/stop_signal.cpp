@@ -10,10 +10,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 static_assert(std::atomic<Clock::rep>::is_always_lock_free);
 
-// A shell, timeout(1) and a parent that passes signals on ask the process and its group: that is once.
+// A shell, timeout(1) and a parent that forwards signals signal both the process and its group: this counts
+// once.
 constexpr Clock::duration same_request = std::chrono::milliseconds(500);
 
-std::atomic<Clock::rep> asked_at = 0;  // 0: not asked
+std::atomic<Clock::rep> asked_at = 0;  // 0: no request
 
 void on_signal(int signal) {
   const Clock::rep now = Clock::now().time_since_epoch().count();

@@ -1,4 +1,4 @@
-// ^C and SIGTERM end a command at its next safe place; another one, half a second later or more, ends it at
+// ^C and SIGTERM end a command at its next safe point; another one, half a second later or more, ends it at
 // once.
 #pragma once
 

@@ -61,7 +61,7 @@ Status write_text(const std::string& path, const std::string& text, bool overwri
   const int opened = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, mode);
   std::FILE* file = opened < 0 ? nullptr : fdopen(opened, "wb");
   if (file == nullptr) return Error{temporary + ": cannot be written: " + std::strerror(errno)};
-  // One that was left over has the rights that it was made with.
+  // A leftover file keeps the permissions it was created with.
   const bool kept = readers == Readers::all || fchmod(opened, mode) == 0;
   const bool written = kept && std::fwrite(text.data(), 1, text.size(), file) == text.size();
   if (std::fclose(file) != 0 || !written || std::rename(temporary.c_str(), path.c_str()) != 0) {

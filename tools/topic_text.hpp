@@ -1,4 +1,4 @@
-// What `topic echo` prints for a message.
+// Text output of `topic echo` for a message.
 #pragma once
 
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace parhelion::tools {
 
-/// One line; below it, indented, the YAML that a robot description or a session header carries. Nothing in it
-/// that a terminal would obey.
+/// One line; below it, indented, the YAML of a robot description or a session header. Contains no terminal
+/// control characters.
 std::string echo_text(const Message& message);
 
-/// `text` with '?' for what a terminal would obey; line ends stay where `lines`.
+/// `text` with '?' in place of control characters; line ends are kept if `lines`.
 std::string printable(std::string text, bool lines = false);
 
 }  // namespace parhelion::tools

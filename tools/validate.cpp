@@ -19,13 +19,13 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double kLevelFloor = 0.05;  ///< m: what is nearer to z = 0 makes no difference to anybody
+constexpr double kLevelFloor = 0.05;  ///< m: smaller distances to z = 0 do not matter
 
 std::string count(std::size_t n, const char* one, const char* many) {
   return std::to_string(n) + ' ' + (n == 1 ? one : many);
 }
 
-/// For a scenario whose robot is said on ROBOT: enough of one to see whether everything else can begin.
+/// For a scenario whose robot is defined by ROBOT: a minimal robot, so that everything else can be checked.
 RobotDescription any_robot() {
   RobotDescription robot;
   robot.laser.emplace();
@@ -33,7 +33,7 @@ RobotDescription any_robot() {
   return robot;
 }
 
-/// What serve and replay would say.
+/// The errors that serve and replay would report.
 Validation validate_scenario(const std::string& path) {
   Validation validation;
   const auto scenario = load_scenario(path);
@@ -54,8 +54,8 @@ Validation validate_scenario(const std::string& path) {
   return validation;
 }
 
-/// The course itself, and that each of its programmes is a scenario that is graded. A scenario that needs a
-/// model which is made of recordings (and is not there) is read all the same.
+/// Checks the course, and that each of its programmes is a graded scenario. A scenario whose model is built
+/// from recordings (and is missing) is checked all the same.
 Validation validate_course(const std::string& path) {
   const auto course = load_course(path);
   if (!course) return {"", {}, {course.error().message}};

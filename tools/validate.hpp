@@ -1,4 +1,4 @@
-// Finds out what a file is, and whether it is sound.
+// Detects the kind of a file and checks its content.
 #pragma once
 
 #include <string>
@@ -6,16 +6,16 @@
 
 namespace parhelion::tools {
 
-/// What was found about one file.
+/// Result for one file.
 struct Validation {
-  std::string summary;  ///< "scenario 'corridor', level 3, 2 agents"; empty where the kind is not known
-  std::vector<std::string> notes;   ///< worth knowing, one line each: channels of a log
+  std::string summary;             ///< "scenario 'corridor', level 3, 2 agents"; empty if the kind is unknown
+  std::vector<std::string> notes;  ///< further information, one line each: channels of a log
   std::vector<std::string> errors;  ///< with file and line, channel or offset
 };
 
-/// Scenario (with the model and robot that it names, and its agents' lasers), semantic model, robot
-/// description, laser preset, ROS map, or LCM log: each event's frame, each message of a type that Parhelion
-/// knows, and the YAML of ROBOT and MR_SESSION.
+/// Scenario (with its model, robot and the lasers of its agents), semantic model, robot description, laser
+/// preset, ROS map, or LCM log: each event's frame, each message of a known type, and the YAML of ROBOT and
+/// MR_SESSION.
 Validation validate_file(const std::string& path);
 
 }  // namespace parhelion::tools

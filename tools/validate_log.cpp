@@ -27,7 +27,7 @@ Status decodes(std::string_view channel, Bytes bytes) {
   return decode(channel, bytes, message);
 }
 
-/// The YAML in a message must be readable too, or replay would stop there.
+/// The YAML in a message must be valid too, because replay would stop there.
 Status robot_message(std::string_view channel, Bytes bytes) {
   RobotMessage message;
   if (const Status status = decode(channel, bytes, message); !status) return status;
@@ -83,7 +83,7 @@ const std::map<std::string, Check, std::less<>> checks{{"planar_lidar_t", decode
                                                        {"world_t", decodes<WorldMessage>},
                                                        {"hazard_reading_t", decodes<HazardReading>}};
 
-/// What a channel carries by its canonical name; others may carry anything.
+/// Types by canonical channel name; other channels may have any type.
 const std::map<std::string, std::string, std::less<>> types_by_channel{
     {channel::robot, "robot_t"},
     {channel::scan, "planar_lidar_t"},
@@ -185,7 +185,7 @@ class LogCheck {
     }
   }
 
-  /// A log without scans is a sound log; that the server could not use its robot is worth a note.
+  /// A log without scans is valid, but a robot that the server cannot use is worth a note.
   void look_at_robot(const Message& message) {
     RobotMessage robot_message;
     if (!decode(message.channel, message.payload, robot_message)) return;

@@ -1,4 +1,4 @@
-// The log half of validate.
+// The part of validate for logs.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace parhelion::tools {
 
-/// True where the file holds the sync word of an LCM log's event within its first 64 kB.
+/// True if the first 64 kB of the file contain the sync word of an LCM event.
 bool looks_like_log(const std::string& path);
 
 Validation validate_log(const std::string& path);

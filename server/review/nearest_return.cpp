@@ -49,7 +49,7 @@ NearestReturn::Distances NearestReturn::of(const Scan& scan, const ScanInfo* inf
     const float range = scan.ranges[i];
     if (laser.convention.classify(range) != BeamKind::hit) continue;
     const bool injected = told && info->beam_agent[i] >= 0;
-    // What is farther off than the nearest so far, even from the nearest corner, need not be measured.
+    // Skip returns that are farther than the nearest one even from the nearest corner.
     const double least = range * directions_[i].norm() - reach_;
     if (least >= nearest.any && (!injected || least >= nearest.injected)) continue;
     const double d = distance_to_outline(origin + range * directions_[i], robot_.footprint);

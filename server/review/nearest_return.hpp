@@ -1,4 +1,4 @@
-// How near the robot's outline came to what its laser was shown.
+// Smallest distance between the robot's outline and the laser returns of a scan, injected returns included.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,15 @@ namespace parhelion::review {
 
 class NearestReturn {
  public:
-  /// The description must outlive it. Without a laser or a footprint it knows nothing.
+  /// The description must outlive it. Without a laser or a footprint all distances are infinite.
   explicit NearestReturn(const RobotDescription& description);
 
   struct Distances {
-    double any = 0;       ///< m in the plane, from the footprint's edge, 0 inside it; infinity: no return
-    double injected = 0;  ///< the same of what is not real
+    double any = 0;       ///< m in the plane, from the edge of the footprint, 0 inside it; infinity: no
+                          ///< return
+    double injected = 0;  ///< the same for injected returns only
   };
-  /// `info`: of the same stamp; nullptr: nothing is known to be injected.
+  /// `info`: of the same stamp; nullptr: no beam counts as injected.
   Distances of(const Scan& scan, const ScanInfo* info);
   bool knows() const { return robot_.laser && robot_.footprint.size() >= 3; }
 

@@ -10,11 +10,11 @@
 namespace parhelion::review {
 namespace {
 
-/// In this order: each may use what those before it define.
+/// In this order: each script may use the definitions of those before it.
 constexpr std::array<std::string_view, 6> kScripts{"text.js",     "draw.js",   "map.js",
                                                    "timeline.js", "tables.js", "report.js"};
 
-/// The digest as a content security policy names what may run.
+/// The digest in the format of a content security policy.
 std::string policy_hash(const std::string& text) {
   Sha256 hash;
   hash.add({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
@@ -25,7 +25,7 @@ std::string policy_hash(const std::string& text) {
   return "'sha256-" + yaml::to_base64(digest) + "'";
 }
 
-/// `<` never appears, so that no text ends the element that holds the JSON.
+/// Escapes every `<`, so that no text can close the element that contains the JSON.
 std::string inert(const std::string& json) {
   std::string text;
   text.reserve(json.size());

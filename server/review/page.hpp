@@ -1,4 +1,4 @@
-// The after-action page: HTML that needs nothing beside itself.
+// The after-action page: HTML without external resources.
 #pragma once
 
 #include <string>
@@ -8,23 +8,23 @@
 
 namespace parhelion::review {
 
-/// What a session came to, for comparison with others.
+/// Result of a session, for comparison with others.
 struct SessionScore {
   std::string log, scenario;
   training::Grade grade;
 };
 
 struct ReviewPage {
-  std::vector<SessionReview> sessions;  ///< one, or two beside each other
-  std::vector<SessionScore> earlier;    ///< the trainee's own, the oldest first
-  std::vector<SessionScore> group;      ///< others'
+  std::vector<SessionReview> sessions;  ///< one, or two to be compared
+  std::vector<SessionScore> earlier;    ///< of the same trainee, oldest first
+  std::vector<SessionScore> group;      ///< of other trainees
 };
 
-/// The same bytes for the same sessions. Whatever names hold is shown as text: none of it is markup or
-/// script, and the page's policy lets no other script run and nothing be fetched.
+/// Deterministic: the same sessions give the same bytes. All names are shown as text, never as markup or
+/// script. The page's content security policy allows no other script and no network access.
 std::string to_html(const ReviewPage& page);
 
-/// What the page draws from.
+/// The data that the page draws.
 std::string to_json(const ReviewPage& page);
 
 }  // namespace parhelion::review

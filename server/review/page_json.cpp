@@ -1,4 +1,4 @@
-// What the page draws from, as JSON: figures rounded to what can be seen.
+// The page's data as JSON, rounded to visible precision.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// To thousandths: millimetres, milliseconds. What is not finite does not get here.
+/// To thousandths (millimetres, milliseconds). The value must be finite.
 double rounded(double value) {
   const double thousandths = std::round(value * 1000) / 1000;
   return thousandths == 0 ? 0 : thousandths;  // no -0
@@ -64,7 +64,7 @@ Json grade_json(const training::Grade& grade) {
   return json;
 }
 
-/// What the trainee was told: the figures that points are explained with.
+/// The training's figures that explain the points.
 Json training_json(const Training& training) {
   Json json{{"text", training.text}, {"pass_mark", training.pass_mark}};
   json["limit"] = number_or_null(training.limit);
@@ -206,7 +206,7 @@ std::string to_json(const ReviewPage& page) {
   for (const SessionReview& review : page.sessions) sessions.push_back(session_json(review));
   json["earlier"] = scores_json(page.earlier);
   json["group"] = scores_json(page.group);
-  // Names are bytes that came from outside: what is not UTF-8 is replaced, what is not ASCII escaped.
+  // Names are untrusted bytes: invalid UTF-8 is replaced, non-ASCII is escaped.
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 

@@ -5,7 +5,7 @@
 
 namespace parhelion::review {
 
-/// By the name of the file in server/review/page; empty: there is none.
+/// `name`: file name in server/review/page; empty result: no such file.
 std::string_view page_text(std::string_view name);
 
 }  // namespace parhelion::review

@@ -10,10 +10,10 @@
 namespace parhelion::review {
 namespace {
 
-constexpr int kWide = 480, kNarrow = 320;  // pixels, of charges and of the strip
+constexpr int kWide = 480, kNarrow = 320;  // pixels, of deductions and of the strip
 constexpr int kQuality = 72;
 
-/// 3 bytes a pixel.
+/// 3 bytes per pixel.
 struct Bgr {
   int width = 0, height = 0;
   std::vector<std::uint8_t> bytes;
@@ -46,7 +46,7 @@ Result<Bgr> pixels_of(const Image& image, render::JpegCodec& codec) {
   return out;
 }
 
-/// The mean of the pixels that each new one covers.
+/// Box filter: the mean of the pixels that each new one covers.
 Bgr shrink(const Bgr& from, int width) {
   if (from.width <= width) return from;
   Bgr to{width, std::max(1, from.height * width / from.width), {}};
@@ -103,7 +103,7 @@ void PictureChoice::charged(double points) {
   if (!last_) return;
   charged_.push_back({points, last_});
   if (charged_.size() <= most_) return;
-  // The cheapest goes, of equals the latest.
+  // Drops the smallest deduction, and of equal ones the latest.
   auto cheapest = charged_.begin();
   for (auto each = charged_.begin(); each != charged_.end(); ++each)
     if (each->points <= cheapest->points) cheapest = each;

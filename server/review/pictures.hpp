@@ -1,4 +1,4 @@
-// The pictures of MR_CAMERA that a review shows, out of many.
+// Selects the pictures of MR_CAMERA that a review shows.
 #pragma once
 
 #include <cstdint>
@@ -11,25 +11,25 @@
 namespace parhelion::review {
 
 struct Picture {
-  double t = 0;  ///< s, when it went out
+  double t = 0;  ///< s, publication time
   int width = 0, height = 0;
   std::vector<std::uint8_t> jpeg;
 };
 
-/// Remembers the encoded messages, decodes only what is chosen.
+/// Stores encoded messages and decodes only the selected ones.
 class PictureChoice {
  public:
-  /// At most `most` for charges (the dearest), and `strip` at equal intervals.
+  /// At most `most` pictures for deductions (the largest ones), and `strip` pictures at equal intervals.
   PictureChoice(std::size_t most, std::size_t strip) : most_(most), strip_most_(strip) {}
 
   /// MR_CAMERA as it was logged.
   void saw(double t, std::vector<std::uint8_t>&& message);
-  /// A charge now: the picture that was out last is kept.
+  /// A deduction at this instant: the last published picture is kept.
   void charged(double points);
   std::uint64_t seen() const { return seen_; }
 
-  /// As JPEG, in the order of time. Messages that are no image, or none that can be shown, are left out;
-  /// `unreadable` counts them.
+  /// As JPEG, in the order of time. Messages that are no image or cannot be shown are left out and counted in
+  /// `unreadable`.
   std::vector<Picture> finish(std::uint64_t& unreadable) const;
 
  private:

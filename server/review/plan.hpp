@@ -1,4 +1,4 @@
-// What of a building a map of the session shows.
+// The plan of the building that a session's map shows.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ inline constexpr double kPlanCell = 0.1;  // m
 
 struct Plan {
   std::vector<PlanPart> parts;  ///< floors first
-  std::vector<PlanRow> rows;    ///< of meshes, as far as they stand 5 cm to 2 m over z = 0
+  std::vector<PlanRow> rows;    ///< of meshes, from 5 cm to 2 m above z = 0
 };
 
 Plan plan_of(const SemanticModel& model);

@@ -52,7 +52,7 @@ class Gathering {
   void attitude(const WorldMessage::Entry& body, double t, bool known);
   void list(Event&& event);
   void add(const std::string& name, double t, double value) {
-    if (!std::isfinite(value)) return;  // no series of nothing
+    if (!std::isfinite(value)) return;  // skips missing values
     review_.series.try_emplace(name, limits_.windows).first->second.add(t, value);
   }
   double at(ArrivalTime arrival) { return seen(simulation_time(arrival)); }
@@ -88,7 +88,7 @@ Status Gathering::take(Message& message) {
   return handler == handlers_.end() ? Status{} : (this->*handler->second)(message);
 }
 
-/// Without training there is a review all the same, without a score.
+/// Without training, the review has no score.
 Status Gathering::grade(const Message& message) {
   const bool first = message.channel == channel::mr_session;
   if (!graded_) return first ? Status{Error{path_ + ": a second MR_SESSION"}} : Status{};
@@ -144,7 +144,7 @@ Status Gathering::event(Message& message) {
   return {};
 }
 
-/// All kinds get their place, however many there are of one.
+/// All kinds are represented, however many events there are of one.
 void Gathering::list(Event&& event) {
   if (event.kind == EventKind::collision_continued) return;
   if (++listed_[event.kind] <= limits_.events_of_kind)
@@ -156,7 +156,8 @@ void Gathering::list(Event&& event) {
 Status Gathering::world(Message& message) {
   if (const Status read = decode(message.channel, message.payload, world_); !read) return read;
   const double t = seen(SimulationTime{world_.stamp.ns});
-  const std::string* before = nullptr;  // bodies of one entity lie together, the first is the one that counts
+  const std::string* before = nullptr;  // the bodies of an entity are consecutive, and only the first one
+                                        // counts
   for (const WorldMessage::Entry& body : world_.bodies) {
     if (body.owner == BodyOwner::building || (before && *before == body.entity)) continue;
     before = &body.entity;
@@ -166,7 +167,7 @@ Status Gathering::world(Message& message) {
   return {};
 }
 
-/// Of a real robot only what an inertial sensor measured.
+/// For a real robot, only if measured by an inertial sensor.
 bool Gathering::attitude_known(const WorldMessage::Entry& body) const {
   return world_.attitude_known || body.owner != BodyOwner::real_robot ||
          tick::simulates_trainee(review_.scenario);
@@ -187,14 +188,14 @@ void Gathering::attitude(const WorldMessage::Entry& body, double t, bool known) 
   if (!known) return;
   constexpr double degrees = 180 / std::numbers::pi;
   const Eigen::Matrix3d R = body.T_map_body.rotation();
-  // Nose up is positive; so is the left side up.
+  // Positive: nose up, left side up.
   add("pitch", t, degrees * std::asin(std::clamp(R(2, 0), -1.0, 1.0)));
   add("roll", t, degrees * std::atan2(R(2, 1), R(2, 2)));
 }
 
 Status Gathering::scan(Message& message) {
   have_scan_ = false;
-  // What the robot sent broken went out as it was: nothing can be measured in it.
+  // Malformed scans were passed on unchanged; they contain nothing to measure.
   if (!decode(message.channel, message.payload, scan_)) return {};
   have_scan_ = true;
   at(message.arrival);
@@ -210,7 +211,7 @@ Status Gathering::scan_info(Message& message) {
   return {};
 }
 
-/// They come one after the other, either first.
+/// The two messages arrive in either order.
 void Gathering::measure_nearest() {
   if (!have_scan_ || !have_info_ || scan_.stamp != info_.stamp) return;
   have_scan_ = have_info_ = false;
@@ -221,7 +222,7 @@ void Gathering::measure_nearest() {
 
 Status Gathering::asked(Message& message) {
   TwistCommand command;
-  // An input that is broken was refused by the server: it asked for nothing.
+  // The server has refused a malformed input, so it commanded nothing.
   if (!decode(message.channel, message.payload, command)) return {};
   const double t = at(message.arrival);
   add("asked_forward", t, command.twist.vx);
@@ -250,7 +251,7 @@ Status Gathering::loop(Message& message) {
   return {};
 }
 
-/// The bytes' own stamp; a message that is broken otherwise is the server's business, which refused it.
+/// Reads the stamp from the bytes. The server has refused messages that are malformed otherwise.
 Status Gathering::delay(const char* name, const Message& message) {
   const auto stamp = leading_stamp(message.payload);
   if (!stamp) return {};
@@ -269,7 +270,7 @@ Result<SessionReview> Gathering::result(std::uint64_t skipped_bytes) {
     if (!session) return session.error();
     review_.grade = std::move(session->grade);
   }
-  // What begins with the session is said with the first event that is graded, after others.
+  // Events at the start of the session are published with the first graded event, after others.
   std::stable_sort(review_.events.begin(), review_.events.end(),
                    [](const Event& a, const Event& b) { return a.stamp < b.stamp; });
   review_.cut_off = !ended_;
@@ -296,7 +297,7 @@ Result<SessionReview> review_session(const std::string& path, const ReviewLimits
   Gathering gathering(path, limits);
   while (true) {
     auto next = reader->next();
-    if (!next) continue;  // damage: counted below, and what follows is read on
+    if (!next) continue;  // damage: counted below; reading continues behind it
     if (!*next) break;
     if (const Status taken = gathering.take(**next); !taken) return taken.error();
     if (progress) progress(reader->offset(), reader->size());

@@ -1,4 +1,4 @@
-// What an after-action review is made of: one session, read once from its log.
+// The content of an after-action review: one session, read once from its log.
 #pragma once
 
 #include <cstdint>
@@ -19,45 +19,47 @@ namespace parhelion::review {
 struct ReviewLimits {
   std::size_t windows = 600;          ///< of each plot
   std::size_t path_points = 3000;     ///< of the graded robot
-  std::size_t agent_points = 20'000;  ///< of all others together
+  std::size_t agent_points = 20'000;  ///< of all other agents together
   std::size_t events_of_kind = 150;
   std::size_t charge_pictures = 40, strip_pictures = 40;
 };
 
-/// How somebody went: a robot, a person, whatever moves.
+/// Path of a robot, a person or another agent.
 struct Trail {
   std::string entity;
   AgentKind kind = AgentKind::box;
   Track track;
 };
 
-/// Times are in seconds after `begin`; places in m, map frame.
+/// Times are in seconds after `begin`, positions in m in the map frame.
 struct SessionReview {
-  std::string log;    ///< name of the file, without its folder
-  std::string robot;  ///< that is graded
+  std::string log;    ///< file name without its folder
+  std::string robot;  ///< the graded robot
   Scenario scenario;
-  std::vector<Eigen::Vector2d> footprint;  ///< of the robot, where the description is its own; else empty
+  std::vector<Eigen::Vector2d> footprint;  ///< of the robot, if the log has its description; else empty
   SimulationTime begin;
   double duration = 0;
-  std::optional<training::Grade> grade;  ///< none: the scenario says nothing of training
-  bool cut_off = false;                  ///< the log has no end: it stops in the middle
+  std::optional<training::Grade> grade;  ///< none: the scenario has no training section
+  bool cut_off = false;                  ///< the log has no end record
   std::uint64_t skipped_bytes = 0;
   Plan plan;
   Trail path;
   std::vector<Trail> agents;                             ///< by name
-  std::vector<Event> events;                             ///< by their instants, thinned
-  std::map<std::string, std::uint64_t> events_left_out;  ///< by kind; contacts that go on are never listed
+  std::vector<Event> events;                             ///< in the order of time, thinned
+  std::map<std::string, std::uint64_t> events_left_out;  ///< by kind; repeated contact events are never
+                                                         ///< listed
   /// By name: speed, pitch, roll, nearest, nearest_injected, asked_forward, asked_turn, given_forward,
-  /// given_turn, delay_scan, delay_camera, delay_teleop. Those of which the log says nothing are not there.
+  /// given_turn, delay_scan, delay_camera, delay_teleop. Series without samples in the log are missing.
   std::map<std::string, Series> series;
-  /// s: sensor to server, the least there was, by series; what is plotted is over that. Clocks may differ.
+  /// s, smallest delay from sensor to server, by series; plots show the excess over it, since clocks may
+  /// differ.
   std::map<std::string, double> least_delay;
   std::vector<Picture> pictures;
   std::uint64_t pictures_seen = 0, pictures_unreadable = 0;
 };
 
-/// Error: no session log, or a training that names what is not there. `progress`: bytes done and of all; may
-/// be empty.
+/// Error: not a session log, or its training section refers to something that does not exist. `progress`:
+/// bytes done and bytes in total; may be empty.
 Result<SessionReview> review_session(const std::string& path, const ReviewLimits& limits = {},
                                      const std::function<void(std::uint64_t, std::uint64_t)>& progress = {});
 

@@ -1,4 +1,4 @@
-// What was measured over time, thinned so that no peak is lost.
+// A sampled signal, thinned so that no peak is lost.
 #pragma once
 
 #include <cstddef>
@@ -6,22 +6,22 @@
 
 namespace parhelion::review {
 
-/// At most `most` windows of one width, aligned to multiples of it, of each the smallest and the largest
-/// sample with their instants. The width doubles as the time grows: memory does not.
+/// At most `most` windows of equal width, aligned to multiples of it. Each keeps its smallest and largest
+/// sample with their instants. The width doubles as the time grows, so memory stays bounded.
 class Series {
  public:
   explicit Series(std::size_t most = 600, double width = 0.02);
 
-  /// t: s, not before 0 (what is, counts for 0), not before the one before it by more than a window (else it
-  /// is left out). A value that is not finite is left out, too.
+  /// t: s; negative values count as 0. A sample more than a window older than the one before it is left out,
+  /// and so is a value that is not finite.
   void add(double t, double value);
 
   struct Sample {
     double t, value;
   };
-  /// In the order of time; one or two of each window.
+  /// In the order of time; one or two for each window.
   std::vector<Sample> samples() const;
-  /// s, of the windows now.
+  /// s, current width of a window.
   double width() const { return width_; }
 
  private:

@@ -1,4 +1,4 @@
-// The way that a robot or an agent went, thinned to what a map can show.
+// The path of a robot or an agent, thinned to what a map can show.
 #pragma once
 
 #include <cstddef>
@@ -10,20 +10,20 @@ struct TrackPoint {
   double t = 0;             ///< s
   double x = 0, y = 0;      ///< m, map frame
   double yaw = 0;           ///< rad
-  double speed = 0;         ///< m/s in the plane, the greatest since the point before
-  bool after_jump = false;  ///< it was put here: nothing lies between the point before and this one
+  double speed = 0;         ///< m/s in the plane, maximum since the previous point
+  bool after_jump = false;  ///< it was repositioned: no motion between the previous point and this one
 };
 
-/// Keeps a point where it has moved or turned enough since the last, at most `most`: then only every other
-/// one of those that are there, and from then on at twice the distance.
+/// Keeps a point after enough motion or rotation since the last kept point. Beyond `most` points, every other
+/// point is dropped and the distance doubles.
 class Track {
  public:
   explicit Track(std::size_t most = 3000);
 
   void add(const TrackPoint& point);
-  /// The last place is among them even where it is near the one before.
+  /// Always includes the last position.
   std::vector<TrackPoint> points() const;
-  /// m, of all that was added.
+  /// m, of all added points.
   double length() const { return length_; }
   void allow(std::size_t most);
 
@@ -35,7 +35,7 @@ class Track {
   double turn_ = 0.05;  ///< rad
   std::vector<TrackPoint> kept_;
   TrackPoint last_;
-  double fastest_ = 0;  // since the last kept
+  double fastest_ = 0;  // since the last kept point
   double length_ = 0;
 };
 

@@ -13,7 +13,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr int station_nice = 5;  // pages never take a core from the tick
+constexpr int station_nice = 5;  // pages must not take a core from the tick
 
 bool is_own_machine(const std::string& host) {
   return host == "localhost" || host == "::1" || host.starts_with("127.");
@@ -70,7 +70,7 @@ Result<HostPort> parse_host_port(const std::string& text) {
 }
 
 struct BaseStation::Parts {
-  /// The site's handlers know all others, which say their last words to its audit.
+  /// The site is destroyed last: the others write to its audit log until their end.
   ~Parts() {
     if (site) site->stop();
     station.reset();

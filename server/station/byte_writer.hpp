@@ -12,7 +12,7 @@ static_assert(std::endian::native == std::endian::little, "pages read little-end
 
 class ByteWriter {
  public:
-  /// `size`: bytes that will be written, at most.
+  /// `size`: maximum number of bytes that will be written.
   explicit ByteWriter(std::size_t size) { bytes_.reserve(size); }
   template <class T>
   void put(T value) {

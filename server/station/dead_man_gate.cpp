@@ -13,7 +13,7 @@ Duration PageClock::age(Duration at, WallTime now) {
 
 void PageClock::heard(WallTime said, Duration heard_at) {
   const Duration offset = Duration{said.ns} - heard_at;
-  // A later echo says more: a page's clock may have slept.
+  // A later echo has priority, since the page's clock may have been suspended.
   least_offset_ = offset;
 }
 

@@ -1,5 +1,5 @@
-// Which commands of a page may move a robot: in time, in order, while the dead-man is held, and after a stop
-// only once it was let go.
+// Decides which commands of a page may move a robot: recent, in order, with the dead-man held, and after a
+// stop only after it was released once.
 #pragma once
 
 #include <cstdint>
@@ -12,39 +12,41 @@
 
 namespace parhelion::station {
 
-/// What a page says with each command: its own clock and count.
+/// The page's clock and counter, sent with each command.
 struct PageStamp {
-  std::uint64_t sequence = 0;  ///< rises
-  Duration at;                 ///< when it left, the page's clock
+  std::uint64_t sequence = 0;  ///< increases
+  Duration at;                 ///< send time on the page's clock
 };
 
-/// How old a message of a page is, from what both clocks said. Bounds a page's clock offset from both sides:
-/// a message arrives after it left (above), and an answer is heard after it was given (below).
+/// Estimates the age of a page's messages. Bounds the offset of the page's clock from both sides: a message
+/// arrives after it was sent (upper bound), and a reply is received after it was sent (lower bound).
 class PageClock {
  public:
-  /// Of a message that left `at` and is here `now`: counted from the fastest of the last minutes.
+  /// Age of a message that was sent at `at` and arrived at `now`, relative to the fastest message of the last
+  /// minutes.
   Duration age(Duration at, WallTime now);
-  /// The page heard at `heard_at` (its clock) what was said here at `said`.
+  /// The page received at `heard_at` (its clock) what this server sent at `said`.
   void heard(WallTime said, Duration heard_at);
-  /// That a message is not older than this is certain; nullopt: the page has echoed nothing.
+  /// Upper bound on the age of a message; nullopt: the page has echoed nothing yet.
   std::optional<Duration> most_age(Duration at, WallTime now) const;
 
  private:
   RunningMinimum fastest_{seconds(60)};
-  std::optional<Duration> least_offset_;  // of the server's clock from the page's
+  std::optional<Duration> least_offset_;  // of the server's clock relative to the page's
 };
 
-/// Not thread-safe. Instants are one steady clock.
+/// Not thread-safe. Instants are of one steady clock.
 class DeadManGate {
  public:
-  /// May this command move the robot? Else why not; the robot has to be stopped, and `rearm` holds from then.
-  /// A command that is out of order is left out without a word and stops nothing (nullptr in `why`).
+  /// True if this command may move the robot. Otherwise `why` is the reason, the robot has to be stopped, and
+  /// commands are refused until the dead-man was released. A command out of order is dropped and stops
+  /// nothing (nullptr in `why`).
   bool pass(const PageStamp& stamp, PageClock& clock, WallTime now, const char*& why);
-  /// The dead-man is let go: what comes next may move again.
+  /// The dead-man was released: the next command may move the robot again.
   void release();
-  /// It must be let go before anything moves.
+  /// Refuses all commands until the dead-man was released.
   void hold_back();
-  /// Held, and nothing came for page_silence.
+  /// The dead-man is held, and no command arrived for page_silence.
   bool fell_silent(WallTime now) const { return held_ && now - last_ >= driving_timing::page_silence; }
   bool held() const { return held_; }
   bool must_rearm() const { return rearm_; }

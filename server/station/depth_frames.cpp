@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t header_bytes = 16, point_bytes = 16;
 
-/// The smallest step with which an image gives `most` points at most.
+/// The smallest step that gives at most `most` points.
 int step_for(const render::DepthPixels& pixels, std::size_t most) {
   for (int step = 1;; ++step) {
     const auto of = [step](int length) { return static_cast<std::size_t>((length + step - 1) / step); };

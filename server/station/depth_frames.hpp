@@ -1,4 +1,4 @@
-// Depth images for pages: a few thousand points where they lie in the map.
+// Depth images for pages: a few thousand points in the map frame.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace parhelion::station {
 
-/// Binary message 3, without colours. Of the image every so many pixels, `most` (at least 1) points at most:
-/// those within the camera's range, the lens' distortion taken out. No points of an image that is not of the
-/// camera's size. `t`: s of the session.
+/// Binary message 3, without colours. Samples the image at a fixed pixel step, for `most` (at least 1) points
+/// at most. Contains points within the camera's range, with the lens distortion removed. An image that does
+/// not have the camera's size gives no points. `t`: s of the session.
 std::string depth_bytes(const render::DepthPixels& pixels, const DepthCameraDescription& camera,
                         const Transform<Map, DepthOptical>& T_map_optical, double t, std::size_t most = 8000);
 

@@ -57,7 +57,7 @@ std::string EntityTable::frame(const WorldMessage& world, double t, bool unsense
   std::vector<std::pair<std::size_t, std::size_t>> shown;  // part, body
   shown.reserve(parts_.size());
   std::size_t part = 0;
-  // Both are in the order of the bodies' numbers: what is new or gone is stepped over.
+  // Both are sorted by body number; new and missing bodies are skipped.
   for (std::size_t body = 0; body < world.bodies.size() && part < parts_.size(); ++body) {
     const auto is = [&](const Part& each) {
       return each.name == world.bodies[body].part && each.entity == world.bodies[body].entity;

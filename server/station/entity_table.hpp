@@ -1,4 +1,4 @@
-// The bodies that MR_WORLD names, numbered, so that a frame of their poses needs no name.
+// Numbers the bodies of MR_WORLD, so that a frame of their poses contains no names.
 #pragma once
 
 #include <cstdint>
@@ -21,26 +21,26 @@ class EntityTable {
     std::string name;
     BodyOwner owner = BodyOwner::agent;
     AgentKind kind = AgentKind::box;
-    std::vector<std::size_t> parts;  ///< numbers
+    std::vector<std::size_t> parts;  ///< numbers of bodies
   };
-  static constexpr std::size_t most_parts = 65'535;  ///< a number has 16 bits; what is more is not shown
+  static constexpr std::size_t most_parts = 65'535;  ///< numbers have 16 bits; further bodies are not shown
 
-  /// Counts from 1, round in 16 bits; 0: nothing was told yet.
+  /// Counts from 1 and wraps around at 16 bits; 0: no world yet.
   std::uint16_t number() const { return number_; }
   const std::vector<Part>& parts() const { return parts_; }
   const std::vector<Entity>& entities() const { return entities_; }
-  /// Index in entities(); -1: it is not there.
+  /// Index in entities(); -1: no such entity.
   int entity(const std::string& name) const;
 
-  /// Whether the world has just these bodies, in this order.
+  /// True if the world has exactly these bodies in this order.
   bool fits(const WorldMessage& world) const;
-  /// Makes it so.
+  /// Takes over the bodies of the world.
   void renew(const WorldMessage& world);
-  /// The session begins anew: numbers go on.
+  /// For a new session; numbers are not reused.
   void clear();
 
-  /// Binary message 1: the poses of those bodies that the table has. `t`: s of the session; `unsensed`:
-  /// agents are not shown to the real robot's sensors now.
+  /// Binary message 1: poses of the bodies in the table. `t`: s of the session; `unsensed`: agents are not
+  /// injected into the real robot's sensors now.
   std::string frame(const WorldMessage& world, double t, bool unsensed) const;
 
  private:

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// To tenths of thousandths; what is not finite is null.
+/// To 1e-4; null if not finite.
 Json rounded(double value) {
   if (!std::isfinite(value)) return nullptr;
   const double whole = std::round(value * 1e4) / 1e4;
@@ -18,7 +18,7 @@ Json rounded(double value) {
 
 Json triple(const auto& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
 
-/// Names are bytes that came from outside: what is not UTF-8 is replaced.
+/// Names are untrusted bytes: invalid UTF-8 is replaced.
 std::string text_of(const Json& message) {
   return message.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -62,7 +62,7 @@ Json event_json(const Event& event, SimulationTime start) {
 
 std::string entities_json(const EntityTable& table, const ShapesOf& shapes_of, const ModelOf& model_of) {
   Json forms = Json::array(), list = Json::array();
-  std::map<std::string, int> form_of;  // all persons share theirs
+  std::map<std::string, int> form_of;  // all persons use the same one
   const auto form = [&](const EntityTable::Part& part) {
     const std::vector<Shape>* shapes = shapes_of(part.entity, part.name);
     if (shapes == nullptr) return -1;

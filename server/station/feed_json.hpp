@@ -1,4 +1,4 @@
-// What goes to pages as JSON: one function a message. Lengths are rounded to tenths of millimetres.
+// JSON messages for pages, one function each. Lengths are rounded to 0.1 mm.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace parhelion::station {
 
-/// What a body looks like; nullptr: nobody knows.
+/// Shapes of a body; nullptr: unknown.
 using ShapesOf = std::function<const std::vector<Shape>*(const std::string& entity, const std::string& part)>;
 /// Name of an agent's robot model; empty: none.
 using ModelOf = std::function<std::string(const std::string& entity)>;
@@ -38,12 +38,12 @@ std::string reply_json(std::uint64_t request, const Status& done, const std::str
 
 struct EntityPlan {
   std::string entity;
-  const char* kind = "path";  ///< "path": what it was told to go; "predicted": where its motion leads
+  const char* kind = "path";            ///< "path": its commanded path; "predicted": its extrapolated motion
   std::vector<Eigen::Vector2d> points;  ///< m, map
 };
 std::string plans_json(std::span<const EntityPlan> plans);
 
-/// What people say beside the session.
+/// Chat messages of a session.
 struct ChatLine {
   double t = 0;  ///< s of the session
   std::string from, to, text;

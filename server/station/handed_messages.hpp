@@ -1,4 +1,4 @@
-// Messages from one thread to another of which neither waits for the other.
+// A lock-free queue of messages from one thread to another.
 #pragma once
 
 #include <atomic>
@@ -11,9 +11,9 @@
 
 namespace parhelion::station {
 
-/// put() and take_all() may run at the same time, each by one thread at a time; neither holds a lock, and
-/// what take_all() is through with, put() uses again. Lists that are taken whole (R. K. Treiber, Systems
-/// Programming: Coping with Parallelism, IBM RJ 5118, 1986), so that no node can come back meanwhile.
+/// put() and take_all() may run at the same time, each in one thread at a time, without locks. put() reuses
+/// the nodes that take_all() has finished with. Lists are taken whole (R. K. Treiber, Systems Programming:
+/// Coping with Parallelism, IBM RJ 5118, 1986), which rules out the ABA problem.
 class HandedMessages {
  public:
   HandedMessages() = default;
@@ -24,7 +24,7 @@ class HandedMessages {
   HandedMessages(const HandedMessages&) = delete;
   HandedMessages& operator=(const HandedMessages&) = delete;
 
-  /// A copy. Where nobody has taken anything for long, it is dropped, and counted.
+  /// Copies the message. If too much waits in the queue, it is dropped and counted.
   void put(const Message& message) {
     const std::size_t size = message.payload.size() + overhead;
     if (bytes_.load(std::memory_order_relaxed) + size > most_bytes) {
@@ -35,11 +35,11 @@ class HandedMessages {
     if (spare_ == nullptr) spare_ = used_.exchange(nullptr, std::memory_order_acquire);
     if (spare_ != nullptr) kept_.fetch_sub(1, std::memory_order_relaxed);
     Node* node = spare_ == nullptr ? new Node : std::exchange(spare_, spare_->next);
-    node->message = message;  // into the capacity that it has
+    node->message = message;  // reuses the node's capacity
     push(handed_, node);
   }
 
-  /// Calls `take(const Message&)` with all that was put since, in order.
+  /// Calls `take(const Message&)` for all messages put since the last call, in order.
   template <class Take>
   void take_all(Take&& take) {
     Node* oldest = nullptr;
@@ -49,7 +49,7 @@ class HandedMessages {
       Node* node = std::exchange(oldest, oldest->next);
       take(std::as_const(node->message));
       const std::size_t size = node->message.payload.size() + overhead;
-      // What a burst or a picture took is given back.
+      // Memory for bursts and images is freed.
       if (size > longest_kept || kept_.load(std::memory_order_relaxed) >= most_kept) {
         delete node;
       } else {
@@ -64,9 +64,9 @@ class HandedMessages {
 
  private:
   static constexpr std::size_t overhead = 128;                         // of a message without payload
-  static constexpr std::size_t most_bytes = std::size_t{64} << 20U;    // waiting
-  static constexpr std::size_t longest_kept = std::size_t{16} << 10U;  // bytes of a node to be used again
-  static constexpr std::size_t most_kept = 64;                         // such nodes
+  static constexpr std::size_t most_bytes = std::size_t{64} << 20U;    // maximum in the queue
+  static constexpr std::size_t longest_kept = std::size_t{16} << 10U;  // bytes; larger nodes are not reused
+  static constexpr std::size_t most_kept = 64;                         // number of reusable nodes
 
   struct Node {
     Message message;
@@ -86,7 +86,7 @@ class HandedMessages {
   std::atomic<Node*> handed_{nullptr}, used_{nullptr};
   std::atomic<std::size_t> bytes_{0}, kept_{0};
   std::atomic<std::uint64_t> dropped_{0};
-  Node* spare_ = nullptr;  // of the thread that puts
+  Node* spare_ = nullptr;  // used by the producer thread
 };
 
 }  // namespace parhelion::station

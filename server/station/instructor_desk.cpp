@@ -12,18 +12,18 @@ namespace {
 
 using Kind = PageMessage::Kind;
 
-constexpr Duration patience = seconds(3.0);  // for the server's answer
+constexpr Duration patience = seconds(3.0);  // timeout of the server's reply
 constexpr double messages_per_second = 50, at_once = 100;
 constexpr std::size_t most_unanswered = 1000;
 
-/// What the server answers.
+/// Commands that the server replies to.
 bool is_command(Kind kind) {
   return kind == Kind::agent || kind == Kind::script || kind == Kind::lesson || kind == Kind::report;
 }
 
-/// What is kept for good, or told to everybody, costs more of what a page may say.
+/// Messages that are stored or sent to everybody cost more of a page's rate limit.
 double cost(Kind kind) { return kind == Kind::chat || kind == Kind::report ? 25 : 1; }
-constexpr double spared = 20;  // of what it may say, for what costs less
+constexpr double spared = 20;  // part of the rate limit reserved for cheaper messages
 
 /// For the audit, and for people: "spawn person_1".
 std::string summary(const PageMessage& message) {
@@ -72,7 +72,7 @@ InstructorDesk::InstructorDesk(Bus& bus, StateFeed& feed, SessionNotes notes, De
 
 void InstructorDesk::answer(WebClient& client, std::uint64_t request, const Status& done,
                             const std::string& text) const {
-  if (request == 0 && done.ok()) return;  // it did not ask to be told
+  if (request == 0 && done.ok()) return;  // no reply requested
   client.send(page_text(reply_json(request, done, text)), false);
 }
 
@@ -120,7 +120,7 @@ void InstructorDesk::receive(WebClient& client, std::string_view text, WallTime 
   }
   if (is_command(message->kind)) {
     const Status sent = send(client, *message, now);
-    if (sent) return;  // the server answers
+    if (sent) return;  // the server will reply
     note(client.who(), client.remote(), summary(*message), sent);
     return answer(client, request, sent, {});
   }

@@ -1,5 +1,5 @@
-// What pages ask for: the instructor's commands to the bus and back, marks, words between people, pause
-// and end. Who may do what is decided here, and what was done or refused is told to the audit.
+// Handles requests of pages: the instructor's commands, marks, chat, pause and end. Checks permissions, and
+// records in the audit log what was done or refused.
 #pragma once
 
 #include <functional>
@@ -13,31 +13,31 @@
 
 namespace parhelion::station {
 
-/// Who did what, and how it ended ("done", or why not).
+/// Actor, action and result ("done", or the reason for a refusal).
 using DeskAudit = std::function<void(const Identity& who, const std::string& remote, const std::string& what,
                                      const std::string& outcome)>;
-/// Latches the emergency stop of a robot (empty: the trainee's), or takes it back.
+/// Latches the emergency stop of a robot (empty: the trainee's), or releases it.
 using StopHook = std::function<Status(bool on, const std::string& robot, const Identity& who)>;
 
 struct DeskOptions {
   SessionControls controls;
-  StopHook emergency_stop;  ///< empty: there is none
-  std::string scenarios;    ///< folder that saved scenarios go to; empty: none are kept
+  StopHook emergency_stop;  ///< empty: not available
+  std::string scenarios;    ///< folder for saved scenarios; empty: saving is disabled
   DeskAudit audit;          ///< may be empty
 };
 
-/// Not thread-safe: the station's worker has it.
+/// Not thread-safe: used by the station's worker only.
 class InstructorDesk {
  public:
   InstructorDesk(Bus& bus, StateFeed& feed, SessionNotes notes, DeskOptions options);
 
   /// `now`: steady clock.
   void receive(WebClient& client, std::string_view text, WallTime now);
-  /// An event that may answer a command.
+  /// An event that may be the reply to a command.
   void hear(const Event& event);
-  /// Commands that nobody answers are given up.
+  /// Drops commands without a reply after a timeout.
   void look(WallTime now);
-  /// What was said and marked before the page was opened.
+  /// Sends the chat lines and marks from before the page was opened.
   void greet(WebClient& client) const;
 
  private:
@@ -67,7 +67,8 @@ class InstructorDesk {
   std::vector<std::uint8_t> payload_;
 };
 
-/// Whether a role may say this; `recorded`: nothing is live, and who may look may wind.
+/// True if a role may send this message; `recorded`: a recording is shown, and observers may control the
+/// playback.
 bool may(Role role, PageMessage::Kind kind, bool recorded);
 
 }  // namespace parhelion::station

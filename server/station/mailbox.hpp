@@ -1,4 +1,4 @@
-// What waits for the station's worker: messages of the bus, and what pages say.
+// Queue of the station's worker: messages of the bus and of pages.
 #pragma once
 
 #include <condition_variable>
@@ -29,20 +29,20 @@ struct BusFailed {
 };
 using Letter = std::variant<Message, PageOpened, PageSaid, PageClosed, BusFailed>;
 
-/// Thread-safe, and bounded: the bus waits outside, where the newest of each channel wins.
+/// Thread-safe and bounded. When it is full, messages wait in the bus, where the newest of each channel wins.
 class Mailbox {
  public:
   static constexpr std::size_t most_messages = 64;  ///< of the bus
   static constexpr std::size_t most_texts = 4096;   ///< of pages
 
-  /// Waits until there is room. False: closed.
+  /// Blocks until there is room. False: closed.
   bool put(Message message);
-  /// Never waits. False: there are too many of them already.
+  /// Never blocks. False: the queue is full.
   bool put(PageSaid text);
   void put(PageOpened opened) { push(Letter(std::move(opened))); }
   void put(PageClosed closed) { push(Letter(closed)); }
   void put(BusFailed failed) { push(Letter(std::move(failed))); }
-  /// False: nothing came within `timeout`, or closed.
+  /// False: nothing arrived within `timeout`, or closed.
   bool take(Letter& letter, Duration timeout);
   void close();
 

@@ -10,7 +10,7 @@
 namespace parhelion::station {
 namespace {
 
-/// FNV-1a from a start that nobody can know, so that trying names on a log finds none.
+/// FNV-1a with a secret random start, so that names cannot be found by trying them on a log.
 std::uint64_t hashed(const std::string& text) {
   static const std::uint64_t start = [] {
     std::random_device device;

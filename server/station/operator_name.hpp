@@ -1,4 +1,4 @@
-// What a person is called where nothing personal goes: on the bus, in logs, in events.
+// Pseudonym of a person on the bus, in logs and in events.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace parhelion::station {
 
-/// The role and a number: the same for each page of an account for as long as the program runs, another the
-/// next time. Letters, digits and '_', as the bus has it.
+/// Role and number: the same for all pages of an account during one run of the program, different in the next
+/// run. Letters, digits and '_', as the bus requires.
 std::string operator_name(const Identity& who);
 
 }  // namespace parhelion::station

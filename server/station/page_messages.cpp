@@ -18,9 +18,9 @@ namespace {
 using Json = nlohmann::json;
 using Kind = PageMessage::Kind;
 
-constexpr int deepest = 8;  // a message of ours nests three levels
+constexpr int deepest = 8;  // our messages nest three levels
 
-/// Whether brackets nest deeper than any message does: what reads a document goes down by recursion.
+/// True if brackets nest too deep: the parser is recursive.
 bool too_deep(std::string_view text) {
   int depth = 0;
   bool quoted = false;
@@ -55,7 +55,7 @@ const std::map<std::string, valijson::Schema, std::less<>>& schemas() {
   return compiled;
 }
 
-/// The deepest complaint, in one line: it names the key.
+/// The innermost error in one line, with the key.
 std::string fault_text(valijson::ValidationResults& results) {
   std::string where, what;
   std::size_t depth = 0;
@@ -82,7 +82,7 @@ bool flag(const Json& message, const char* key, bool otherwise) {
   return found == message.end() ? otherwise : found->get<bool>();
 }
 
-/// The enumerator with this name; the schema has seen to it that there is one.
+/// The enumerator with this name, which the schema has validated.
 template <class Enum>
 Enum named(const std::string& name, Enum last) {
   for (int i = 0; i < static_cast<int>(last); ++i) {
@@ -167,7 +167,7 @@ const Commands& agent_commands() {
   return commands;
 }
 
-/// What a command cannot do without.
+/// Required fields of a command.
 Status check_agent(const Json& message, const std::string& action) {
   const auto lacks = [&](const char* key) { return Error{"'" + action + "' needs '" + key + "'"}; };
   const bool may_mean_all = action == "remove_all" || action == "freeze" || action == "unfreeze";

@@ -1,4 +1,4 @@
-// What a page says on /ws/state, checked against page_messages.schema.json before anything is done about it.
+// Messages of pages on /ws/state, validated against page_messages.schema.json.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,24 @@
 
 namespace parhelion::station {
 
-/// What of the session a page wants to be sent.
+/// The parts of the session that a page subscribes to.
 struct Subscription {
   bool scan = true;
   bool points = false;
-  double world_hz = 30;                  ///< of the binary world, at most
+  double world_hz = 30;                  ///< maximum rate of the binary world message
   std::vector<std::string> agent_scans;  ///< agents whose own scans are wanted
 };
 
 struct PageMessage {
   enum class Kind : std::uint8_t {
     subscribe,
-    agent,  ///< `command`: so too of script, lesson and report
+    agent,  ///< `command`; also for script, lesson and report
     script,
     lesson,
     end,
     save,  ///< `name`
     report,
-    chat,  ///< `name` is whom it is for
+    chat,  ///< `name` is the addressee
     mark,
     pause,
     resume,
@@ -39,18 +39,18 @@ struct PageMessage {
     estop_reset,
   };
   Kind kind = Kind::subscribe;
-  std::uint64_t request = 0;  ///< comes back in the reply; 0: none was given
+  std::uint64_t request = 0;  ///< repeated in the reply; 0: none
   Subscription subscription;
-  InstructorCommand command;  ///< without stamp and request, which the desk gives
+  InstructorCommand command;  ///< without stamp and request, which the desk adds
   std::string name, text;
   double value = 0;
 };
 const char* to_string(PageMessage::Kind kind);
 
-/// Longer ones are refused unread.
+/// Longer messages are refused unread.
 inline constexpr std::size_t kLongestPageMessage = 64 * 1024;  // bytes
 
-/// Error: what is wrong, by its key, and what was expected; `request` is set as far as the message says one.
+/// The error contains the offending key and what was expected; `request` is set if the message has one.
 Result<PageMessage> read_page_message(std::string_view text, std::uint64_t& request);
 
 }  // namespace parhelion::station

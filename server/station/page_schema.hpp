@@ -1,4 +1,4 @@
-// The schema of what pages may say, compiled in: the server needs no installed file.
+// The schema of messages from pages, compiled in so that the server needs no installed file.
 #pragma once
 
 namespace parhelion::station {

@@ -5,7 +5,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t most_unanswered = 256;  // a server that does not answer: the oldest are forgotten
+constexpr std::size_t most_unanswered = 256;  // for a server that does not reply: the oldest are dropped
 
 }  // namespace
 
@@ -39,14 +39,14 @@ void PlacedAgents::take(const InstructorCommand& command) {
 
 void PlacedAgents::take(const Event& event) {
   if (event.kind == EventKind::agent_removed) agents_.erase(event.subject);
-  // Of a script: no command carries its request.
+  // Spawned by a script: no command has its request number.
   if (event.kind == EventKind::agent_spawned && event.request == 0) {
     if (const auto known = scripted_.find(event.subject); known != scripted_.end())
       agents_[event.subject] = known->second;
   }
   const auto asked = event.request == 0 ? asked_.end() : asked_.find(event.request);
   if (asked == asked_.end()) return;
-  // The spawn is said before its command is answered, and the world may show it in between.
+  // The spawn event precedes the reply to its command, and the world may show the agent in between.
   const auto* spawn = std::get_if<AgentSpawn>(&asked->second);
   if (event.kind == EventKind::agent_spawned && spawn != nullptr) agents_[event.subject] = spawn->agent;
   if (event.kind == EventKind::command_accepted) done(asked->second);

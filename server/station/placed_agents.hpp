@@ -1,4 +1,4 @@
-// What is known of the agents that MR_WORLD only names: how they were defined, and what they were told since.
+// Definitions and commands of the agents that MR_WORLD contains by name only.
 #pragma once
 
 #include <map>
@@ -14,24 +14,24 @@ class PlacedAgents {
  public:
   explicit PlacedAgents(const Scenario& scenario);
 
-  /// Whoever sent it; it counts once an event says that it was done.
+  /// A command from any sender; takes effect when an event confirms it.
   void take(const InstructorCommand& command);
   void take(const Event& event);
-  /// The session begins anew.
+  /// For a new session.
   void restart();
 
-  /// nullptr: nothing but its name is known. Valid until the next take().
+  /// nullptr: only its name is known. Valid until the next take().
   const AgentDefinition* find(const std::string& agent) const;
   const std::map<std::string, AgentDefinition>& all() const { return agents_; }
-  bool frozen() const { return frozen_; }  ///< all agents stand still by the instructor's word
+  bool frozen() const { return frozen_; }  ///< the instructor has frozen all agents
 
  private:
   void done(const InstructorCommand& command);
 
   const Scenario& scenario_;
   std::map<std::string, AgentDefinition> agents_;
-  std::map<std::string, AgentDefinition> scripted_;   ///< what scripts may spawn
-  std::map<std::uint64_t, InstructorCommand> asked_;  ///< by request; what was not answered yet
+  std::map<std::string, AgentDefinition> scripted_;   ///< agents that scripts may spawn
+  std::map<std::uint64_t, InstructorCommand> asked_;  ///< by request; commands without a reply so far
   bool frozen_ = false;
 };
 

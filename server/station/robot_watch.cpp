@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration poll = milliseconds(20);  // the desk wants its turn every 50 ms
+constexpr Duration poll = milliseconds(20);  // the desk needs a turn every 50 ms
 constexpr Duration world_period = milliseconds(250);
 
 const simulation::RobotModel* model_of(const DrivenRobot& robot, const tick::Configuration& configuration,
@@ -87,7 +87,7 @@ void RobotWatch::run(const std::stop_token& stop) {
   WallTime turned;
   while (!stop.stop_requested()) {
     const auto received = bus_->receive(message, poll);
-    if (!received) return;  // the station says so
+    if (!received) return;  // the station reports it
     if (*received) take(message);
     if (runtime::steady_now() - turned < poll) continue;
     turned = runtime::steady_now();
@@ -113,7 +113,7 @@ void RobotWatch::take(const Message& message) {
   if (message.channel == channels.bus(channel::mr_events) &&
       decode(message.channel, message.payload, event).ok()) {
     placed_.take(event);
-    if (event.kind == EventKind::command_accepted) names_.clear();  // what it changed is told anew
+    if (event.kind == EventKind::command_accepted) names_.clear();  // report the changes again
     if (lessons_.hear(event)) video_.impair(lessons_.delay(), lessons_.loss());
     if (teleop_ != nullptr) teleop_->hear(event);
   }

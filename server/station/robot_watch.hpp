@@ -1,5 +1,5 @@
-// Keeps those who drive and those who watch video informed of which robots there are, in a thread of its own
-// that nothing else can hold up.
+// Reports the current robots to driving and video clients, in a thread of its own that nothing else can
+// delay.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,8 @@ namespace parhelion::station {
 
 class RobotWatch {
  public:
-  /// `teleop`: nullptr where nothing can be driven. Both outlive this. `trainee_why_not`: why the trainee's
-  /// robot cannot be; empty: it can.
+  /// `teleop`: nullptr if nothing can be driven. Both outlive this object. `trainee_why_not`: reason why the
+  /// trainee's robot cannot be driven; empty: it can.
   RobotWatch(std::unique_ptr<Bus> bus, std::shared_ptr<const tick::Configuration> configuration,
              VideoFeed& video, TeleopDesk* teleop, std::string trainee_why_not = {});
 
@@ -33,16 +33,15 @@ class RobotWatch {
   VideoFeed& video_;
   TeleopDesk* teleop_;
   const std::string trainee_why_not_;
-  WallTime world_due_;              ///< robots come and go seldom: not every world is read
-  std::vector<std::string> names_;  ///< that were told last
+  WallTime world_due_;              ///< robots appear and disappear rarely: not every world is decoded
+  std::vector<std::string> names_;  ///< last reported names
   CameraLessons lessons_;
   PlacedAgents placed_;
   std::jthread thread_;
 };
 
-/// A robot as pages may drive it: with the limits and joints of its model where that is known, and whether
-/// its camera sends pictures. `placed`: how an agent was defined; nullptr: nobody knows, or it is the
-/// trainee's.
+/// Describes a robot to pages that may drive it: limits and joints of its model, if known, and whether its
+/// camera publishes pictures. `placed`: definition of an agent; nullptr: unknown, or the trainee's robot.
 TeleopRobot drivable(const DrivenRobot& robot, const tick::Configuration& configuration,
                      const AgentDefinition* placed);
 

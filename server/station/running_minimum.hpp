@@ -1,5 +1,5 @@
-// The least of what was seen lately: of (arrival - sender's clock) it is the sender's clock offset plus the
-// fastest way, whatever queues the others stood in.
+// Minimum over recent values. Applied to (arrival - sender's clock), it gives the sender's clock offset plus
+// the smallest network delay, free of queueing delay.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,12 @@
 
 namespace parhelion::station {
 
-/// Over the last `window` to twice that, so that a clock that drifts, or slept, is believed again.
+/// Over the last `window` to twice that, so that the estimate follows a clock that drifts or was suspended.
 class RunningMinimum {
  public:
   explicit RunningMinimum(Duration window) : window_(window) {}
 
-  /// The minimum, this value included. `now` never goes back.
+  /// The minimum, this value included. `now` is monotonic.
   Duration add(Duration value, WallTime now) {
     if (!current_ || now - began_ >= window_) {
       previous_ = current_ && now - began_ < window_ + window_ ? current_ : std::nullopt;

@@ -40,7 +40,7 @@ Result<SavedScenario> save_scenario(StateFeed& feed, const std::string& folder, 
     const auto place = feed.place_of(agent);
     if (!place) continue;
     scenario.agents.push_back(definition);
-    // A cable's first body is its end, not its origin: it begins where it was put.
+    // A cable's first body is its end, not its origin: its pose is the one it was placed at.
     if (definition.kind != AgentKind::cable) {
       const Eigen::Vector3d p = place->translation();
       scenario.agents.back().T_map_base = Transform<Map, Base>::planar(p.x(), p.y(), place->yaw(), p.z());

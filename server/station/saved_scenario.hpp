@@ -1,4 +1,4 @@
-// The session as it stands, as a scenario that starts so.
+// Saves the current state of the session as a scenario.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@ namespace parhelion::station {
 struct SavedScenario {
   std::string path;
   std::size_t agents = 0;
-  std::vector<std::string> left_out;  ///< agents of which only the name is known
+  std::vector<std::string> left_out;  ///< agents without a known definition
 };
 
-/// Writes `folder`/`name`.yaml: the session's scenario with the agents that are there now, where they are and
-/// as they behave. Never overwrites. Errors say why it cannot be written.
+/// Writes `folder`/`name`.yaml: the session's scenario with the current agents, their poses and behaviours.
+/// Never overwrites. The error contains the reason.
 Result<SavedScenario> save_scenario(StateFeed& feed, const std::string& folder, const std::string& name);
 
 }  // namespace parhelion::station

@@ -53,7 +53,7 @@ RobotPlace::RobotPlace(const tick::Configuration& configuration) : configuration
 void RobotPlace::restart() { track_.emplace(configuration_.robot, place_options(configuration_)); }
 
 void RobotPlace::take(PoseEstimate estimate) {
-  // A map that SLAM is still building is taken for the model's, as the server does.
+  // A map that SLAM is still building is assumed to match the model's, as in the server.
   const auto& trainee = configuration_.scenario.trainee;
   if (trainee && trainee->slam && estimate.map_id.empty()) estimate.map_id = configuration_.model.map_id;
   track_->add(estimate);

@@ -1,4 +1,4 @@
-// Scans for pages: where the laser was at the stamp, and which beams are virtual.
+// Scans for pages: the pose of the laser at the stamp, and which beams are virtual.
 #pragma once
 
 #include <cstdint>
@@ -12,28 +12,30 @@
 
 namespace parhelion::station {
 
-/// What binary message 2 says beside the scan itself.
+/// Content of binary message 2 besides the scan itself.
 struct ScanFrame {
   enum class Source : std::uint8_t { real, mixed, agent };
   Source source = Source::real;
-  std::uint16_t part = 0xFFFF;                       ///< of an agent: its first part in the entity table
+  std::uint16_t part = 0xFFFF;                       ///< of an agent: index of its first part in the entity
+                                                     ///< table
   double t = 0;                                      ///< s of the session
-  std::optional<Transform<Map, Laser>> T_map_laser;  ///< at the stamp; none: not known, and NaN is sent
-  std::vector<std::int16_t> entities;                ///< per beam: index of the entity hit, -1: real; or none
+  std::optional<Transform<Map, Laser>> T_map_laser;  ///< at the stamp; none: unknown, sent as NaN
+  std::vector<std::int16_t> entities;                ///< for each beam: index of the entity hit, -1: real; or
+                                                     ///< empty
 };
 std::string scan_bytes(const Scan& scan, const ScanFrame& frame);
 
-/// Where the trainee's robot is at any instant of its clock, as the server itself knows it.
+/// Pose of the trainee's robot at any instant of its clock, as the server estimates it.
 class RobotPlace {
  public:
   explicit RobotPlace(const tick::Configuration& configuration);
 
   void take(const Odometry& odometry) { track_->add(odometry); }
   void take(PoseEstimate estimate);
-  /// POSE, where the scenario says how well it is known.
+  /// POSE, if the scenario gives its accuracy.
   void take(const PoseStamped& pose);
   std::optional<Transform<Map, Laser>> laser_at(SensorTime t) const;
-  /// In the plane: roll and pitch are not known here.
+  /// In the plane: roll and pitch are unknown.
   std::optional<Transform<Map, Base>> base_at(SensorTime t) const;
   void restart();
 
@@ -42,18 +44,18 @@ class RobotPlace {
   std::optional<pose::PoseTrack> track_;
 };
 
-/// Where agents are at an instant a little ago, from the newest two worlds.
+/// Poses of agents at a recent instant, from the newest two worlds.
 class AgentPlaces {
  public:
   void take(const WorldMessage& world);
-  /// The laser of an agent, which is carried at `T_base_laser`.
+  /// The laser of an agent, mounted at `T_base_laser`.
   std::optional<Transform<Map, Laser>> laser_at(const std::string& agent,
                                                 const Transform<Base, Laser>& T_base_laser,
                                                 SimulationTime t) const;
   void restart() { worlds_[0].bodies.clear(), worlds_[1].bodies.clear(); }
 
  private:
-  WorldMessage worlds_[2];  ///< the older first
+  WorldMessage worlds_[2];  ///< older first
 };
 
 }  // namespace parhelion::station

@@ -1,4 +1,4 @@
-// The score and the tasks as MR_EVENTS say them: the server grades, pages only show.
+// Score and tasks from MR_EVENTS: the server grades, pages only display.
 #pragma once
 
 #include <optional>
@@ -15,8 +15,8 @@ struct TaskLine {
   std::string name, text;
   State state = State::waiting;
   bool required = false;
-  double points = 0, of = 0;    ///< earned, and to be earned
-  std::optional<double> limit;  ///< s from its begin
+  double points = 0, of = 0;    ///< awarded, and maximum
+  std::optional<double> limit;  ///< s from its start
   std::optional<SimulationTime> began;
 };
 const char* to_string(TaskLine::State state);
@@ -25,21 +25,21 @@ class ScoreBoard {
  public:
   explicit ScoreBoard(const std::optional<Training>& training);
 
-  /// False: the event changes nothing here.
+  /// False: the event changes nothing.
   bool take(const Event& event);
   void restart();
 
   bool graded() const { return training_.has_value(); }
   double score() const { return score_; }
   double possible() const { return possible_; }                              ///< points of all tasks together
-  double pass_mark() const { return training_ ? training_->pass_mark : 0; }  ///< share
+  double pass_mark() const { return training_ ? training_->pass_mark : 0; }  ///< fraction
   std::optional<double> limit() const { return training_ ? training_->limit : std::nullopt; }  ///< s
-  /// The grading's last word; none: it goes on.
+  /// The final result of the grading; none: still running.
   const std::optional<std::string>& verdict() const { return verdict_; }
-  /// As the grader reckons it.
+  /// By the grader's rule.
   bool passed() const;
   const std::vector<TaskLine>& tasks() const { return tasks_; }
-  /// s that are left of a task; none: its time is not limited, or it does not run.
+  /// s left of a task; none: no time limit, or not running.
   std::optional<double> left(const TaskLine& task, SimulationTime now) const;
 
  private:

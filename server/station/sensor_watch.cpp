@@ -9,11 +9,11 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration window = seconds(10.0);  // what rate and loss speak of
+constexpr Duration window = seconds(10.0);  // window of rate and loss
 
-/// s between two that follow each other; 0: fewer than two. As a rule the usual gap, so that what is lost
-/// makes longer ones. A sensor that is read at the beats of a faster clock (100 Hz at 120) has longer ones,
-/// too, but regularly: any twenty together last as long, give or take a beat. Then it is their mean.
+/// Period in s; 0: fewer than two stamps. Usually the median gap, so that losses appear as longer gaps. A
+/// sensor that is sampled at the ticks of a faster clock (100 Hz at 120) has longer gaps at regular
+/// intervals: any twenty gaps take equally long, give or take a tick. The period is then the mean gap.
 double period_of(const std::deque<SensorTime>& stamps) {
   constexpr std::size_t row = 20, too_many_to_be_chance = 4;
   std::vector<double> gaps;
@@ -46,7 +46,7 @@ void SensorWatch::heard(const std::string& name, SensorTime stamp, ArrivalTime a
   if (sensor == sensors_.end()) return;
   if (sensor->clock == Clock::robot) robot_clock_.add(arrival, stamp);
   auto& stamps = sensor->stamps;
-  // A clock that was set, or a recording that was wound back.
+  // The clock was set, or a recording was rewound.
   if (!stamps.empty() && stamp <= stamps.back()) stamps.clear();
   stamps.push_back(stamp);
   while (stamps.size() > kept || stamps.back() - stamps.front() > window) stamps.pop_front();

@@ -1,4 +1,4 @@
-// How each sensor and each output comes: rate, age, loss.
+// Rate, age and loss of each sensor and each output.
 #pragma once
 
 #include <deque>
@@ -12,15 +12,15 @@ namespace parhelion::station {
 
 struct SensorState {
   enum class Word : std::uint8_t {
-    none,  ///< it has never come
+    none,  ///< no message yet
     ok,
     late,  ///< three periods, and more than 150 ms
     lost,  ///< ten periods, and more than a second
   };
   std::string name;  ///< canonical channel
   double rate = 0;   ///< Hz
-  double age = 0;    ///< s, since the instant that the newest speaks of
-  double loss = 0;   ///< share of the newest that did not come, by the gaps between stamps
+  double age = 0;    ///< s, since the stamp of the newest message
+  double loss = 0;   ///< fraction of the newest messages that is missing, by the gaps between stamps
   Word word = Word::none;
 };
 const char* to_string(SensorState::Word word);
@@ -28,15 +28,15 @@ const char* to_string(SensorState::Word word);
 /// Not thread-safe.
 class SensorWatch {
  public:
-  enum class Clock : std::uint8_t { robot, server };  ///< that stamps it
+  enum class Clock : std::uint8_t { robot, server };  ///< clock of the stamps
 
   void watch(std::string name, Clock clock) { sensors_.push_back({std::move(name), clock, {}}); }
-  /// `arrival`: on the server's axis. An unknown name is passed over.
+  /// `arrival`: on the server's axis. Unknown names are ignored.
   void heard(const std::string& name, SensorTime stamp, ArrivalTime arrival);
   /// In the order of watch().
   std::vector<SensorState> states(ArrivalTime now) const;
-  /// Where an instant of the robot's clock lies on the server's axis; it is taken as it is while nothing is
-  /// known of that clock.
+  /// Converts an instant of the robot's clock to the server's axis; unchanged while the clock offset is
+  /// unknown.
   SimulationTime to_server(SensorTime t) const;
   void restart();
 
@@ -45,7 +45,7 @@ class SensorWatch {
   struct Sensor {
     std::string name;
     Clock clock = Clock::robot;
-    std::deque<SensorTime> stamps;  ///< the newest last
+    std::deque<SensorTime> stamps;  ///< newest last
   };
   std::vector<Sensor> sensors_;
   tick::ClockOffset robot_clock_;

@@ -1,4 +1,4 @@
-// What people say and mark while a session runs: kept beside its log, never in it and never on LCM.
+// Chat lines and marks of a session, stored beside its log, never in it and never on LCM.
 #pragma once
 
 #include <cstdio>
@@ -13,22 +13,22 @@ namespace parhelion::station {
 
 class SessionNotes {
  public:
-  /// Appends to `path`, a JSON object a line ({"at_us", and what the page was told}); empty: kept in memory
-  /// alone. Error: it cannot be written.
+  /// Appends to `path`, a JSON object per line ({"at_us", and the message to the page}); empty: kept in
+  /// memory only. Error: it cannot be written.
   static Result<SessionNotes> open(const std::string& path);
 
-  /// Error: the line was not written, as the file cannot be or is full of this person's words; it is kept in
-  /// memory all the same.
+  /// Error: the line was not written, because the file failed or this person's quota in it is full. The line
+  /// is kept in memory all the same.
   Status add(const ChatLine& line, WallTime now);
   Status add(const MarkLine& line, WallTime now);
 
-  /// The newest of them.
+  /// The newest lines.
   const std::deque<ChatLine>& chat() const { return chat_; }
   const std::deque<MarkLine>& marks() const { return marks_; }
 
  private:
-  static constexpr std::size_t kept = 500;             // of each, in memory
-  static constexpr std::size_t most_said = 1'000'000;  // bytes that one person's words may take of the file
+  static constexpr std::size_t kept = 500;             // of each kind, in memory
+  static constexpr std::size_t most_said = 1'000'000;  // maximum bytes of one person in the file
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
@@ -41,7 +41,7 @@ class SessionNotes {
   std::deque<MarkLine> marks_;
 };
 
-/// Whether the line is for this person to read.
+/// True if this person may read the line.
 bool is_for(const ChatLine& line, const Identity& who);
 
 }  // namespace parhelion::station

@@ -16,8 +16,8 @@ namespace parhelion::station {
 namespace {
 
 constexpr Duration period = milliseconds(5);
-constexpr Duration again = milliseconds(100);  // where the bus has failed
-constexpr int least_waiting = 64;              // messages of a subscription, meanwhile
+constexpr Duration again = milliseconds(100);  // retry interval after a failure of the bus
+constexpr int least_waiting = 64;              // messages of a subscription in the meantime
 
 }  // namespace
 
@@ -48,9 +48,9 @@ struct SharedEndpoint::Shared {
   }
 
   const std::unique_ptr<Bus> bus;
-  mutable std::mutex mutex;  // of what follows
+  mutable std::mutex mutex;  // guards the members below
   std::vector<Listener*> listeners;
-  std::set<std::string> subscribed;  // to the bus
+  std::set<std::string> subscribed;  // on the bus
   std::optional<Error> fault;
 };
 

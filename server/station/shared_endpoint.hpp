@@ -1,5 +1,5 @@
 // One endpoint of the bus for all parts of the station. The network copies each packet to each endpoint of a
-// machine, on the sender's time: several of them would cost the scan path more than all that is done with it.
+// machine, in the sender's time: several endpoints would slow down the scan path more than all their work.
 #pragma once
 
 #include <memory>
@@ -10,19 +10,18 @@
 
 namespace parhelion::station {
 
-/// What comes is handed on in order, 200 times a second: whoever looks is not woken by the scan that the
-/// server has just been woken to answer, and what pages are shown is up to 5 ms older. A bus that fails is
-/// told to all who listen, and tried again. Thread-safe.
+/// Passes on messages in order, 200 times a second. Receivers are therefore not woken by the scan that has
+/// just woken the server, and data shown on pages is up to 5 ms older. A failure of the bus is reported to
+/// all receivers and retried. Thread-safe.
 class SharedEndpoint {
  public:
   explicit SharedEndpoint(std::unique_ptr<Bus> bus);
-  /// Endpoints may outlive it: they hear nothing any more, and still publish.
+  /// Endpoints may outlive it. They then receive nothing, and still publish.
   ~SharedEndpoint();
   SharedEndpoint(const SharedEndpoint&) = delete;
   SharedEndpoint& operator=(const SharedEndpoint&) = delete;
 
-  /// An endpoint that hears what it subscribes to. Patterns that overlap without being equal hear what is on
-  /// both twice.
+  /// An endpoint with its own subscriptions. A message that matches two different patterns arrives twice.
   std::unique_ptr<Bus> connect();
 
  private:

@@ -29,7 +29,7 @@ Json outline(const auto& corners) {
 }
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// What an instructor chooses from, and what the trainee is told.
+/// The choices of an instructor, and the briefing of the trainee.
 Json scene_json(const tick::Configuration& configuration) {
   const Scenario& scenario = configuration.scenario;
   Json scripts = Json::array(), lessons = Json::array(), doors = Json::array(), models = Json::array();
@@ -94,7 +94,7 @@ const char* word(simulation::JointKind kind) {
   return words[static_cast<std::size_t>(kind)];
 }
 
-/// Links and joints as URDF has them: a link's frame is its joint's.
+/// Links and joints as in URDF: a link's frame is its joint's.
 void put_links(const simulation::RobotModel& model, Json& json) {
   Json& links = json["links"] = Json::array();
   for (const simulation::RobotLink& link : model.links) {

@@ -1,4 +1,4 @@
-// What does not change, or seldom, as JSON: the session, the building, the robots.
+// JSON of what never or rarely changes: the session, the building, the robots.
 #pragma once
 
 #include <string>
@@ -11,13 +11,13 @@ namespace parhelion::station {
 
 struct HelloWords {
   SimulationTime start;  ///< of the session
-  WallTime now;          ///< the server's clock, for the page's
+  WallTime now;          ///< the server's clock, to synchronize the page's
   bool recorded = false;
-  bool mapped = false;  ///< there is a picture of the map
+  bool mapped = false;  ///< a picture of the map exists
   std::string marks;    ///< JSON list for the seek bar; empty: none
   bool can_pause = false, can_rate = false, can_seek = false, can_end = false, can_save = false;
 };
-/// hello: what a page is told first.
+/// hello: the first message to a page.
 std::string hello_json(const tick::Configuration& configuration, const Identity& who,
                        const HelloWords& words);
 

@@ -1,4 +1,4 @@
-// What comes from the bus. What goes to pages by itself is in state_feed_pages.cpp.
+// Messages from the bus. Periodic messages to pages are in state_feed_pages.cpp.
 #include "server/station/state_feed.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ constexpr std::size_t kept_events = 500;
 constexpr Duration points_period = milliseconds(200);
 constexpr std::string_view agent_prefix = "MR_AGENT_", scan_suffix = "_SCAN";
 
-/// The agent of a channel MR_AGENT_<name>_SCAN; empty: it is none.
+/// The agent of a channel MR_AGENT_<name>_SCAN; empty: another channel.
 std::string agent_of(const std::string& channel) {
   if (!channel.starts_with(agent_prefix) || !channel.ends_with(scan_suffix)) return {};
   if (channel.size() <= agent_prefix.size() + scan_suffix.size()) return {};
@@ -48,14 +48,14 @@ StateFeed::StateFeed(std::shared_ptr<const tick::Configuration> configuration, F
   add(channel::mr_camera, Kind::watched, 4, Clock::robot);
   add(channel::mr_world, Kind::world, 2, Clock::server);
   add(channel::mr_scan_info, Kind::scan_info, 4, std::nullopt);
-  const int whole_session = 16'384;  // a player says it all again after it was wound back
+  const int whole_session = 16'384;  // a player repeats all of them after a rewind
   add(channel::mr_events, Kind::event, recorded() ? whole_session : 1024, std::nullopt);
   add(channel::mr_status, Kind::status, 2, std::nullopt);
   for (const char* command : kInstructorChannels)
     add(command, Kind::command, recorded() ? whole_session : 256, std::nullopt);
   add(channel::mr_model, Kind::model, 2, std::nullopt);
   add(channel::operators, Kind::operators, 64, std::nullopt);
-  channels_[channel::mr_session] = {Kind::session, channel::mr_session, 2};  // it alone is never renamed
+  channels_[channel::mr_session] = {Kind::session, channel::mr_session, 2};  // never renamed
 }
 
 void StateFeed::add(const char* canonical, Kind kind, int capacity,
@@ -158,7 +158,7 @@ void StateFeed::restart(SimulationTime at) {
   if (restarted) restarted();
 }
 
-/// A session that was joined late counts from what is heard of it first.
+/// A session that was joined late starts with the first message received.
 void StateFeed::note_start(SimulationTime at) {
   if (!start_) restart(at);
 }
@@ -170,7 +170,7 @@ void StateFeed::take_world(const Message& message, WallTime now) {
   if (!pages_.empty()) send_world(now);
 }
 
-/// The newest world is read when somebody wants it. False: there is none.
+/// Decodes the newest world on demand. False: there is none.
 bool StateFeed::read_world() {
   if (world_unread_ && !decode(world_message_.channel, world_message_.payload, world_).ok()) world_ = {};
   world_unread_ = false;
@@ -203,7 +203,7 @@ void StateFeed::take_event(const Message& message) {
   shapes_.take(event);
   score_changed_ = board_.take(event) || score_changed_;
   if (heard_event) heard_event(event);
-  if (event.kind == EventKind::collision_continued) return;  // it has been told that it goes on
+  if (event.kind == EventKind::collision_continued) return;  // reported at its start
   events_.push_back(event);
   if (events_.size() > kept_events) events_.pop_front();
   if (!pages_.empty()) new_events_.push_back(std::move(event));
@@ -236,7 +236,7 @@ void StateFeed::take_scan_info(const Message& message) {
   if (mixed_scan_ && mixed_scan_->stamp == info_.stamp) send_mixed_scan(&info_);
 }
 
-/// With what it hit, where MR_SCAN_INFO has said so.
+/// With the entities hit, if MR_SCAN_INFO has arrived.
 void StateFeed::send_mixed_scan(const ScanInfo* info) {
   ScanFrame frame;
   frame.source = ScanFrame::Source::mixed;
@@ -289,8 +289,8 @@ void StateFeed::take_agent_scan(const Message& message) {
   }
 }
 
-/// For those that want points, a few times a second. Of a camera on a head that turns nobody knows here where
-/// it looks.
+/// For pages that subscribe to points, a few times a second. The pose of a camera on a turning head is
+/// unknown here.
 void StateFeed::take_depth(const Message& message, WallTime now) {
   const auto& all = pages_.all();
   const auto& camera = configuration_->robot.depth;

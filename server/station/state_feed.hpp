@@ -1,4 +1,5 @@
-// The session as pages see it: what is on the bus, decoded once and encoded once, to each page at its rate.
+// The session for pages: decodes each bus message once, encodes it once, and sends it to each page at its
+// rate.
 #pragma once
 
 #include <cstdint>
@@ -26,49 +27,49 @@
 namespace parhelion::station {
 
 struct FeedOptions {
-  HelloWords words;  ///< all but the instants
-  /// The server's clock now (live: wall time; of a recording: where that is), for the age of sensors.
+  HelloWords words;  ///< everything except the instants
+  /// The server's clock (live: wall time; recording: time of the playback), for the age of sensors.
   std::function<ArrivalTime()> clock;
   std::function<ControlState()> control;  ///< may be empty
-  std::function<bool()> stopped;          ///< an emergency stop holds; may be empty
+  std::function<bool()> stopped;          ///< an emergency stop is active; may be empty
 };
 
-/// Not thread-safe: the station's worker has it.
+/// Not thread-safe: used by the station's worker only.
 class StateFeed {
  public:
   StateFeed(std::shared_ptr<const tick::Configuration> configuration, FeedOptions options);
 
-  /// What to subscribe to, and how many may wait.
+  /// Channels to subscribe to, with their queue lengths.
   std::vector<std::pair<std::string, int>> channels() const;
   void take(const Message& message, WallTime now);
-  /// Pages are told why nothing comes, until something does.
+  /// Pages get the reason until the next message arrives.
   void bus_failed(const std::string& why) { deaf_ = why; }
-  /// What time brings: rates, ages, what is left. At least 20 times a second. `now`: steady clock, as above.
+  /// Periodic work: rates, ages, remaining times. At least 20 times a second. `now`: steady clock, as above.
   void look(WallTime now);
 
-  /// The page is told how things stand.
+  /// Sends the current state to the new page.
   void open(std::shared_ptr<WebClient> client);
   void close(std::uint64_t client) { pages_.close(client); }
   void subscribe(std::uint64_t client, const Subscription& wanted);
   Pages& pages() { return pages_; }
 
-  SimulationTime begun() const { return start(); }  ///< epoch: nothing has begun
+  SimulationTime begun() const { return start(); }  ///< epoch: no session yet
   double t(SimulationTime instant) const { return (instant - start()).seconds(); }
   SimulationTime now() const { return simulation_time(options_.clock()); }
   bool recorded() const { return options_.words.recorded; }
   const ServerStatus& status() const { return status_; }
   const HelloWords& words() const { return options_.words; }
   const PlacedAgents& placed() const { return placed_; }
-  /// Names of the agents in the newest MR_WORLD, the trainee's robot not among them.
+  /// Names of the agents in the newest MR_WORLD, without the trainee's robot.
   std::vector<std::string> agents_there();
   const tick::Configuration& configuration() const { return *configuration_; }
-  /// Of the newest MR_WORLD; none: there is no such entity.
+  /// Of the newest MR_WORLD; none: no such entity.
   std::optional<Transform<Map, Base>> place_of(const std::string& entity);
-  /// Where the desk hears the answers to its commands.
+  /// Passes events to the instructor desk, which waits for replies to its commands.
   std::function<void(const Event&)> heard_event;
-  /// A new version of the building: JSON for those who ask over HTTP.
+  /// A new version of the building: JSON for HTTP clients.
   std::function<void(std::string json, std::uint64_t version)> model_changed;
-  /// MR_SESSION came: what was said before is of another.
+  /// MR_SESSION arrived: earlier messages belong to another session.
   std::function<void()> restarted;
 
  private:
@@ -126,7 +127,7 @@ class StateFeed {
 
   std::shared_ptr<const tick::Configuration> configuration_;
   FeedOptions options_;
-  std::unordered_map<std::string, Channel> channels_;  ///< by the name on the bus
+  std::unordered_map<std::string, Channel> channels_;  ///< by channel name on the bus
   Pages pages_;
   std::optional<SimulationTime> start_;
 
@@ -138,24 +139,24 @@ class StateFeed {
   RobotPlace robot_;
   AgentPlaces agents_;
 
-  Message world_message_;  ///< the newest MR_WORLD, read when somebody wants it
+  Message world_message_;  ///< the newest MR_WORLD, decoded on demand
   bool world_unread_ = false;
   WorldMessage world_;
-  std::deque<Event> events_;        ///< the last of the session
-  std::vector<Event> new_events_;   ///< not told yet
+  std::deque<Event> events_;        ///< the last ones of the session
+  std::vector<Event> new_events_;   ///< not sent yet
   std::optional<Scan> mixed_scan_;  ///< MR_SCAN that waits for its MR_SCAN_INFO
   Scan scan_;
   ScanInfo info_;
   PoseEstimate pose_;
   bool pose_known_ = false;
   ServerStatus status_;
-  std::string deaf_;  ///< why nothing comes from the bus; empty: it works
+  std::string deaf_;  ///< why the bus delivers nothing; empty: it works
   std::map<std::string, std::pair<OperatorWord, WallTime>> operators_;
   std::optional<Joints> joints_;
   std::optional<HazardReading> hazard_;
   std::uint64_t model_version_ = 0;
   bool score_changed_ = false, operators_changed_ = false, injection_changed_ = false, pose_changed_ = false;
-  WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< when what comes so often is due
+  WallTime second_, half_, quarter_, table_due_, depth_due_;  ///< due times of periodic work
   std::string said_control_;
 };
 

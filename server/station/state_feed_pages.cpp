@@ -1,4 +1,4 @@
-// What goes to pages by itself: how things stand when one is opened, then what time brings.
+// Messages that pages get without a request: the current state when a page is opened, then periodic updates.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@ constexpr Duration second_period = seconds(1.0), half_period = milliseconds(500)
                    quarter_period = milliseconds(250);
 constexpr double shown_ahead = 2.0;  // s of predicted motion
 constexpr int points_ahead = 8;
-constexpr std::size_t most_plans = 200;  // more are a tangle
+constexpr std::size_t most_plans = 200;  // more would be unreadable
 
 bool due(WallTime& next, WallTime now, Duration period) {
   if (now < next) return false;
@@ -22,7 +22,7 @@ bool due(WallTime& next, WallTime now, Duration period) {
   return true;
 }
 
-/// Along the circle of its present motion.
+/// Extrapolates the present motion along its circle.
 std::vector<Eigen::Vector2d> ahead(const WorldMessage::Entry& body) {
   Eigen::Vector2d p = body.T_map_body.translation().head<2>(), v = body.velocity.head<2>();
   std::vector<Eigen::Vector2d> points{p};
@@ -120,7 +120,7 @@ void StateFeed::send_world(WallTime now) {
   const PageText frame = page_text(table_.frame(world_, seconds_in, info_.stamp.ns != 0 && !info_.live));
   for (Page& page : all) {
     if (now < page.world_due) continue;
-    // A little early, so that worlds which come at just this rate are all sent.
+    // A little early, so that worlds at exactly this rate are all sent.
     page.world_due = now + seconds(0.75 / page.wants.world_hz);
     page.client->send(frame, true, page_slot::world);
   }
@@ -132,7 +132,7 @@ void StateFeed::send_plans() {
   const std::string* last = nullptr;
   for (const WorldMessage::Entry& body : world_.bodies) {
     if (plans.size() >= most_plans) break;
-    if (last != nullptr && *last == body.entity) continue;  // its first body is what it stands on
+    if (last != nullptr && *last == body.entity) continue;  // only an entity's first body counts
     last = &body.entity;
     if (!goes_by_itself(body)) continue;
     if (body.velocity.head<2>().norm() > 0.05) plans.push_back({body.entity, "predicted", ahead(body)});
@@ -153,7 +153,7 @@ void StateFeed::forget_silent_operators(WallTime now) {
   operators_changed_ = operators_changed_ || gone > 0;
 }
 
-/// People among themselves go by their own names.
+/// People see each other's real names.
 void StateFeed::tell_operators() const {
   std::vector<OperatorWord> words;
   for (const auto& [name, word] : operators_) {

@@ -14,13 +14,13 @@ namespace {
 
 constexpr Duration bus_poll = milliseconds(50), look_period = milliseconds(20), bus_again = milliseconds(500);
 
-/// For handlers on the server's thread.
+/// State for handlers on the server's thread.
 struct Published {
   std::mutex mutex;
   SimulationTime start;
   KeptContent model, robots;
   std::string report, report_page;
-  bool ending = false;  ///< a report will come
+  bool ending = false;  ///< a report will follow
   std::vector<std::pair<std::string, double>> status;
   std::size_t pages = 0;
 };
@@ -62,7 +62,7 @@ struct Station::Running {
     published.robots = keep_content("application/json", robots_json(*options.configuration));
   }
 
-  /// Those of the options; that the session ends is remembered.
+  /// Those of the options, with a flag that remembers the end of the session.
   SessionControls controls() {
     SessionControls all = options.controls;
     if (!all.end) return all;
@@ -211,7 +211,7 @@ void Station::Running::add_report_routes(HttpServer& server) {
   server.on("GET", "/report", Access::logged_in(), [this, none](const HttpRequest&) {
     const std::lock_guard lock(published.mutex);
     if (published.report_page.empty()) return none();
-    // The page carries its script and its styles in itself, and asks for nothing.
+    // The page contains its script and its styles and requests nothing.
     HttpResponse response{200, "text/html; charset=utf-8", published.report_page};
     response.headers = {{"Content-Security-Policy",
                          "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src "

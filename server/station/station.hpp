@@ -1,5 +1,5 @@
-// The base station: a client of the bus beside the server, which shows pages what is there and sends on what
-// they ask for. The tick knows nothing of it.
+// The base station: a bus client beside the server that shows the session on pages and sends their requests
+// to the bus. The tick does not depend on it.
 #pragma once
 
 #include <memory>
@@ -23,13 +23,13 @@ struct StationMap {
 
 struct StationOptions {
   std::shared_ptr<const tick::Configuration> configuration;
-  bool recorded = false;  ///< what is on the bus is played from a log
+  bool recorded = false;  ///< the bus plays a recording
   SessionControls controls;
   StopHook emergency_stop;
-  std::function<bool()> stopped;       ///< an emergency stop holds; empty: there is none
-  std::function<ArrivalTime()> clock;  ///< the server's clock now; empty: wall time
+  std::function<bool()> stopped;       ///< an emergency stop is active; empty: not available
+  std::function<ArrivalTime()> clock;  ///< the server's clock; empty: wall time
   std::string notes;                   ///< file that chat and marks are appended to; empty: none
-  std::string scenarios;               ///< folder of scenarios that instructors save; empty: none are
+  std::string scenarios;               ///< folder for saved scenarios; empty: saving is disabled
   std::optional<StationMap> map;
   std::string cloud;  ///< binary message 3: points of the site, map frame; empty: none
   DeskAudit audit;    ///< called on the station's thread
@@ -37,18 +37,19 @@ struct StationOptions {
 
 class Station {
  public:
-  /// Puts its routes on `server`, which must not run yet, and begins to listen. MR_SESSION begins a session,
-  /// and another one begins it anew. Error: a channel cannot be subscribed to, or the notes not be written.
+  /// Adds its routes to `server`, which must not run yet, and subscribes to the bus. MR_SESSION begins a
+  /// session, another one starts a new one. Error: a channel cannot be subscribed to, or the notes cannot be
+  /// written.
   static Result<std::unique_ptr<Station>> open(std::unique_ptr<Bus> bus, HttpServer& server,
                                                StationOptions options);
-  /// After the server: its handlers know the station.
+  /// Destroy after the server, whose handlers refer to the station.
   ~Station();
   Station(const Station&) = delete;
   Station& operator=(const Station&) = delete;
 
-  /// After the end, for /api/v1/report and /report; `page` may be empty. Thread-safe.
+  /// After the session has ended, for /api/v1/report and /report; `page` may be empty. Thread-safe.
   void set_report(std::string json, std::string page);
-  /// Figures of MR_STATUS, and how many pages look. Thread-safe.
+  /// Metrics of MR_STATUS, and the number of pages. Thread-safe.
   void add_metrics(MetricsText& text);
 
  private:

@@ -19,10 +19,12 @@ namespace parhelion::station {
 namespace {
 
 constexpr Duration look_period = milliseconds(5);
-constexpr int least_waiting = 64;                // messages of a subscription, whoever asked for it first
-constexpr std::size_t most_remembered = 10'000;  // channels: agents come and go, with names of any number
+constexpr int least_waiting = 64;                // messages of a subscription, whichever side subscribed
+                                                 // first
+constexpr std::size_t most_remembered = 10'000;  // channels; agents come and go, so the number of names is
+                                                 // unbounded
 
-/// The first that matches; patterns.size(): none does.
+/// Index of the first match; patterns.size(): none.
 std::size_t match(const std::vector<ChannelPattern>& patterns, std::string_view channel) {
   return static_cast<std::size_t>(
       std::find_if(patterns.begin(), patterns.end(),
@@ -38,7 +40,7 @@ struct TappedBus::Shared {
   Shared(std::unique_ptr<Bus> heard, std::unique_ptr<Bus> spoken)
       : network(std::move(heard)), speaker(std::move(spoken)) {}
 
-  /// The network is asked for each pattern once, whoever wants it.
+  /// Subscribes to each pattern once on the network, for both sides.
   Status subscribe(Side side, ChannelPattern pattern, int capacity) {
     const std::lock_guard lock(mutex);
     if (!subscribed.contains(pattern.text)) {
@@ -52,7 +54,7 @@ struct TappedBus::Shared {
 
   const std::unique_ptr<Bus> network, speaker;
   HandedMessages handed;
-  std::mutex mutex;  // of what follows: the owner takes it where something new is subscribed to, never else
+  std::mutex mutex;  // guards the members below; the owner locks it only for new subscriptions
   std::set<std::string> subscribed;
   std::vector<ChannelPattern> patterns[2];
   std::atomic<std::uint64_t> version{1};  // of the patterns
@@ -104,7 +106,7 @@ class TappedBus::Tap : public Bus {
   }
 
   const std::shared_ptr<Shared> shared_;
-  mutable std::mutex mutex_;  // of what follows; the owner never takes it
+  mutable std::mutex mutex_;  // guards the members below; the owner never locks it
   std::vector<ChannelPattern> patterns_;
   SubscriptionQueues queues_;
 };
@@ -130,7 +132,7 @@ Result<bool> TappedBus::receive(Message& message, Duration timeout) {
   }
 }
 
-/// Expressions are matched once a channel.
+/// Patterns are matched once for each channel.
 TappedBus::Wanted TappedBus::wanted(const std::string& channel) {
   if (const std::uint64_t now = shared_->version; now != version_ || wanted_.size() > most_remembered) {
     version_ = now;

@@ -1,5 +1,5 @@
-// The server's own endpoint of the bus, at which the station listens in: a second endpoint of the same
-// machine would be woken by each scan just when the first one is, and slow it down.
+// The server's own endpoint of the bus, with a tap for the station. A second endpoint on the same machine
+// would be woken by each scan together with the first one, and slow it down.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,24 @@
 
 namespace parhelion::station {
 
-/// Its owner receives as from `network`. What the tap subscribes to is copied for it as the owner receives:
-/// it hears as long as the owner does. The owner waits for no lock that the tap's threads, of low priority,
-/// could hold while others run in their place; nor does it wake anybody: whoever waits at the tap looks 200
-/// times a second.
+/// The owner receives as from `network`. Messages that the tap subscribes to are copied while the owner
+/// receives, so the tap gets messages only as long as the owner receives. The owner takes no lock that a
+/// low-priority thread of the tap could hold (priority inversion), and wakes no thread: readers of the tap
+/// poll 200 times a second.
 class TappedBus : public Bus {
  public:
-  /// `speaker`: what the tap publishes on, for the same reason.
+  /// `speaker`: endpoint on which the tap publishes, for the same reason.
   TappedBus(std::unique_ptr<Bus> network, std::unique_ptr<Bus> speaker);
   ~TappedBus() override;
 
   Status publish(std::string_view channel, std::span<const std::uint8_t> payload) override;
-  /// By one thread.
+  /// Call in one thread.
   Result<bool> receive(Message& message, Duration timeout) override;
   Status subscribe(const std::string& pattern, int capacity) override;
   std::uint64_t dropped() const override;
 
-  /// Once; a SharedEndpoint makes many of it. May outlive this; then it hears nothing any more. Patterns that
-  /// overlap without being equal, with the owner's or its own, hear twice. Thread-safe.
+  /// Call once; a SharedEndpoint makes many of it. May outlive this object, and then receives nothing. A
+  /// message that matches two different patterns, of the owner or its own, arrives twice. Thread-safe.
   std::unique_ptr<Bus> tap();
 
  private:
@@ -40,9 +40,9 @@ class TappedBus : public Bus {
   Wanted wanted(const std::string& channel);
 
   const std::shared_ptr<Shared> shared_;
-  // Of the thread that receives.
-  std::unordered_map<std::string, Wanted> wanted_;  ///< of channels that were heard
-  std::uint64_t version_ = 0;                       ///< of the patterns that they were matched with
+  // Used by the receiving thread.
+  std::unordered_map<std::string, Wanted> wanted_;  ///< by channel received so far
+  std::uint64_t version_ = 0;                       ///< of the patterns used for `wanted_`
 };
 
 }  // namespace parhelion::station

@@ -45,7 +45,7 @@ void TeleopDesk::opened(std::shared_ptr<WebClient> client) {
     if (!driver->robot().empty()) page.tell(driven_text(driver->robot(), driver->who(), false));
   }
   for (const auto& [robot, by] : held_) page.tell(estop_text(robot, by, true));
-  page.tell(robots_text(robots_));  // last: by now it knows which of them are free
+  page.tell(robots_text(robots_));  // last, when it is known which robots are free
 }
 
 void TeleopDesk::closed(WebClient& client) {
@@ -140,7 +140,7 @@ Status TeleopDesk::drive(TeleopPage& page, const std::string& robot) {
   if (!wanted->why_not.empty()) return Error{"robot '" + robot + "' cannot be driven: " + wanted->why_not};
   const auto replaced = page_to_replace(page, robot);
   if (!replaced) return replaced.error();
-  // One operator drives one robot, also from two pages.
+  // One operator drives one robot, even from two pages.
   for (auto& [id, other] : pages_) {
     if (other.get() == &page || (other.get() != *replaced && other->who() != page.who())) continue;
     if (other->robot().empty()) continue;
@@ -189,7 +189,7 @@ void TeleopDesk::set_robots(std::vector<TeleopRobot> robots) {
 
 void TeleopDesk::hear(const OperatorWord& word) {
   const std::lock_guard lock(mutex_);
-  if (word.text == browser) return;  // ours come back, too
+  if (word.text == browser) return;  // our own messages come back, too
   if (word.state == OperatorWord::State::drives) {
     foreign_[word.name] = {word.robot, options_.now()};
   } else {

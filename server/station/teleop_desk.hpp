@@ -1,5 +1,5 @@
-// /ws/teleop: pages drive robots, each robot by one operator at a time, and stop them. What can move a robot
-// fails to a stop: a page that is silent, late, gone, malformed or replaced has let go.
+// /ws/teleop: pages drive robots, one operator per robot at a time, and stop them. Fail-safe: a page that is
+// silent, late, disconnected, malformed or replaced loses control, and its robot is stopped.
 #pragma once
 
 #include <functional>
@@ -22,52 +22,54 @@ namespace parhelion::station {
 
 struct TeleopOptions {
   std::function<WallTime()> now;      ///< steady
-  std::function<SensorTime()> stamp;  ///< what messages on the bus say: the wall clock
-  /// Who did what. These two may be empty, and are called with the desk locked: they must not call it.
+  std::function<SensorTime()> stamp;  ///< stamps of bus messages: the wall clock
+  /// Audit: actor and action. These two may be empty. They are called with the desk locked and must not call
+  /// it.
   std::function<void(const std::string& who, const std::string& what)> audit;
   std::function<void(const std::vector<EmergencyStop>&)> stops_changed;
   std::string emergency_stops = channel::mr_emergency_stop;  ///< channel on the bus
-  std::string robot = {};                ///< the trainee's, that others may stop and let go, too; empty: none
-  std::vector<EmergencyStop> held = {};  ///< from the start: of a server that died
+  std::string robot = {};                ///< the trainee's, which others may also stop and release; empty:
+                                         ///< none
+  std::vector<EmergencyStop> held = {};  ///< active at the start: of an earlier server process
 };
 
-/// Thread-safe: the web server's thread brings what pages say, the station's the rest. If one of them hangs,
-/// the other still stops the robots, and if both do, the tick after 0.5 s of silence.
+/// Thread-safe: the web server's thread delivers messages of pages, the station's thread the rest. If one of
+/// them hangs, the other still stops the robots. If both hang, the tick does so after 0.5 s without commands.
 class TeleopDesk {
  public:
-  /// `bus` is only published on, and outlives the desk.
+  /// `bus` is used only to publish, and outlives the desk.
   TeleopDesk(Bus& bus, TeleopOptions options);
-  /// Stops what is driven.
+  /// Stops all driven robots.
   ~TeleopDesk();
   TeleopDesk(const TeleopDesk&) = delete;
   TeleopDesk& operator=(const TeleopDesk&) = delete;
 
-  /// The desk outlives its server.
+  /// The desk must outlive the server.
   SocketHandler socket();
 
-  /// Those that exist now. Whoever drives one that is gone has let go.
+  /// Robots that exist now. Control of a robot that no longer exists is released.
   void set_robots(std::vector<TeleopRobot> robots);
-  /// What a console says on the bus: other consoles drive, too.
+  /// Status of another console on the bus, which may drive, too.
   void hear(const OperatorWord& word);
-  /// What anybody asks of the server: other consoles stop the robot and take stops back, too.
+  /// Request to the server from any console: others stop the robot and release stops, too.
   void hear(const EmergencyStopCommand& command);
-  /// What the server answers: an emergency stop is asked for until it is.
+  /// The server's reply: an emergency stop is requested until it is confirmed.
   void hear(const Event& event);
-  /// At least every 50 ms: releases what fell silent, repeats stops, says who drives.
+  /// At least every 50 ms: handles silent pages, repeats stops, reports who drives.
   void turn();
 
-  /// Holds until reset(): the server is asked to stop the robot, whoever drives it, nothing that a page
-  /// asks of it goes out, and stops are said until the server has answered. `robot` empty: all. Twice does no
-  /// harm. Error: no such robot, or the bus.
+  /// Active until reset(): the server is requested to stop the robot, whoever drives it, no command of a page
+  /// for it is sent, and the request is repeated until the server has replied. `robot` empty: all.
+  /// Idempotent. Error: no such robot, or the bus.
   Status stop(const std::string& robot, const std::string& by);
-  /// `robot` empty: all. Whether `by` may is for the caller to see to. Nothing moves before the dead-man was
-  /// let go.
+  /// `robot` empty: all. The caller checks the permission of `by`. Nothing moves before the dead-man was
+  /// released.
   Status reset(const std::string& robot, const std::string& by);
   std::vector<EmergencyStop> stops() const;
   std::vector<Driving> driving() const;
 
  private:
-  /// An emergency stop, or its reset, that the server is told of until it answers.
+  /// An emergency stop or its reset, sent to the server until it replies.
   struct Order {
     bool stop = true;
     std::uint64_t request = 0;
@@ -96,11 +98,11 @@ class TeleopDesk {
   std::uint64_t next_request();
   void refuse(TeleopPage& page, const Status& why);
   void let_go(TeleopPage& page, bool lost, const std::string& why);
-  /// The page that has to let go so that `page` may drive, or nullptr. Error: it may not.
+  /// The page that has to release the robot so that `page` may drive it, or nullptr. Error: `page` may not.
   Result<TeleopPage*> page_to_replace(const TeleopPage& page, const std::string& robot) const;
   const TeleopRobot* find(const std::string& robot) const;
   void tell_all(const std::string& text);
-  /// `silent`: its page fell silent, and may take it again.
+  /// `silent`: its page was silent, and may take control again.
   void tell_driven(const std::string& robot, bool silent = false);
   void audit(const std::string& who, const std::string& what) const;
   TeleopInstant now() const { return {options_.now(), options_.stamp()}; }
@@ -111,12 +113,12 @@ class TeleopDesk {
   mutable std::mutex mutex_;
   std::vector<TeleopRobot> robots_;
   std::map<std::uint64_t, std::unique_ptr<TeleopPage>> pages_;  // by client
-  std::map<std::string, std::string> held_;                     // by robot: who has stopped it
-  std::map<std::string, Order> orders_;                         // by robot: the last
+  std::map<std::string, std::string> held_;                     // by robot: who stopped it
+  std::map<std::string, Order> orders_;                         // by robot: the last order
   std::map<std::uint64_t, EmergencyStopCommand> others_;        // orders of other consoles, by request
   std::set<std::uint64_t> own_;                                 // our own newest requests
   std::uint64_t requests_ = 0;
-  std::map<std::string, Foreign> foreign_;  // by operator: other consoles that drive
+  std::map<std::string, Foreign> foreign_;  // by operator: driving consoles other than this desk
   std::vector<std::uint8_t> payload_;
 };
 

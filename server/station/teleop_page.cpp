@@ -12,7 +12,7 @@ namespace {
 
 constexpr int most_a_second = 300;  // messages of one page
 
-/// Scaled as a whole, so that a curve stays the same curve.
+/// Scaled as a whole, which keeps the curvature.
 Twist2 within(const TeleopRobot& robot, Twist2 twist) {
   double scale = 1;
   for (auto [asked, most] : {std::pair{&twist.vx, robot.vx}, {&twist.vy, robot.vy}, {&twist.wz, robot.wz}}) {

@@ -1,4 +1,4 @@
-// One page that drives: what it drives, and whether it may move that now.
+// One driving page: the robot that it drives, and whether it may move that robot now.
 #pragma once
 
 #include <memory>
@@ -13,46 +13,45 @@
 
 namespace parhelion::station {
 
-/// The same instant on the steady clock and as messages on the bus say it.
+/// The same instant on the steady clock and as a stamp of bus messages.
 struct TeleopInstant {
   WallTime steady;
   SensorTime stamp;
 };
 
-/// Not thread-safe. Where a Status is an Error the robot has been stopped, and the text is for the page.
+/// Not thread-safe. If a Status is an Error, the robot has been stopped, and the text is for the page.
 class TeleopPage {
  public:
   TeleopPage(Bus& bus, std::shared_ptr<WebClient> client, WallTime now);
 
   WebClient& client() { return *client_; }
   const std::string& who() const { return client_->who().name; }
-  /// Empty: it drives none.
+  /// Empty: drives no robot.
   const std::string& robot() const { return robot_.driven.name; }
   bool must_rearm() const { return wheels_.must_rearm(); }
   void tell(const std::string& text) { client_->send(std::make_shared<const std::string>(text), false); }
 
   void set_robots(const std::vector<TeleopRobot>& robots);
-  /// Stops the one before. The dead-man has to be let go before this one moves.
+  /// Stops the previous robot. The dead-man has to be released before the new one moves.
   Status drive(const TeleopRobot& robot, TeleopInstant now);
-  /// The dead-man is held: m/s and rad/s, scaled as a whole to what the robot may do. False: not sent, as it
-  /// came out of order.
+  /// The dead-man is held: m/s and rad/s, scaled as a whole to the robot's limits. False: not sent, out of
+  /// order.
   Result<bool> move(const PageStamp& stamp, const Twist2& twist, TeleopInstant now);
   Result<bool> move_joints(const TeleopRequest& request, TeleopInstant now);
-  /// The dead-man is let go.
+  /// The dead-man was released.
   Status release(TeleopInstant now);
-  /// As if it were let go, and it has to be let go before anything moves again.
+  /// Like release(), and the dead-man has to be released before anything moves again.
   Status halt(TeleopInstant now);
-  /// Drives nothing any more. `lost`: not by the operator's will.
+  /// Releases control of its robot. `lost`: not requested by the operator.
   Status let_go(bool lost, const std::string& why, TeleopInstant now);
 
   void heard(WallTime now) { heard_ = now; }
   PageClock& clock() { return clock_; }
-  /// What is due: stops that are said again, who drives. Error: it fell silent, or is lost and drives no
-  /// more.
+  /// Periodic work: repeats stops, reports who drives. Error: the page is silent, or lost its robot.
   Status watch(TeleopInstant now);
-  /// Counts a message that could not be read; true: too many.
+  /// Counts a malformed message; true: too many.
   bool is_too_faulty() { return ++faults_ >= 20; }
-  /// Counts a message; true: more come than a page has to say.
+  /// Counts a message; true: above the rate limit.
   bool is_too_fast(WallTime now);
 
  private:

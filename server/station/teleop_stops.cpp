@@ -1,4 +1,4 @@
-// The emergency stop of TeleopDesk: it holds until it is reset, and the server is told until it answers.
+// The emergency stop of TeleopDesk: active until it is reset, and requested from the server until it replies.
 #include "protocols/codec.hpp"
 #include "protocols/driving_timing.hpp"
 #include "server/station/teleop_desk.hpp"
@@ -16,7 +16,7 @@ void TeleopDesk::hear(const EmergencyStopCommand& command) {
   const std::lock_guard lock(mutex_);
   if (options_.robot.empty() || (!command.robot.empty() && command.robot != options_.robot)) return;
   if (own_.contains(command.request)) return;
-  if (others_.size() >= most_unanswered) others_.clear();  // a server that answers nobody
+  if (others_.size() >= most_unanswered) others_.clear();  // the server does not reply
   others_[command.request] = command;
 }
 
@@ -30,7 +30,7 @@ void TeleopDesk::hear(const Event& event) {
   others_.erase(other);
 }
 
-/// The server has stopped the robot, or let it go, as somebody else asked: so it is here.
+/// The server has stopped or released the robot at somebody else's request: follow it here.
 void TeleopDesk::obey(const EmergencyStopCommand& command) {
   const std::string& robot = options_.robot;
   const bool stop = command.engaged;
@@ -43,7 +43,7 @@ void TeleopDesk::obey(const EmergencyStopCommand& command) {
   } else {
     held_.erase(robot);
   }
-  orders_.erase(robot);  // it is as was asked
+  orders_.erase(robot);  // done as requested
   tell_all(estop_text(robot, elsewhere, stop));
   audit(elsewhere, (stop ? "emergency stop of " : "resets the emergency stop of ") + robot);
   if (options_.stops_changed) options_.stops_changed(held());
@@ -79,7 +79,7 @@ void TeleopDesk::repeat_orders(WallTime now) {
   for (auto& [robot, order] : orders_) {
     if (order.answered || (!order.stop && order.times >= most_often)) continue;
     if (now - order.said < driving_timing::emergency_stop_period) continue;
-    static_cast<void>(say_order(robot, order));  // said again soon
+    static_cast<void>(say_order(robot, order));  // repeated soon
   }
 }
 
@@ -134,7 +134,7 @@ Status TeleopDesk::reset(const std::string& robot, const std::string& by) {
 }
 
 std::uint64_t TeleopDesk::next_request() {
-  // Far from what others count: the server's answer must be to this.
+  // Far from the counters of others: the server's reply must be to this request.
   const std::uint64_t request = static_cast<std::uint64_t>(options_.stamp().ns) + ++requests_;
   own_.insert(request);
   if (own_.size() > most_unanswered) own_.erase(own_.begin());

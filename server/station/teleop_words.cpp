@@ -12,10 +12,10 @@ using Json = nlohmann::json;
 using Kind = TeleopRequest::Kind;
 
 constexpr std::size_t longest = 4096;     // bytes of a message
-constexpr std::size_t most_joints = 64;   // of a message
+constexpr std::size_t most_joints = 64;   // per message
 constexpr std::size_t longest_name = 64;  // bytes
-constexpr double most_ms = 4e12;          // of a clock: as nanoseconds in 64 bits
-constexpr double most_count = 9e15;       // what a double holds exactly
+constexpr double most_ms = 4e12;          // ms of a clock that fit in 64 bits as nanoseconds
+constexpr double most_count = 9e15;       // largest integer that a double represents exactly
 
 struct KeysOfKind {
   const char* word;

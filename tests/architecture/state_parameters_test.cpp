@@ -1,5 +1,5 @@
-// What a path of the tick may touch is in its signature: few functions take the whole tick::State. Counts
-// them, by name and parameters, and prints the list.
+// The signature of a function in the tick should list the state that it uses, so few functions take the whole
+// tick::State. Counts them, by name and parameters, and prints the list.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -18,18 +18,18 @@ namespace {
 namespace fs = std::filesystem;
 using Sources = std::map<std::string, std::string>;  // path from the root -> text
 
-/// What hands each input, or each step, to its path; and what makes the state.
+/// Dispatch of inputs and steps, and construction of the state.
 const std::set<std::string> wiring = {"server/tick/tick.hpp", "server/tick/tick.cpp",
                                       "server/tick/physics_path.hpp", "server/tick/physics_path.cpp",
                                       "server/tick/state.cpp"};
-constexpr std::size_t limit = 13;  // a tenth of the 132 that there were when each path took it
+constexpr std::size_t limit = 13;  // a tenth of the 132 before the state was split
 
 std::string without_comments(const std::string& text) {
   static const std::regex comment("//[^\n]*");
   return std::regex_replace(text, comment, "");
 }
 
-/// The opening parenthesis that holds `at`; npos: none does in this statement.
+/// The opening parenthesis around `at`; npos: none in this statement.
 std::size_t opening_of(const std::string& text, std::size_t at) {
   int depth = 0;
   for (std::size_t i = at; i-- > 0;) {
@@ -40,7 +40,7 @@ std::size_t opening_of(const std::string& text, std::size_t at) {
   return std::string::npos;
 }
 
-/// The parameters from `open` on without their default values, in one line.
+/// The parameters from `open` on, without default values, in one line.
 std::string parameters(const std::string& text, std::size_t open) {
   std::string made;
   int depth = 0;
@@ -58,7 +58,7 @@ std::string parameters(const std::string& text, std::size_t open) {
   return std::regex_replace(made, std::regex(" (?=[,)])"), "");
 }
 
-/// "name(parameters)" without the class; a lambda has no name.
+/// "name(parameters)" without the class; empty name for a lambda.
 std::string signature(const std::string& text, std::size_t open) {
   std::size_t begin = open;
   while (begin > 0 && (std::isalnum(static_cast<unsigned char>(text[begin - 1])) || text[begin - 1] == '_'))
@@ -66,7 +66,7 @@ std::string signature(const std::string& text, std::size_t open) {
   return text.substr(begin, open - begin) + parameters(text, open);
 }
 
-/// Signature -> where it stands. Of server/tick any State is meant, elsewhere tick::State.
+/// Signature -> places. In server/tick any State is meant, elsewhere tick::State.
 std::map<std::string, std::set<std::string>> functions_of_state(const Sources& sources) {
   static const std::regex in_tick("(^|[^\\w:])State&"), elsewhere("\\btick::State&");
   std::map<std::string, std::set<std::string>> found;

@@ -1,4 +1,4 @@
-// Reading a 3D scan of a million points from each format: bytes of the file a second.
+// Reading a 3D scan of a million points from each format: bytes of the file per second.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
@@ -25,7 +25,7 @@ cloud::PointCloud<Scanner> room() {
   return cloud;
 }
 
-/// The cloud as a file of the extension; removed at the end.
+/// The cloud in a file with this extension; removed at the end.
 class File {
  public:
   explicit File(const std::string& extension)

@@ -29,7 +29,7 @@ double milliseconds(const Work& work) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// The cloud and copies of it beside each other, to at least `count` points.
+/// Copies of the cloud side by side, at least `count` points in total.
 std::vector<Eigen::Vector3f> tiled(const std::vector<Eigen::Vector3f>& points, std::size_t count) {
   std::vector<Eigen::Vector3f> result;
   for (int tile = 0; result.size() < count; ++tile) {
@@ -137,7 +137,7 @@ int main() {
   parhelion::cloud::PointCloud<parhelion::cloud::Source> source;
   target.points = first->cloud.points;
   source.points = second->cloud.points;
-  // A scan's frame is its scanner's.
+  // A scan is in its scanner's frame.
   target.viewpoints = source.viewpoints = {Eigen::Vector3d::Zero()};
   const auto guess = parhelion::Transform<parhelion::cloud::Target, parhelion::cloud::Source>::planar(
       1.79387, 0.720047, 0.6931);

@@ -1,5 +1,5 @@
-// How good and how fast SLAM is on real recordings, each figure with raw odometry beside it. Not timed by
-// iterations: one run.
+// Accuracy and speed of SLAM on real recordings, compared with raw odometry. One run, without timing
+// iterations.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -19,7 +19,7 @@
 namespace parhelion {
 namespace {
 
-/// A log that `parhelion import` wrote, decoded.
+/// A decoded log from `parhelion import`.
 struct Recording {
   struct Input {
     bool is_scan = false;
@@ -151,7 +151,7 @@ void bench_mapping(const std::string& name, const std::string& log,
     print_rmse("final", final, recording);
     print_rmse("raw odometry", causal.odometry, recording);
   }
-  // The same drive again in the map that it made.
+  // The same drive again, localized in its own map.
   const std::string prefix = (std::filesystem::temp_directory_path() / "parhelion_bench_pose").string();
   if (!(*mapper)->save_simplemap(prefix + ".simplemap") || !pose::save_ros_map((*mapper)->grid_map(), prefix))
     return;

@@ -1,4 +1,4 @@
-// How long a message and an event of a log take.
+// Time for a message and for an event of a log.
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// Frame in to frame out at 640x480 JPEG with ten robots in view (about 20,000 triangles at full detail), per
+// Frame in to frame out at 640x480 JPEG with ten visible robots (about 20,000 triangles at full detail), per
 // stage; the same with a depth image; and the stand-in camera. Prints p50 and p99 in milliseconds.
 #include <benchmark/benchmark.h>
 
@@ -21,7 +21,7 @@ SemanticModel corridor() {
   return model;
 }
 
-/// Ten robots of about 2,000 triangles each when near.
+/// Ten robots with about 2,000 triangles each at close range.
 render::RenderJob ten_robots() {
   World world;
   for (int i = 0; i < 10; ++i)
@@ -92,7 +92,7 @@ void one_robot_with_depth(benchmark::State& state) {
   job.depth->metadata = {{"encoding", {'r', 'a', 'w'}}};
   for (int y = 0; y < 480; ++y)
     for (int x = 0; x < 640; ++x) {
-      const int mm = x % 40 < 8 ? 0 : x % 40 < 20 ? 1500 : 3500;  // slats with holes beside them
+      const int mm = x % 40 < 8 ? 0 : x % 40 < 20 ? 1500 : 3500;  // slats with gaps between them
       job.depth->bytes.push_back(static_cast<std::uint8_t>(mm & 255));
       job.depth->bytes.push_back(static_cast<std::uint8_t>(mm >> 8));
     }

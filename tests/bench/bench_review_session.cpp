@@ -1,5 +1,5 @@
-// An hour of session to its page: MR_WORLD at 30 Hz, scans at 10 Hz, commands at 15 Hz, with and without
-// pictures of 640 x 480 at 15 Hz. The log lies in the page cache.
+// An hour of session converted to its page: MR_WORLD at 30 Hz, scans at 10 Hz, commands at 15 Hz, with and
+// without pictures of 640 x 480 at 15 Hz. The log is in the page cache.
 #include <benchmark/benchmark.h>
 
 #include "server/review/page.hpp"

@@ -1,5 +1,6 @@
-// The scan path on the scene that the reach is stated for: 361 beams, 80 m, 100 boxes and 50 moving robots of
-// 20 boxes each, 200 walls; its parts by themselves, and the exact twin. p50 and p99 are over single scans.
+// The scan path on the scene of the stated capacity: 361 beams, 80 m, 100 boxes and 50 moving robots of 20
+// boxes each, 200 walls; its parts alone, and the exact reference implementation. p50 and p99 are over single
+// scans.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -47,7 +48,7 @@ Shape box(const Eigen::Vector3d& size, const Eigen::Vector3d& at, double yaw = 0
   return shape;
 }
 
-/// Chassis, wheels, mast, arms: 20 boxes, of which a laser at 0.3 m meets about half.
+/// Chassis, wheels, mast, arms: 20 boxes, about half of them at the height of a laser at 0.3 m.
 BodyDefinition robot() {
   BodyDefinition body;
   body.shapes.push_back(box({0.7, 0.5, 0.3}, {0, 0, 0.25}));
@@ -74,7 +75,7 @@ struct World {
 
   World();
   void add(BodyDefinition body, Draw& draw, bool moves);
-  /// The motion over scan number `n`, as the server makes it from two states.
+  /// The motion over scan number `n`, computed from two states as in the server.
   void advance(int n);
 };
 
@@ -121,7 +122,7 @@ void World::advance(int n) {
   motion.T_map_laser_end = Transform<Map, Laser>::planar(0.5 * t1, 0, 0.3 * t1, 0.3);
 }
 
-/// Times each scan by itself and reports percentiles over all of them, microseconds.
+/// Times each scan separately and reports percentiles over all of them, microseconds.
 template <class Scan>
 void over_scans(benchmark::State& state, World& world, Scan scan) {
   std::vector<double> us;
@@ -189,7 +190,7 @@ void building_own_caster(benchmark::State& state) {
   for (const ModelEntity& entity : world.building.entities) {
     Shape shape;
     shape.size = entity.size;
-    shape.T_body_shape = entity.T_map_body.as<Body, ShapeFrame>();  // the body lies at the map's origin
+    shape.T_body_shape = entity.T_map_body.as<Body, ShapeFrame>();  // the body is at the map's origin
     walls.shapes.push_back(shape);
   }
   const std::vector<scan::BodyMotion> bodies{{&walls, {}, {}}};

@@ -1,4 +1,4 @@
-// Extruding a scanned building: time, and how well the boxes stand for the cells.
+// Extruding a scanned building: time, and how well the boxes represent the cells.
 #include <benchmark/benchmark.h>
 
 #include "fusion/semantic/extrude.hpp"

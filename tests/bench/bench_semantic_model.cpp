@@ -1,9 +1,9 @@
 // The whole of `parhelion map model` on tiled copies of one site: reads a binary PLY, levels, segments,
-// labels, meshes and writes. Prints time per million points and peak memory over the cloud's own 12 bytes a
-// point; what the program takes without a cloud is measured first and taken off.
+// labels, meshes and writes. Prints time per million points and peak memory beyond the cloud's own 12 bytes
+// per point; the memory of the program without a cloud is measured first and subtracted.
 //   bench_semantic_model PARHELION FOLDER [MILLIONS [THREADS [CLOUD.ply]]]
-// FOLDER takes the clouds (14 bytes a point) and models. Without CLOUD.ply the made-up site is tiled, seen
-// from four places.
+// FOLDER receives the clouds (14 bytes per point) and models. Without CLOUD.ply the synthetic site is tiled,
+// seen from four places.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,15 +33,15 @@ Result<cloud::PointCloud<Cloud>> one_site(const char* path) {
   return cloud::renamed<Cloud>(std::move(scan->cloud));
 }
 
-/// Copies side by side until there are `points`, written record by record: the memory of this process must
-/// not count as the program's.
+/// Copies side by side until there are `points`, written record by record, so that the memory of this process
+/// does not count as the program's.
 std::size_t write_tiled(const cloud::PointCloud<Cloud>& site, std::size_t points, const fs::path& path) {
   Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : site.points) box.extend(p);
   const Eigen::Vector2f pitch = box.sizes().head<2>().array().ceil() + 5;  // m: walls do not join
   const std::size_t copies = (points + site.size() - 1) / site.size();
   const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(copies))));
-  // Fewer points than one copy has: every n-th of it.
+  // Fewer points than one copy has: every n-th point.
   const std::size_t step = points < site.size() ? site.size() / points : 1;
   const std::size_t written = copies * ((site.size() + step - 1) / step);
   const auto offset = [&](std::size_t c) {
@@ -71,7 +71,7 @@ std::size_t write_tiled(const cloud::PointCloud<Cloud>& site, std::size_t points
 struct Cost {
   int exit = -1;
   double wall = 0, cpu = 0;  ///< s
-  double memory = 0;         ///< bytes, the most at once
+  double memory = 0;         ///< bytes, peak
 };
 
 Cost run(std::vector<std::string> words) {
@@ -115,7 +115,7 @@ int main(int count, char** words) {
     fs::remove(model);
     return std::pair(written, cost);
   };
-  // Libraries, pictures of tiles and buffers are there for the smallest cloud that makes a model.
+  // The smallest cloud that gives a model includes the cost of libraries, pictures of tiles and buffers.
   const auto [few, fixed] = measure(5000);
   std::printf("%zu points (what is fixed): %.3f s wall, %.3f s processor, %.1f MB\n", few, fixed.wall,
               fixed.cpu, fixed.memory / 1e6);

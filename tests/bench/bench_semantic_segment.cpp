@@ -17,7 +17,7 @@
 namespace parhelion {
 namespace {
 
-/// The scan of a real room where it is there, else a synthetic one with furniture's worth of clutter.
+/// The scan of a real room if available, else a synthetic one with a realistic amount of clutter.
 std::vector<Eigen::Vector3f> one_room() {
   const std::filesystem::path real =
       std::filesystem::path(PARHELION_DATA_DIR) / "3d-room-scan/room_scan1.pcd";
@@ -29,7 +29,7 @@ std::vector<Eigen::Vector3f> one_room() {
   return painter.cloud().points;
 }
 
-/// MiB, the most since `forget`.
+/// MiB, peak since `forget`.
 double peak_memory(bool forget) {
   if (forget) std::ofstream("/proc/self/clear_refs") << "5";
   std::ifstream status("/proc/self/status");
@@ -40,7 +40,7 @@ double peak_memory(bool forget) {
   return 0;
 }
 
-/// s of work that all threads did.
+/// s of CPU time of all threads.
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 double seconds(const auto& what) {

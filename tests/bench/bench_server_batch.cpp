@@ -1,5 +1,5 @@
-// `batch` over many copies of one made-up session of ten minutes: events, the world 30 times a second, ten
-// scans a second as they came and as they went out. Arguments: sessions (1000), threads (2).
+// `batch` over many copies of one synthetic session of ten minutes: events, the world at 30 Hz, input and
+// output scans at 10 Hz. Arguments: sessions (1000), threads (2).
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -20,7 +20,7 @@ double peak_megabytes() {
   return static_cast<double>(used.ru_maxrss) / 1024;
 }
 
-/// One file and hard links to it: what is read is in memory after the first.
+/// One file and hard links to it: after the first session the input is in memory.
 std::vector<std::string> make_sessions(const test::Folder& folder, std::size_t count) {
   constexpr double kDuration = 600;
   auto log = test::lesson(1, 3, true, static_cast<int>(30 * kDuration));

@@ -1,8 +1,8 @@
-// Crowds through the whole tick: one real robot that stands, simulated ones that wander, their lasers of 361
-// beams at 10 Hz cast and published, MR_WORLD and MR_EVENTS. Prints how many times real time that is with so
-// many threads that cast, with all in the solver and as served, scans encoded a second, and percentiles of
-// a step; and what of it another program gets: logged, sent over LCM, heard and read. Agents are upright
-// single bodies with velocity motors that friction bounds, at 240 Hz.
+// Crowds through the whole tick: one stationary real robot, wandering simulated ones, their lasers of 361
+// beams at 10 Hz cast and published, MR_WORLD and MR_EVENTS. Prints the real-time factor for various numbers
+// of casting threads (with all agents in the solver, and as served), scans encoded per second, percentiles of
+// a step, and the rate that another program receives: logged, sent over LCM, received and decoded. Agents are
+// upright single bodies with velocity motors bounded by friction, at 240 Hz.
 #include <benchmark/benchmark.h>
 
 #include <atomic>
@@ -28,7 +28,7 @@ using namespace parhelion;
 constexpr std::int64_t kStart = 1'700'000'000'000'000;
 constexpr double kSpacing = 4;  // m between agents at the start
 
-/// The preset of an LMS-200 that scans ten times a second, in a share folder of its own.
+/// The preset of an LMS-200 with ten scans per second, in a separate share folder.
 std::string ten_hertz() {
   const auto share = std::filesystem::temp_directory_path() / "parhelion-bench-share";
   std::filesystem::create_directories(share / "fusion/scan/presets");
@@ -49,7 +49,7 @@ ModelEntity box(const std::string& name, EntityLabel label, double x, double y, 
   return entity;
 }
 
-/// `agents` on a grid about the real robot, of which the first `lasers` carry one; half of those without are
+/// `agents` on a grid around the real robot; the first `lasers` of them carry a laser; half of the others are
 /// persons. Outer walls, and a pillar for each four agents.
 tick::Configuration hall(int agents, int lasers) {
   Scenario scenario;
@@ -109,7 +109,7 @@ class StepClock : public tick::StageObserver {
   std::chrono::steady_clock::time_point last_;
 };
 
-/// A step's inputs: the real robot stands.
+/// A step's inputs: the real robot stands still.
 std::vector<Message> inputs_at(std::int64_t utime) {
   const SensorTime stamp = SensorTime::from_utime(utime);
   PoseEstimate pose;
@@ -175,7 +175,7 @@ BENCHMARK(crowd)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-/// Hears and reads all agents' scans, as another program does.
+/// Receives and decodes all agents' scans in another process.
 class Listener {
  public:
   explicit Listener(Bus& bus) : bus_(bus), thread_([this] { run(); }) {}
@@ -202,8 +202,8 @@ class Listener {
   std::thread thread_;
 };
 
-/// From end to end: physics, lasers, session log with its hashes, LCM, and a listener that has read the scan.
-/// It is waited for where it is far behind, so that none is lost and each counts.
+/// End to end: physics, lasers, session log with its hashes, LCM, and a subscriber that decodes the scan.
+/// Waits for the subscriber if it is far behind, so that no scan is lost.
 void published(benchmark::State& bench) {
   const int agents = static_cast<int>(bench.range(0));
   const tick::Configuration configuration = hall(agents, agents);
@@ -258,7 +258,7 @@ BENCHMARK(published)
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
-/// Casting, measuring and encoding alone: all lasers of one step, again and again.
+/// Casting, measuring and encoding alone: all lasers of one step, repeatedly.
 void cast(benchmark::State& bench) {
   const int agents = static_cast<int>(bench.range(0));
   const tick::Configuration configuration = hall(agents, agents);

@@ -1,5 +1,5 @@
 // An hour of a session, graded from its log: a minute of a synthetic drive at level 3 (events, worlds, scans,
-// scan information) sixty times over, its stamps moved on. Prints the seconds of five runs.
+// scan information) sixty times with shifted stamps. Prints the seconds of five runs.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -41,7 +41,7 @@ Scenario lesson(const std::filesystem::path& folder) {
   return scenario;
 }
 
-/// utime is the second member of every type here: the clocks of world, event and session alike.
+/// utime is the second member of every type here, for the clocks of world, event and session.
 void move_on(Message& message, std::int64_t us) {
   message.arrival = message.arrival + microseconds(us);
   if (message.payload.size() < 16) return;

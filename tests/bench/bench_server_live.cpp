@@ -1,9 +1,9 @@
-// The whole server live on this machine: plays a localized log with 30 Hz video onto LCM as a robot would,
-// with `parhelion serve`, `parhelion slam` and a subscriber beside it, and prints what the server's report
-// says.
+// The whole server live on this machine: plays a localized log with 30 Hz video onto LCM like a robot, with
+// `parhelion serve`, `parhelion slam` and a subscriber beside it, and prints the server's report.
 //   bench_server_live PARHELION LOG MODEL SCENARIO MAP [SECONDS [SPEED]]
-// LOG: as demo leaves it (with-camera.lcm); MAP: the ROS map YAML that SLAM localizes in. SPEED times the
-// recording's own gives more scans a second: forwards, then backwards and so on, so that nothing leaps.
+// LOG: with-camera.lcm of the demo; MAP: the ROS map YAML that SLAM localizes in. SPEED: factor on the
+// recording's rate, for more scans per second. The recording is played forwards and backwards in turn, so
+// that there are no jumps.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -66,7 +66,7 @@ struct Due {
   const Message* message;
 };
 
-/// The inputs back and forth at `speed`, for `duration`.
+/// The inputs forwards and backwards at `speed`, for `duration`.
 std::vector<Due> back_and_forth(const std::vector<Message>& inputs, double speed, double duration) {
   const ArrivalTime first = inputs.front().arrival, last = inputs.back().arrival;
   std::vector<Due> all;
@@ -82,7 +82,7 @@ std::vector<Due> back_and_forth(const std::vector<Message>& inputs, double speed
   return all;
 }
 
-/// Publishes with the stamps of now: `to_now` is added to what the recording says.
+/// Publishes with current stamps: `to_now` is added to the recorded ones.
 template <class T>
 void publish(Bus& bus, const Message& message, Duration to_now) {
   T item;
@@ -116,7 +116,8 @@ int main(int argc, char** argv) {
                             "/tmp/bench-live-robot.yaml", "--url", url});
   auto subscriber = open_network_bus(url), robot = open_network_bus(url);
   if (!subscriber.ok() || !robot.ok() || !(*subscriber)->subscribe("MR_.*", 1000).ok()) return 1;
-  std::this_thread::sleep_for(std::chrono::seconds(2));  // both processes come up; nothing is measured before
+  std::this_thread::sleep_for(std::chrono::seconds(2));  // wait until both processes have started; nothing is
+                                                         // measured before
 
   const std::vector<Due> inputs = back_and_forth(played.inputs, speed, duration);
   const WallTime begun = runtime::wall_now();

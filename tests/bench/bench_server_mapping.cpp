@@ -1,7 +1,6 @@
-// Mapping while the server runs: sessions without and with it take turns, the same input in both. A robot
-// drives through the made-up site with 75 scans a second and a depth camera of which 102,400 pixels count;
-// agents wander. Prints the scan path of both kinds of session, and how long a view takes to be in cloud and
-// model.
+// Mapping while the server runs: sessions with and without it alternate on the same input. A robot drives
+// through the synthetic site with 75 scans a second and a depth camera with 102,400 used pixels; agents
+// wander. Prints the scan path of both kinds of session, and the latency from a view to cloud and model.
 //   bench_server_mapping [ROUNDS [SECONDS]]
 #include <algorithm>
 #include <atomic>
@@ -32,7 +31,7 @@ constexpr double kRate = 75;  // scans a second
 constexpr double kLap = 8;    // s for the way around the room
 constexpr double kViewsEach = 0.35;  // s between depth images
 
-/// Around the larger room, and a look through the doorway on the way.
+/// Around the larger room, with a look through the doorway.
 Transform<Map, Base> pose_at(double t) {
   const double angle = 2 * std::numbers::pi * t / kLap;
   return Transform<Map, Base>::planar(0.3 + 1.2 * std::cos(angle), 0.8 * std::sin(angle),
@@ -56,7 +55,7 @@ RobotDescription robot() {
   return robot;
 }
 
-/// What is known at the start: floor and outer walls.
+/// Initial model: floor and outer walls.
 SemanticModel known() {
   SemanticModel model = test::synthetic_site();
   model.map_id = "site";
@@ -110,7 +109,7 @@ Image depth_image(const scan::BuildingTree& site, double t) {
   return image;
 }
 
-/// Messages without stamps yet.
+/// Messages without stamps.
 struct Drive {
   std::vector<Scan> scans;    ///< 75 a second
   std::vector<Image> images;  ///< one every kViewsEach
@@ -147,7 +146,7 @@ void publish(Bus& bus, const char* channel, const T& item) {
   (void)bus.publish(channel, payload);
 }
 
-/// Plays the drive in real time, stamps of now.
+/// Plays the drive in real time with current stamps.
 void play(Bus& bus, const Drive& drive, double duration) {
   const WallTime begun = runtime::wall_now();
   std::size_t image = 0;
@@ -178,7 +177,7 @@ void play(Bus& bus, const Drive& drive, double duration) {
 
 struct Session {
   runtime::Report report;
-  tick::Percentiles view_us;  ///< of one view into cloud and model
+  tick::Percentiles view_us;  ///< from a view to its effect on cloud and model
   std::size_t points = 0;     ///< of the cloud at the end
   SemanticModel model;        ///< the last
 };
@@ -210,7 +209,8 @@ Session session(const Drive& drive, bool mapping, const SemanticModel& model, do
   });
   while (!started) std::this_thread::yield();
   play(*robot_bus, drive, duration);
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the last scan is no part of the end
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // the end of the session must not affect the
+                                                                // last scan
   stop = true;
   server.join();
   result.points = site.cloud().size();

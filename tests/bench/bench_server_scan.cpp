@@ -63,7 +63,7 @@ Message message(const char* channel, std::int64_t utime, const auto& item) {
 
 struct Run {
   runtime::StageClock stages;
-  tick::Percentiles scan_in_to_out;  ///< the wait for physics included, in which events and worlds are graded
+  tick::Percentiles scan_in_to_out;  ///< includes the wait for physics, in which events and worlds are graded
   tick::Tally tally;
   std::size_t charges = 0;
 };
@@ -135,13 +135,13 @@ Training lesson() {
     } else {
       penalty.when.kind = Condition::Kind::near;
       penalty.when.target = "robot_" + std::to_string(i);
-      penalty.when.distance = 30;  // all of the hall: charged at once, and watched on
+      penalty.when.distance = 30;  // the whole hall: deducted at once, and still monitored
     }
   }
   return training;
 }
 
-/// Ten runs of each, in turn.
+/// Ten runs of each, interleaved.
 int compare_grading() {
   const tick::Configuration without = hall();
   tick::Configuration with = without;

@@ -1,5 +1,5 @@
-// The choice of the next task, judged on simulated learners: tasks until mastery against the fixed order, and
-// how far what is said is from what comes. Arguments: seed (1), learners a group (1000).
+// The choice of the next task, judged on simulated learners: tasks until mastery compared with the fixed
+// order, and the prediction error. Arguments: seed (1), learners a group (1000).
 #include <cstdio>
 #include <cstdlib>
 #include <vector>
@@ -12,14 +12,14 @@ namespace {
 struct Group {
   const char* name;
   test::Population population;
-  double spread;  ///< of true difficulties about the order's
+  double spread;  ///< of true difficulties around the fixed order's
 };
 
 void judge(const Group& group, unsigned seed, int learners, int before) {
   double chosen = 0, fixed = 0, complete = 0, confidence = 0, truly = 0, fixed_complete = 0;
   int said = 0;
   test::Calibration calibration;
-  std::vector<test::Curriculum> curricula;  // one for every tenth of the learners
+  std::vector<test::Curriculum> curricula;  // one for each tenth of the learners
   std::vector<training::SkillParameters> parameters;
   for (unsigned i = 0; i < 10; ++i) {
     test::Curriculum& curriculum = curricula.emplace_back(seed * 1000 + i, group.spread);

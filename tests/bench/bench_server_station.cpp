@@ -1,11 +1,11 @@
-// What pages cost the scan path: a live server with and without its base station and 22 pages, interleaved:
-// 20 observers and a trainee that look, an instructor that places and removes a person every two seconds;
-// where there are no pages, a console on LCM does that, so that both servers answer the same scans with the
-// same world. A robot that stands in a room of wandering robots sends 361 beams at 20 Hz over LCM. No video:
-// that has its own bench.
+// Cost of pages for the scan path: a live server with and without its base station and 22 pages, interleaved:
+// 20 observers, a trainee without commands, and an instructor that places and removes a person every two
+// seconds. Without pages a console on LCM does that, so that both servers process the same scans in the same
+// world. A stationary robot in a room of wandering robots sends 361 beams at 20 Hz over LCM. Video has its
+// own bench.
 //   bench_server_station PARHELION [ROUNDS [SECONDS [AGENTS [WHICH]]]]
-// WHICH: both (interleaved), pages or nobody. As issue 6 asks, in 200 minutes: bench_server_station PARHELION
-// 10 600 30; memory alone, in ten: bench_server_station PARHELION 1 600 30 pages
+// WHICH: both (interleaved), pages or nobody. As issue 6 requires, in 200 minutes: bench_server_station
+// PARHELION 10 600 30; memory alone, in ten: bench_server_station PARHELION 1 600 30 pages
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/wait.h>
@@ -35,9 +35,9 @@ namespace fs = std::filesystem;
 
 constexpr std::uint16_t port = 8402;
 constexpr const char* url = "udpm://239.255.76.67:7702?ttl=0&recv_buf_size=4194304";
-constexpr double scan_period = 0.05013;  // s: no laser keeps step with the server's clock
-constexpr double settled = 3;            // s until memory is looked at first
-constexpr int looks = 10;                // at memory
+constexpr double scan_period = 0.05013;  // s: not synchronous with the server's clock
+constexpr double settled = 3;            // s before the first memory measurement
+constexpr int looks = 10;                // number of memory measurements
 
 void pass(double s) { std::this_thread::sleep_for(std::chrono::duration<double>(s)); }
 
@@ -90,7 +90,7 @@ pid_t start_server(const std::string& program, const fs::path& folder, bool with
     arguments.insert(arguments.end(),
                      {"--http", "127.0.0.1:" + std::to_string(port), "--state-folder", folder / "state"});
   }
-  fs::remove(folder / "news");  // of the run before
+  fs::remove(folder / "news");  // of the previous run
   const pid_t pid = fork();
   if (pid != 0) return pid;
   const int news = open((folder / "news").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
@@ -102,7 +102,7 @@ pid_t start_server(const std::string& program, const fs::path& folder, bool with
   _exit(127);
 }
 
-/// What the server has said so far, once it holds `word`.
+/// The server's output so far, once it contains `word`.
 std::string await_news(const fs::path& folder, const std::string& word) {
   for (int i = 0; i < 200; ++i) {
     std::ifstream file(folder / "news");
@@ -113,15 +113,15 @@ std::string await_news(const fs::path& folder, const std::string& word) {
   throw std::runtime_error("the server has not said '" + word + "'");
 }
 
-/// The instructor's person, to come or to go.
+/// The instructor's command to place or remove the person.
 InstructorCommand person(bool comes) {
   const SensorTime now = SensorTime::from_utime(runtime::wall_now().utime());
   if (!comes) return AgentRemove{.stamp = now, .agent = "p"};
   return AgentSpawn{.stamp = now, .agent = test::agent("p", AgentKind::person, 5, 3, BehaviourKind::stay)};
 }
 
-/// The robot: it stands, and says so, for `duration`. `commands`: a console beside it does what an instructor
-/// does on a page.
+/// The robot: stands still and publishes its sensors for `duration`. `commands`: a console beside it sends
+/// the commands that an instructor gives on a page.
 void send_scans(Bus& bus, double duration, bool commands) {
   const RobotDescription robot = description();
   const LaserDescription& laser = *robot.laser;
@@ -160,8 +160,8 @@ void send_scans(Bus& bus, double duration, bool commands) {
   }
 }
 
-/// The pages, in a process of their own, until the server ends: all that comes is read, as fast as it comes.
-/// How many bytes a second, goes to `out`.
+/// The pages, in a separate process, until the server ends: reads everything as fast as it arrives. Writes
+/// the bytes per second to `out`.
 [[noreturn]] void run_pages(const std::string& setup_link, double duration, int out) {
   const std::string token = setup_link.substr(setup_link.find("token=") + 6);
   const std::string admin = bench::post(
@@ -222,8 +222,8 @@ long resident(pid_t pid) {
 
 struct Run {
   double p50 = 0, p99 = 0;   // us, from arrival on the bus to sent
-  double megabytes = 0;      // a second, to all pages
-  std::vector<long> memory;  // kB, ten times in equal steps
+  double megabytes = 0;      // per second, to all pages
+  std::vector<long> memory;  // kB, ten equally spaced measurements
 };
 
 Run run(const std::string& program, const fs::path& folder, double duration, bool with_pages) {
@@ -245,7 +245,7 @@ Run run(const std::string& program, const fs::path& folder, double duration, boo
         _exit(1);
       }
     }
-    pass(1.5);  // log-ins take memory and processor time by intent; then all is steady
+    pass(1.5);  // log-ins use memory and processor time on purpose; afterwards the load is steady
   }
   auto robot = open_network_bus(url);
   if (!robot) throw std::runtime_error(robot.error().message);

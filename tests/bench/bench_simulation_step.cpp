@@ -1,5 +1,5 @@
-// A physics step with behaviours, and the world at a stamp: p50 and p99 in microseconds, and how many times
-// real time.
+// A physics step with behaviours, and the world at a stamp: p50 and p99 in microseconds, and the real-time
+// factor.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ SemanticModel hall(double side) {
     add(sign * side / 2, 0, 0.2, side);
     add(0, sign * side / 2, side, 0.2);
   }
-  // 300 pieces of wall, as an extruded grid map has them.
+  // 300 pieces of wall, as in an extruded grid map.
   for (int i = 0; i < 300; ++i)
     add(-side / 2 + 1 + std::fmod(i * 2.7, side - 2),
         -side / 2 + 1 + 2.7 * std::floor(i * 2.7 / (side - 2)) * 1.5, 0.3, 0.1);
@@ -93,7 +93,7 @@ BENCHMARK(step)
     ->Iterations(7200)
     ->Unit(benchmark::kMicrosecond);
 
-/// Robots that go back and forth through doors which they push open: 20 doors in a wall across a hall.
+/// Robots that patrol through doors which they push open: 20 doors in a wall across a hall.
 simulation::Simulation at_doors(int robots, const std::string& model_name) {
   constexpr int doors = 20;
   constexpr double spacing = 3;

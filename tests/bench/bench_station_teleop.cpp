@@ -1,5 +1,5 @@
-// From a key in a page to the robot's command: a message on a real WebSocket, the teleop desk, TELEOP on LCM,
-// a live server, MR_CMD back on LCM. Prints ms from sending to hearing, of presses and of releases.
+// Latency from a key in a page to the robot's command: a message on a real WebSocket, the teleop desk, TELEOP
+// on LCM, a live server, MR_CMD back on LCM. Prints ms from sending to receiving, for presses and releases.
 //   bench_station_teleop PARHELION SCENARIO [URL [PRESSES]]
 // SCENARIO: one with a simulated robot, such as server/scenarios/workshop.yaml.
 #include <arpa/inet.h>
@@ -40,7 +40,7 @@ pid_t start(std::vector<std::string> words) {
   return posix_spawn(&pid, argv[0], nullptr, nullptr, argv.data(), environ) == 0 ? pid : 0;
 }
 
-/// A page's end of /ws/teleop. Short messages only.
+/// A minimal client of /ws/teleop for short messages.
 class PageSocket {
  public:
   explicit PageSocket(std::uint16_t port) {
@@ -85,7 +85,7 @@ class PageSocket {
   bool open_ = false;
 };
 
-/// Waits for MR_CMD that turns, or does not; nullopt: not within a second.
+/// Waits for MR_CMD with or without a turn; nullopt: none within a second.
 std::optional<WallTime> hear(Bus& bus, bool turns) {
   const WallTime until = runtime::steady_now() + seconds(1.0);
   Message message;
@@ -99,7 +99,7 @@ std::optional<WallTime> hear(Bus& bus, bool turns) {
   return std::nullopt;
 }
 
-/// The trainee's robot, once a server says what there is.
+/// The trainee's robot, once a server publishes its world.
 std::string robot_on(Bus& bus) {
   const WallTime until = runtime::steady_now() + seconds(60.0);
   Message message;

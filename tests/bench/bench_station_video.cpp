@@ -1,9 +1,10 @@
-// Video from the server to a page: drawn here, to read back out of the page's canvas in headless Chromium.
+// Video latency from the server to a page: drawn here, read back out of the page's canvas in headless
+// Chromium.
 //   bench_station_video [LOG [KIND...]]
-// LOG: its CAMERA pictures are shown (as demo leaves it: with-camera.lcm); "-": a made-up one. KIND: h264,
-// jpeg, mjpeg. Prints ms and what a picture cost. A link that loses packets is made in a network namespace
-// (`unshare -n`, lo up, multicast route) with nftables: on output `meta l4proto tcp ip length > 60 numgen
-// random mod 100 < 2 drop`.
+// LOG: its CAMERA pictures are shown (with-camera.lcm of the demo); "-": synthetic ones. KIND: h264, jpeg,
+// mjpeg. Prints ms and the cost of a picture. A lossy link is made in a network namespace (`unshare -n`, lo
+// up, multicast route) with nftables: on output `meta l4proto tcp ip length > 60 numgen random mod 100 < 2
+// drop`.
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -93,7 +94,7 @@ class Camera {
     for (std::size_t i = 0; !stop_; ++i) {
       due += std::chrono::microseconds(33'333);
       std::this_thread::sleep_until(due);
-      // Back and forth, so that nothing leaps.
+      // Forwards and backwards, so that there are no jumps.
       const std::size_t turn = i % std::max<std::size_t>(2 * all.size() - 1, 1);
       Pixels bgr = all[turn < all.size() ? turn : 2 * all.size() - 2 - turn];
       Image image;
@@ -134,7 +135,7 @@ class Page {
       return station::HttpResponse{204, "text/plain", ""};
     });
   }
-  /// ms, in the order in which they were shown; empty: nothing came in time.
+  /// ms, in display order; empty: nothing arrived in time.
   std::vector<double> ages(const std::string& url) {
     const auto folder =
         std::filesystem::temp_directory_path() / ("bench_station_video-" + std::to_string(getpid()));

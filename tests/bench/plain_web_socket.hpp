@@ -1,4 +1,4 @@
-// The other end of a WebSocket on this machine, unencrypted: just enough to load a server.
+// A minimal unencrypted WebSocket client on this machine, just enough to load a server.
 #pragma once
 
 #include <arpa/inet.h>
@@ -33,7 +33,7 @@ inline void write_all(int socket_, const std::string& bytes) {
   }
 }
 
-/// Status line and headers; what follows stays in the socket.
+/// Status line and headers; the body stays in the socket.
 inline std::string read_head(int socket_) {
   std::string head;
   char c;
@@ -44,7 +44,7 @@ inline std::string read_head(int socket_) {
   return head;
 }
 
-/// POST; the cookie that the answer sets, or empty. Throws where the answer is no success.
+/// POST; returns the cookie set by the response, or empty. Throws if the response is no success.
 inline std::string post(std::uint16_t port, const std::string& path, const std::string& cookie,
                         const std::string& body) {
   const int socket_ = connect_to(port);
@@ -59,7 +59,7 @@ inline std::string post(std::uint16_t port, const std::string& path, const std::
   return at == std::string::npos ? "" : head.substr(at + 12, head.find(';', at) - at - 12);
 }
 
-/// An open WebSocket's descriptor, with a receive buffer as a browser's.
+/// Descriptor of an open WebSocket, with a receive buffer as large as a browser's.
 inline int open_web_socket(std::uint16_t port, const std::string& path, const std::string& cookie) {
   const int socket_ = connect_to(port);
   const std::string host = "127.0.0.1:" + std::to_string(port);
@@ -78,7 +78,7 @@ inline void say(int socket_, const std::string& text) {
   write_all(socket_, frame + text);
 }
 
-/// An unsolicited pong, as browsers send them when they are asked: the other end lives.
+/// An unsolicited pong, which keeps the connection alive like a browser's reply to a ping.
 inline void pong(int socket_) {
   write_all(socket_, {static_cast<char>(0x8a), static_cast<char>(0x80), 0, 0, 0, 0});
 }

@@ -1,4 +1,5 @@
-// Reads the instant that is painted in each picture back out of the canvas and compares it with the server's clock.
+// Reads the time that is painted in each picture back out of the canvas and compares it with the server's
+// clock.
 const kind = new URLSearchParams(location.search).get("kind");
 const wanted = 330, skipped = 30;
 const canvas = document.querySelector("canvas");

@@ -1,4 +1,4 @@
-// A base station as a process of its own, and the people who open its page in Chromium.
+// A base station as a separate process, and users who open its page in Chromium.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createWriteStream, writeFileSync } from "node:fs";
@@ -6,13 +6,13 @@ import { join } from "node:path";
 import axe from "axe-core";
 import { chromium } from "playwright-core";
 
-/** How long anything may take on a machine that is busy otherwise. */
+/** Timeout that also suffices on a busy machine. */
 const PATIENCE_MS = 60_000;
-/** A group of its own, so that runs beside each other do not hear each other. */
+/** A separate multicast group, so that parallel runs do not interfere. */
 export const url = `udpm://239.255.76.67:${20_000 + (process.pid % 20_000)}?ttl=0`;
 
-/** Runs the program until stop(), or to its end: `ended` resolves to how. `said(pattern)` resolves to the match once its output has it,
- * and rejects once it has ended. */
+/** Runs the program until stop(), or to its end: `ended` resolves to its exit status. `said(pattern)` resolves to
+ * the match once its output contains it, and rejects when it has ended. */
 export function run(program, options, log) {
   const child = spawn(program, options, { stdio: ["ignore", "pipe", "pipe"] });
   const file = createWriteStream(log);
@@ -38,7 +38,7 @@ export function run(program, options, log) {
   };
 }
 
-/** A lesson of one short drive; the folder's scenario.yaml. */
+/** A scenario with one short driving task; the folder's scenario.yaml. */
 export function writeLesson(folder, sources) {
   const path = join(folder, "scenario.yaml");
   writeFileSync(path, `name: first steps
@@ -68,9 +68,9 @@ export async function openBrowser() {
   return chromium.launch({ executablePath: process.env.CHROMIUM || "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu"] });
 }
 
-/** One person: a browser of their own, and what went wrong in it. */
+/** One user: a separate browser, and the errors in it. */
 export async function person(browser, address, viewport = { width: 1366, height: 768 }) {
-  // Colours change at once: one that fades has no contrast on its way.
+  // Disables colour transitions, since a fading colour has a wrong contrast.
   const context = await browser.newContext({ viewport, ignoreHTTPSErrors: true, reducedMotion: "reduce" });
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE_MS);
@@ -82,7 +82,7 @@ export async function person(browser, address, viewport = { width: 1366, height:
   return { context, page, wrong, asked, address };
 }
 
-/** By keys alone, as the page has the focus in the name. */
+/** By keyboard alone: the name field has the focus at first. */
 export async function logIn({ page, address }, name, password, hash = "") {
   await page.goto(`${address}/${hash}`);
   await page.getByRole("heading", { name: "Log in" }).waitFor();
@@ -93,8 +93,8 @@ export async function logIn({ page, address }, name, password, hash = "") {
   await page.locator("main#panels").waitFor();
 }
 
-/** Presses until `look` sees it, and holds on. A machine that is busy may keep the page from speaking for 2 s: then the robot is let go, and
- * the key must be pressed anew. */
+/** Presses until `look` returns true, and keeps holding. A busy machine may delay the page by 2 s: the robot is then
+ * released, and the key must be pressed again. */
 export async function hold(what, press, release, look) {
   for (let tries = 0; tries < 20; ++tries) {
     await press();
@@ -104,7 +104,7 @@ export async function hold(what, press, release, look) {
   assert.fail(`never: ${what}`);
 }
 
-/** Holds W until `done` is there. A machine that is busy may let the robot go: then the key is pressed anew. */
+/** Holds W until `done`. A busy machine may release the robot: the key is then pressed again. */
 export async function driveUntil(page, done) {
   await until("driven there", async () => {
     await page.keyboard.down("w");
@@ -115,14 +115,15 @@ export async function driveUntil(page, done) {
   await page.keyboard.up("w");
 }
 
-/** `rules`: only those of axe; none: all. */
+/** `rules`: axe rules to check; none: all. */
 export async function noViolation(page, what, ...rules) {
   if (!(await page.evaluate(() => "axe" in globalThis))) await page.evaluate(axe.source);
   const found = await page.evaluate((only) => globalThis.axe.run(document, { ...(only.length ? { runOnly: only } : {}), resultTypes: ["violations"] }), rules);
   assert.deepEqual(found.violations.map((each) => `${what}: ${each.id}: ${each.nodes.map((node) => `${node.target} ${node.any[0]?.message ?? ""}`).join(" | ")}`), []);
 }
 
-/** Steps of a test with several people's pages, said as they are done; where one fails, each page is left as a picture in `folder`. */
+/** Steps of a test with several users' pages, printed as they are done; if one fails, a picture of each page is
+ * stored in `folder`. */
 export function stepsOf(people, folder) {
   const picture = (page, name) => page.screenshot({ path: join(folder, `${name}.png`) });
   const step = async (name, act) => {
@@ -136,7 +137,7 @@ export function stepsOf(people, folder) {
   return { step, picture };
 }
 
-/** Until `look` resolves to something true; `what` is for the one who reads why it never did. */
+/** Waits until `look` resolves to something true; `what` is for the error message. */
 export async function until(what, look, patience = PATIENCE_MS) {
   const last = performance.now() + patience;
   for (;;) {

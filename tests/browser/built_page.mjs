@@ -1,4 +1,5 @@
-// The built page in Chromium with a station that lives in the page (fake_station.js): nothing is served, nothing listens.
+// The built page in Chromium with a station simulated in the page (fake_station.js), without a server or a
+// port.
 import { readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -14,7 +15,7 @@ export const launch = () => chromium.launch({
     "--enable-unsafe-swiftshader"],
 });
 
-/** A page with `station` as the fake's options; what goes wrong in it is put into `wrong`. */
+/** A page with `station` as the fake's options; its errors are added to `wrong`. */
 export async function openPage(browser, { station = {}, hash = "", theme = "dark", width = 1366, height = 768, wrong = [], scripts = [], ...context } = {}) {
   const page = await (await browser.newContext({ viewport: { width, height }, ...context })).newPage();
   page.on("console", (message) => { if (message.type() === "error") wrong.push(message.text()); });

@@ -1,5 +1,7 @@
-// The crawler in the room of two real scans: cloud and depth points, arm, gripper, flippers and camera head, and a pause.
-// node crawler.mjs PROGRAM SOURCES SCANS FOLDER; SCANS: room_scan1.pcd and room_scan2.pcd are there. Pictures are left in FOLDER.
+// The crawler in the room of two real scans: cloud and depth points, arm, gripper, flippers and camera head,
+// and a pause.
+// node crawler.mjs PROGRAM SOURCES SCANS FOLDER; SCANS: folder with room_scan1.pcd and room_scan2.pcd.
+// Pictures are stored in FOLDER.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -27,7 +29,7 @@ try {
   await context.close();
   const page = await arrive("trainee", "#trainee/scene?layers=robots,scan,depth,cloud");
 
-  /** Of each cloud of points that the 3D view draws some, evenly spread: three numbers each, in map. */
+  /** An evenly spread sample of each point cloud in the 3D view: three numbers each, in map. */
   const clouds = (most) => page.evaluate((most) => {
     const ground = [...document.querySelectorAll(".ground")].find((each) => each.stage), drawn = [];
     ground?.stage.map.traverse((each) => { if (each.isPoints && each.visible) drawn.push(each.geometry); });
@@ -44,7 +46,7 @@ try {
     assert.ok(cloud.length > 10_000, `${cloud.length} points of the cloud`);
     const floor = cloud.filter(([x, y, z]) => Math.hypot(x, y) < 3 && Math.abs(z) < 0.3).map(([, , z]) => z);
     assert.ok(Math.abs(middle(floor)) < 0.03, "its floor is the model's");
-    // Beyond the robot's own arm and flippers.
+    // Outside the robot's own arm and flippers.
     const seen = depth.filter(([x, y]) => Math.hypot(x + 0.3, y + 0.3) > 1).filter((_, i) => i % 10 === 0);
     assert.ok(seen.length > 50, `${seen.length} points of the depth camera`);
     const near = seen.map((p) => Math.sqrt(Math.min(...cloud.map((q) => (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2))));

@@ -1,5 +1,5 @@
-// `parhelion demo` as people come to it, each by a link that it prints: node demo.mjs PROGRAM FOLDER
-// PROGRAM: the built parhelion. Pictures are left in FOLDER.
+// `parhelion demo` with users who open the printed links: node demo.mjs PROGRAM FOLDER
+// PROGRAM: the built parhelion. Pictures are stored in FOLDER.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -33,7 +33,7 @@ try {
     await noViolation(page, "the instructor's first look");
     await put.click();
     await page.getByRole("combobox", { name: "Select object", exact: true }).locator("option", { hasText: "person_1" }).waitFor({ state: "attached" });
-    await put.waitFor({ state: "detached" });  // it is known now
+    await put.waitFor({ state: "detached" });  // wait until it is confirmed
   });
 
   await step("a live robot is not paused: neither by the button nor by who asks the server", async () => {
@@ -91,7 +91,7 @@ try {
     await twin.locator(".drive button[aria-pressed=true]", { hasText: "robot_2" }).waitFor();
     const pinged = times("ping"), asked = times("drive");
     await until("a while that both would have fought in", () => times("ping") > pinged + 1);
-    assert.ok(times("drive") < asked + 4, `asked ${times("drive") - asked} times more`);  // one or two where a busy machine let it go
+    assert.ok(times("drive") < asked + 4, `asked ${times("drive") - asked} times more`);  // one or two if a busy machine released control
     await twin.close();
   });
 
@@ -118,7 +118,7 @@ try {
     await page.locator(".banner").waitFor({ state: "detached" });
     assert.match(new URL(page.url()).hash, /^#observer\//);
     await page.getByRole("tab", { name: "Status" }).waitFor();
-    people.trainee.wrong.length = 0;  // the browser says that sockets were refused
+    people.trainee.wrong.length = 0;  // the browser reports refused sockets
   });
 
   await step("nothing went wrong in any page, and none asked another server", async () => {

@@ -1,5 +1,6 @@
-// Every role in every layout and theme of a live base station: axe, and Tab once round. node every_layout.mjs PROGRAM SOURCES [FOLDER]
-// With FOLDER each is left as a picture, on a laptop's screen and a tablet's.
+// Every role in every layout and theme of a live base station: axe, and one round with Tab.
+// node every_layout.mjs PROGRAM SOURCES [FOLDER]
+// With FOLDER a picture of each is stored, on a laptop's screen and a tablet's.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";

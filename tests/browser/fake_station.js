@@ -1,5 +1,6 @@
-// A station that lives in the page: what /api and /ws/state would say, for tests and measurements of the page alone.
-// Playwright puts it in before the page's own scripts; `fakeStation` on the window says how much there is to show.
+// A station simulated in the page: the responses of /api and /ws/state, for tests and measurements of the
+// page alone. Playwright loads it before the page's own scripts; `fakeStation` on the window configures the
+// amount of content.
 (() => {
   const options = { role: "instructor", agents: 12, beams: 361, scan_hz: 20, world_hz: 30, rooms: 3, ...globalThis.fakeStation };
   const heard = (globalThis.fakeStationHeard = []);
@@ -66,7 +67,7 @@
     });
     return view.buffer;
   }
-  /** Ranges against the room's walls and, for source 1, round agents. */
+  /** Ranges to the room's walls and, for source 1, to round agents. */
   function scan(t, source) {
     const n = options.beams, view = new DataView(new ArrayBuffer(40 + 6 * n)), [x, y, yaw] = place(0, t);
     view.setUint8(0, 2);

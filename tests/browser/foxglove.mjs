@@ -1,5 +1,6 @@
-// Opens the Foxglove WebSocket with Foxglove's own client and looks at what comes.
-// node foxglove.mjs URL TOPIC...: waits until each topic has sent three messages that are as Foxglove's schemas say.
+// Opens the Foxglove WebSocket with Foxglove's own client and checks the messages.
+// node foxglove.mjs URL TOPIC...: waits until each topic has sent three messages that match Foxglove's
+// schemas.
 import wsProtocol from "@foxglove/ws-protocol";
 import * as wellKnown from "@foxglove/schemas/jsonschema.js";
 import Ajv from "ajv";
@@ -28,7 +29,7 @@ function publishedSchema(name) {
   return name.startsWith("foxglove.") ? wellKnown[name.slice(9)] : { type: "object" };
 }
 
-/// Subscribes to all that is offered, until all topics have come.
+/// Subscribes to all offered channels until all topics have arrived.
 async function look(protocol) {
   const socket = new WebSocket(url, [protocol], { origin: "https://app.foxglove.dev" });
   const client = new FoxgloveClient({ ws: socket });
@@ -70,4 +71,4 @@ await look("foxglove.sdk.v1");
 await look("foxglove.websocket.v1");
 check("another subprotocol is refused", !(await opened(new WebSocket(url, ["something.else"]))));
 check("none is refused", !(await opened(new WebSocket(url))));
-process.exit(failed === 0 ? 0 : 1); // what was refused may keep its connection
+process.exit(failed === 0 ? 0 : 1); // a refused connection may stay open

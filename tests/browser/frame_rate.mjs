@@ -1,5 +1,5 @@
-// How many pictures a second the page draws with a crowd, in software: node frame_rate.mjs [AGENTS] [SECONDS]
-// The 3D view is turned all the while, so that each refresh of the screen wants a picture.
+// Frame rate of the page with a crowd, with software rendering: node frame_rate.mjs [AGENTS] [SECONDS]
+// The 3D view rotates all the time, so that each refresh of the screen needs a new frame.
 import { launch, openPage } from "./built_page.mjs";
 
 const agents = Number(process.argv[2] ?? 1000), seconds = Number(process.argv[3] ?? 10);

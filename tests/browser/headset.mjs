@@ -1,4 +1,5 @@
-// The 3D view in an emulated headset (iwer): node headset.mjs FOLDER. Virtual things must stand where the calibration says.
+// The 3D view in an emulated headset (iwer): node headset.mjs FOLDER. Checks that virtual objects are where
+// the calibration puts them.
 import assert from "node:assert/strict";
 import { fileURLToPath } from "node:url";
 import { join } from "node:path";
@@ -46,7 +47,7 @@ try {
       controller.position.set(0.5, 0.9, -1.2);
       controller.quaternion.set(0, 0, 0, 1);  // points away from the wearer
     });
-    // A headset looks at its controllers once a picture.
+    // A headset reads its controllers once per picture.
     await pictures(3);
     await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 1));
     await pictures(3);
@@ -87,7 +88,7 @@ try {
       globalThis.headset.controllers.right.position.set(-0.4, 0.9, -1.5);
       globalThis.headset.controllers.right.updateButtonValue("trigger", 1);
     });
-    await pictures(3);  // by now the headset has seen the pull
+    await pictures(3);  // by now the headset has read the trigger
     const began = Date.now();
     await page.waitForFunction((at) => Date.now() - at > 1700, began);
     await page.evaluate(() => globalThis.headset.controllers.right.updateButtonValue("trigger", 0));

@@ -1,5 +1,6 @@
-// From a key press in Chromium to MR_CMD on LCM: node key_latency.mjs PROGRAM SOURCES [PRESSES]
-// The press is the browser's own stamp of the event; the command is stamped as it comes in here. One machine, one clock.
+// Latency from a key press in Chromium to MR_CMD on LCM: node key_latency.mjs PROGRAM SOURCES [PRESSES]
+// The press has the browser's own event stamp; the command is stamped at its arrival here. One machine, one
+// clock.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -33,7 +34,7 @@ try {
   });
   const found = { TELEOP: [], MR_CMD: [] };
   for (let i = 0; i < Number(presses); ++i) {
-    // Left and right in turn: the robot stays where it is.
+    // Left and right in turn, so that the robot stays in place.
     const key = i % 2 ? "d" : "a";
     for (const list of Object.values(commands)) list.length = 0;
     await page.keyboard.down(key);

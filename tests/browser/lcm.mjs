@@ -1,7 +1,8 @@
-// What goes over LCM, heard in Node: short messages of one channel (LCM's UDP format, magic LC02).
+// An LCM subscriber in Node: short messages of one channel (LCM's UDP format, magic LC02).
 import { createSocket } from "node:dgram";
 
-/** `heard(payload, ms)` for each message; ms since the epoch. `url`: udpm://GROUP:PORT?... Resolves to what stops it. */
+/** `heard(payload, ms)` for each message; ms since the epoch. `url`: udpm://GROUP:PORT?... Resolves to a function
+ * that stops it. */
 export async function listen(url, channel, heard) {
   const [, group, port] = /^udpm:\/\/([\d.]+):(\d+)/.exec(url);
   const socket = createSocket({ type: "udp4", reuseAddr: true });

@@ -1,7 +1,8 @@
 // Driving and video over a link that loses packets: node lossy_link.mjs PROGRAM SOURCES [PRESSES]
-// Run where packets are lost (tests/bench/with_loss). A key is held for half a second, again and again, on the trainee's
-// whole page: when the robot's command turns, whether it turns at all, and for how long it goes on after the key was let go (silence stops
-// it after 0.3 s, what is older than 0.25 s moves nothing); meanwhile the pictures that the page draws.
+// Run it on a lossy network (tests/bench/with_loss). A key is held for half a second, repeatedly, on the
+// trainee's whole page. Measures when the robot's command turns, whether it turns at all, and how long it
+// continues after the key was released (silence stops it after 0.3 s, commands older than 0.25 s move
+// nothing), and the pictures that the page draws meanwhile.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -18,7 +19,7 @@ const deaf = await listen(url, "MR_CMD", (payload, at) => commands.push({ ...rea
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const now = () => performance.timeOrigin + performance.now();
 
-/** Runs in the page: when each picture of the video was drawn. */
+/** Runs in the page: the times when the pictures of the video were drawn. */
 function watch() {
   globalThis.drawn = [];
   const draw = CanvasRenderingContext2D.prototype.drawImage;
@@ -45,7 +46,7 @@ try {
   await logIn({ page, address }, "tess", password);
   await page.getByText("Dead-man released").waitFor();
   await page.locator("[data-age]").first().waitFor();
-  await wait(2000); // what a page loads at first is not what it does later
+  await wait(2000); // exclude what a page loads at its start
   await page.evaluate(() => { globalThis.drawn.length = 0; });
   const turned = [], stood = [];
   let nothing = 0;

@@ -1,5 +1,5 @@
 // Reads an MCAP file with Foxglove's own reader and checks each message against Foxglove's own schemas.
-// node mcap.mjs FILE SUMMARY.json: what is in it goes to SUMMARY, for whoever knows what should be.
+// node mcap.mjs FILE SUMMARY.json: writes the content to SUMMARY for the calling test.
 import { readFileSync, writeFileSync } from "node:fs";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 import { loadDecompressHandlers } from "@mcap/support";
@@ -73,7 +73,7 @@ try {
 }
 check("a flipped bit in a chunk is noticed", noticed);
 
-// JSON that says 1e999 is an infinity: no point there.
+// 1e999 in JSON is an infinity: no point there.
 const ajv = new Ajv({ strict: false, strictNumbers: false });
 const validators = new Map();
 const summary = {};

@@ -1,7 +1,8 @@
-// From a picture as it is published, drawn, to reading it back out of the trainee's whole page, coding and sending between:
+// Latency from the publication of a picture to reading it back out of the trainee's whole page, including
+// encoding and sending:
 // node picture_latency.mjs PROGRAM SOURCES [SECONDS [SESSION RATE]]
-// `serve` with a simulated robot, whose camera is drawn meanwhile; or `play` of a session log so many times as fast, whose pictures are
-// there (the demo's ten a second become thirty at 3). One machine, one clock.
+// `serve` with a simulated robot, whose camera is rendered meanwhile; or `play` of a session log at RATE
+// times its speed, with recorded pictures (the demo's 10 Hz become 30 Hz at 3). One machine, one clock.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
@@ -16,8 +17,8 @@ const server = run(program, session
 join(scratch, "server.txt"));
 const browser = await openBrowser();
 
-/** Runs in the page: of each picture of the video how long after it was drawn it was read back, and how long after that the page was
- * painted next, ms. */
+/** Runs in the page: for each picture of the video the time from drawing to reading it back, and from there to the
+ * next paint of the page, ms. */
 function watch() {
   Object.assign(globalThis, { readBack: [], painted: [], since: "sent" });
   const drawn = new Map();
@@ -46,7 +47,7 @@ function watch() {
 }
 
 try {
-  // `serve` prints a link that makes the first account, `play` one that looks on.
+  // `serve` prints a link that creates the first account, `play` one for an observer.
   const link = (await server.said(/(https?:\/\/\S+\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page } = await person(browser, address);
   await page.addInitScript(watch);
@@ -59,7 +60,7 @@ try {
     await page.goto(address);
   } else await page.goto(link);
   await page.locator("[data-age]").first().waitFor();
-  await page.waitForTimeout(2000);  // what a page loads at first is not what it does later
+  await page.waitForTimeout(2000);  // exclude what a page loads at its start
   await page.evaluate(() => { globalThis.readBack.length = globalThis.painted.length = 0; });
   await page.waitForTimeout(Number(seconds) * 1000);
   const { readBack, painted, since } = await page.evaluate(() => ({ readBack: globalThis.readBack, painted: globalThis.painted, since: globalThis.since }));

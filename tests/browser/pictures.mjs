@@ -1,5 +1,7 @@
-// The pictures of the page in docs/base-station.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER (server/station/web/pictures). It asserts nothing.
-// SCANS: room_scan1.pcd and room_scan2.pcd are there. On a machine that does nothing else: the pictures say how old their video is.
+// The pictures of the page in docs/base-station.md: node pictures.mjs PROGRAM SOURCES SCANS FOLDER
+// (server/station/web/pictures). It asserts nothing.
+// SCANS: folder with room_scan1.pcd and room_scan2.pcd. Run it on an idle machine: the pictures show the age
+// of their video.
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -10,7 +12,7 @@ const [program, sources, scans, folder] = process.argv.slice(2);
 const scratch = mkdtempSync(join(tmpdir(), "parhelion-")), password = "a long enough word";
 const browser = await openBrowser();
 const picture = (page, name) => page.screenshot({ path: join(folder, `${name}.jpg`), type: "jpeg", quality: 82 });
-/** Video is there, and as young as it gets. */
+/** Waits for video at its minimum age. */
 const settled = async (page) => {
   await page.locator("[data-age]").first().waitFor();
   await page.waitForTimeout(2000);
@@ -25,7 +27,7 @@ async function open(address, theme, to) {
   return one.page;
 }
 
-/** Of a `serve` that has just begun: its address, with a trainee tess and an instructor ines. */
+/** For a `serve` that has just started: its address, with a trainee tess and an instructor ines. */
 async function withAccounts(server) {
   const link = (await server.said(/(https?:\/\/\S+\/setup\?token=\S+)/))[1], address = new URL(link).origin;
   const { context, page: admin } = await person(browser, address);
@@ -55,7 +57,7 @@ async function busyHall() {
   await server.stop();
 }
 
-/** The room of two scans: their cloud with what a depth camera and a laser see in it, and the crawler's arm. */
+/** The room of two scans: their cloud, the returns of a depth camera and a laser, and the crawler's arm. */
 async function realRoom() {
   const server = await serveRoom(program, sources, scans, mkdtempSync(join(scratch, "room-"))), address = await withAccounts(server);
   const page = await open(address, "dark", (one) => logIn(one, "tess", password, "#trainee/drive"));
@@ -75,7 +77,7 @@ async function realRoom() {
   await server.stop();
 }
 
-/** The demo, from the instructor's first press to the result that everybody reads. */
+/** The demo, from the instructor's first press to the published result. */
 async function demo() {
   const server = run(program, ["demo", "--silent", "--folder", join(scratch, "demo")], join(scratch, "demo.txt"));
   const link = async (who) => (await server.said(new RegExp(`^${who} +(https?://\\S+)`, "m")))[1];

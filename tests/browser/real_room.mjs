@@ -1,4 +1,4 @@
-// A base station in the room of two real scans, with a crawler whose camera turns on a head.
+// A base station in the room of two real scans, with a crawler whose camera is on a turning head.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";

@@ -1,5 +1,6 @@
-// Opens a page of `parhelion report` in Chromium as a reader does: node review.mjs ONE.html TWO.html FOLDER
-// ONE: a session whose names try to be script. TWO: two sessions. What the browser made is left in FOLDER.
+// Opens a page of `parhelion report` in Chromium like a reader: node review.mjs ONE.html TWO.html FOLDER
+// ONE: a session whose names try to inject script. TWO: two sessions. The browser's output is stored in
+// FOLDER.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";

@@ -1,5 +1,6 @@
-// What each role does on a live base station, from log-in to the graded session: node station.mjs PROGRAM SOURCES FOLDER
-// PROGRAM: the built parhelion. Pictures are left in FOLDER. The steps are in station/.
+// The actions of each role on a live base station, from log-in to the graded session: node station.mjs
+// PROGRAM SOURCES FOLDER
+// PROGRAM: the built parhelion. Pictures are stored in FOLDER. The steps are in station/.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -29,7 +30,8 @@ try {
   const address = new URL(link).origin;
   const [admin, trainee, instructor, observer] = await Promise.all([0, 1, 2, 3].map(() => person(browser, address)));
   const roles = Object.assign(pages, { trainee, instructor, observer });
-  // The trainee's line: `hangs` keeps back what the server sends (video) and what the page says (teleop), in order.
+  // The trainee's connection: while `hangs`, messages of the server (video) and of the page (teleop) are held
+  // back in order.
   const line = { hangs: false, kept: [] };
   const through = (send) => (message) => (line.hangs ? line.kept.push(() => send(message)) : send(message));
   await trainee.page.routeWebSocket(/\/ws\/video/, (socket) => {
@@ -43,7 +45,8 @@ try {
 
   const ahead = () => commands.at(-1)?.vx > 0.2;
   const driveOn = (page) => hold("MR_CMD by the key", () => page.keyboard.down("w"), () => page.keyboard.up("w"), ahead);
-  /** By keys alone, to the role's own layout. Each comes when there is work: three pages are much for two cores. */
+  /** By keyboard alone, to the role's own layout. Each page is opened when needed, because three pages are much for
+   * two cores. */
   const arrive = async (role, name) => {
     await logIn(roles[role], name, password);
     assert.match(new URL(roles[role].page.url()).hash, new RegExp(`^#${role}/`));

@@ -1,7 +1,7 @@
-// A page by the keyboard alone: Tab goes round everything that can be pressed, shows where it is, and is caught nowhere.
+// Keyboard navigation of a page: Tab reaches every control, the focus is visible, and there is no focus trap.
 import assert from "node:assert/strict";
 
-/** Runs in the page: what has the focus, and whether one sees that. */
+/** Runs in the page: the focused element, and whether the focus is visible. */
 function focused() {
   let here = document.activeElement;
   if (!here || here === document.body) return null;
@@ -17,19 +17,19 @@ function focused() {
   };
 }
 
-/** Runs in the page: what can be pressed now; of tabs the chosen one stands for all. */
+/** Runs in the page: all controls now; of tabs, the selected one represents all. */
 function note() {
   globalThis.walkFrom = [...document.querySelectorAll("button, a[href], input, select, textarea, summary, [tabindex]")];
 }
 
-/** Runs in the page: what could be pressed from the first to the last, and was not come by. */
+/** Runs in the page: controls present throughout that were not reached. */
 function missed(reached) {
   const ids = new Set(reached);
   const pressable = (each) => each.isConnected && !each.disabled && each.tabIndex >= 0 && each.checkVisibility({ visibilityProperty: true });
   return globalThis.walkFrom.filter((each) => pressable(each) && !ids.has(globalThis.walkIds.get(each))).map((each) => `${each.tagName.toLowerCase()} "${(each.getAttribute("aria-label") ?? each.textContent ?? "").trim().slice(0, 40)}"`);
 }
 
-/** Round once, wherever it begins; what was come by, in order. `most`: presses until it is a trap. */
+/** One round of Tab from any start; the reached controls in order. `most`: presses until it counts as a trap. */
 export async function walkByKeys(page, what, most = 250) {
   await page.evaluate(note);
   const seen = [];
@@ -37,7 +37,7 @@ export async function walkByKeys(page, what, most = 250) {
     assert.ok(presses < most, `${what}: Tab does not come round; it goes by ${seen.slice(-4).map((each) => each.what).join(", ")}`);
     await page.keyboard.press("Tab");
     const now = await page.evaluate(focused);
-    if (!now) continue;  // out of the page: the next comes in at its top
+    if (!now) continue;  // the focus left the page; the next Tab enters at its top
     if (now.id === seen[0]?.id) break;
     assert.notEqual(now.id, seen.at(-1)?.id, `${what}: Tab stays on ${now.what}`);
     assert.ok(now.marked, `${what}: nobody sees that ${now.what} has the focus`);

@@ -1,4 +1,4 @@
-"""Every command in a document is one that the program or the repository has."""
+"""Checks that every command in a document exists in the program or the repository."""
 import os
 import re
 import shlex
@@ -10,7 +10,7 @@ PUNCTUATION = set("();<>|&")
 
 
 def logical_lines(fence):
-    """Number and text; lines that end in a backslash joined, here-documents left out."""
+    """Number and text of lines; joins lines that end in a backslash, skips here-documents."""
     number, text, end = None, "", ""
     for offset, line in enumerate(fence.lines):
         if end:
@@ -28,7 +28,7 @@ def logical_lines(fence):
 
 
 def split_commands(text):
-    """The commands of a line of shell, each as its words; redirections and assignments left out."""
+    """The commands of a shell line, each as its words, without redirections and assignments."""
     lexer = shlex.shlex(text, posix=True, punctuation_chars="();<>|&")
     lexer.whitespace_split = True
     words, commands, skip = [], [], False
@@ -58,7 +58,7 @@ def is_program(word):
 
 
 def runs_at_once(words, root):
-    """Whether it is over within seconds and needs nothing that the repository lacks."""
+    """True if it ends within seconds and needs only files of the repository."""
     if words[0] in ("help", "--version", "doctor", "completion") or words[-1] in ("--help", "-h"):
         return True
     files = [word for word in words[1:] if not word.startswith("-")]
@@ -80,12 +80,12 @@ class CommandChecker:
         if not words or not runs_at_once(words, self.root):
             return ""
         ran = self.run(words)
-        # What doctor finds is the machine's affair.
+        # The result of doctor depends on the machine.
         allowed = (0, 1) if words[0] == "doctor" else (0,)
         return "" if ran.returncode in allowed else f"exit {ran.returncode}: {(ran.stderr or ran.stdout).strip()}"
 
     def path_problem(self, words, written):
-        """Of a script, or of a file of the repository among the arguments. `written`: by commands before it."""
+        """Checks a script, or files of the repository among the arguments. `written`: files of earlier commands."""
         for place, word in enumerate(words):
             name = word.removeprefix("./")
             is_script = place == 0 and word.startswith("./")

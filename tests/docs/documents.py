@@ -1,4 +1,4 @@
-"""The documents of the repository, taken apart: prose, fences, headings."""
+"""Splits the documents of the repository into prose, fences and headings."""
 import os
 import re
 
@@ -15,13 +15,13 @@ class Fence:
 
 
 def anchor_of(heading):
-    """As GitHub makes it, without the number that a second one of the same name gets."""
+    """The anchor that GitHub generates, without the number of a duplicate."""
     plain = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").replace("*", "")
     return re.sub(r"[^\w\- ]", "", plain.strip().lower()).replace(" ", "-")
 
 
 class Document:
-    """`path` is from the root; `prose` has a line for each of the file, those of fences empty."""
+    """`path` is relative to the root; `prose` has a line for each of the file, empty within fences."""
 
     def __init__(self, root, path):
         self.root, self.path = root, path

@@ -1,4 +1,4 @@
-"""Lengths that the documents keep to, and the modules that the architecture diagram shows."""
+"""Checks the lengths of the documents, and the modules in the architecture diagram."""
 import os
 import xml.etree.ElementTree
 
@@ -27,7 +27,7 @@ def read_modules(root):
 
 
 def check_diagram(root):
-    """<text class="module"> of the diagram, against the modules that the dependency test knows."""
+    """Compares <text class="module"> of the diagram with the modules of the dependency test."""
     for path in (DIAGRAM, MODULE_LIST):
         if not os.path.exists(os.path.join(root, path)):
             yield f"{path} is not there"

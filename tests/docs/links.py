@@ -1,4 +1,4 @@
-"""Every relative link and image leads to something, and so does every path in code."""
+"""Checks the targets of relative links, images and paths in code."""
 import glob
 import os
 import re
@@ -13,7 +13,7 @@ NEW_FILES = re.compile(r"<!-- new files?: (.*?) -->")
 
 
 def link_problem(document, target):
-    """What is wrong with where a link leads; empty: nothing."""
+    """The problem with a link target; empty: none."""
     path, _, anchor = target.partition("#")
     if path.startswith("/"):
         return "is not relative"
@@ -43,13 +43,13 @@ def check_links(document):
 
 
 def is_there(document, path):
-    """From the root or from the document; `render/codec` stands for codec.cpp and codec.hpp."""
+    """Relative to the root or the document; `render/codec` means codec.cpp and codec.hpp."""
     places = [os.path.join(document.root, folder, path) for folder in ("", os.path.dirname(document.path))]
     return any(glob.glob(place) or glob.glob(f"{place}.*") for place in places)
 
 
 def check_paths(document):
-    """`tools/test --quick` names a file of the repository. One that a reader is to write is named in the
+    """`tools/test --quick` names a file of the repository. Files that a reader is to create are listed in the
     document: <!-- new files: server/tick/thermometer.hpp server/tick/thermometer.cpp -->"""
     new = {name for line in document.prose for found in NEW_FILES.findall(line) for name in found.split()}
     for number, line in enumerate(document.prose, 1):

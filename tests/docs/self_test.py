@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The document checks find what they are to find, in small made-up repositories."""
+"""Tests the document checks on small synthetic repositories."""
 import argparse
 import os
 import shutil
@@ -43,7 +43,7 @@ class DocumentChecks(unittest.TestCase):
         return list(check_documents(self.root, PROGRAM))
 
     def expect(self, *parts):
-        """Exactly one problem, with all of these in it."""
+        """Expects exactly one problem that contains all of these."""
         found = self.problems()
         self.assertEqual(len(found), 1, found)
         for part in parts:

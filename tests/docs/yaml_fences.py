@@ -1,4 +1,4 @@
-"""Every complete YAML file in a document is one that `parhelion validate` takes.
+"""Checks that `parhelion validate` accepts every complete YAML file in a document.
 
 A fence is complete unless its first line begins with `# fragment`. A first line that is a comment with a file's name
 alone (`# lab.yaml`, `<!-- cart.urdf -->`) gives it that name: other fences of the same document refer to it so.
@@ -22,7 +22,7 @@ def is_complete(fence):
 
 
 def mirror(root, folder, place):
-    """Links to what is beside the document, so that its relative paths lead where they do in the repository."""
+    """Links the files beside the document, so that its relative paths have the same targets as in the repository."""
     inner = next((part for part in folder.split("/") if part), None)
     for name in os.listdir(root):
         if name != inner:

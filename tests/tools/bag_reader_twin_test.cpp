@@ -1,4 +1,4 @@
-// Our bag reader against ROS's own, librosbag_storage.
+// Our bag reader compared with ROS's own, librosbag_storage.
 #include <gtest/gtest.h>
 #include <ros/time.h>
 #include <rosbag/bag.h>
@@ -14,7 +14,7 @@
 namespace parhelion::tools {
 namespace {
 
-/// A message of any bytes: ROS's own messages with strings or arrays are no C++20.
+/// A message of arbitrary bytes: ROS's own messages with strings or arrays are not valid C++20.
 struct Blob {
   std::vector<std::uint8_t> bytes;
 };
@@ -66,7 +66,7 @@ struct Read {
   auto operator<=>(const Read&) const = default;
 };
 
-/// In order of time, as librosbag has them; ours has them in file order.
+/// In order of time, as librosbag returns them; ours returns them in file order.
 std::vector<Read> by_rosbag(const std::filesystem::path& path) {
   rosbag::Bag bag(path.string(), rosbag::bagmode::Read);
   std::vector<Read> all;
@@ -117,7 +117,7 @@ void expect_the_same(const std::filesystem::path& path, std::size_t least) {
 
 constexpr std::size_t written_messages = 600;
 
-/// Three topics, stamps not in order, empty messages and big ones, several chunks.
+/// Three topics, unordered stamps, empty and large messages, several chunks.
 void write_bag(const std::filesystem::path& path, rosbag::CompressionType compression) {
   rosbag::Bag bag;
   bag.setCompression(compression);
@@ -157,9 +157,9 @@ std::vector<char> without_index(std::vector<char> bytes) {
   return bytes;
 }
 
-/// Why we have a reader of our own: the recorder writes the index when it closes a bag, and librosbag gives
-/// no message without all of it. A bag whose recorder died has none (BagUnindexedException), one that was cut
-/// afterwards says that it is where the file has ended (BagIOException).
+/// The reason for our own reader: the recorder writes the index when it closes a bag, and librosbag returns
+/// no message without the complete index. A bag whose recorder crashed has none (BagUnindexedException); a
+/// bag truncated afterwards refers to an index beyond the end of the file (BagIOException).
 TEST_P(BagReaderTwin, OfACutBagWeReadWhatCameBeforeAndRosbagNothing) {
   const TemporaryFolder folder;
   write_bag(folder / "whole.bag", GetParam());

@@ -1,4 +1,4 @@
-// The figures of `parhelion topic`.
+// The statistics of `parhelion topic`.
 #include "tools/channel_statistics.hpp"
 
 #include <gtest/gtest.h>

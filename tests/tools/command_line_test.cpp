@@ -1,4 +1,4 @@
-// What the program says to a command line that it does not understand.
+// Error messages for invalid command lines.
 #include "tools/command_line.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What the shell offers is what --help says, of every command there is.
+// Shell completion offers what --help lists, for all commands.
 #include "tools/completion.hpp"
 
 #include <gmock/gmock.h>
@@ -25,7 +25,7 @@ using Words = std::set<std::string>;
 class CompletionTest : public testing::Test {
  protected:
   void load(const std::string& script) { std::ofstream(folder_ / "script") << script; }
-  /// What bash offers after these words for the last of them.
+  /// Bash's completions of the last of these words.
   Words offers(const std::vector<std::string>& words) {
     std::string line = "source '" + (folder_ / "script") + "'; COMP_WORDS=(";
     for (const std::string& word : words) line += "'" + word + "' ";

@@ -12,20 +12,20 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double kLook = 0.03;     // s: a key repeats, and an operator looks, so often
-constexpr double kNear = 0.06;     // rad from the goal where an operator slows down
+constexpr double kLook = 0.03;     // s: repeat interval of a key and reaction interval of an operator
+constexpr double kNear = 0.06;     // rad from the target below which an operator slows down
 constexpr double kEnough = 0.012;  // rad
 
 class ConsoleDrive : public test::SiteDrive {
  protected:
-  /// m/s ahead; rad that the goal lies to the left.
+  /// m/s forward; rad to the target, positive to the left.
   virtual void steer(double speed, double left) = 0;
-  /// rad or m that are missing.
+  /// Remaining rad or m.
   virtual void turn_joint(const std::string& joint, double missing) = 0;
   virtual void let_go() = 0;
   virtual Status console() = 0;
 
-  /// What an operator does at each look, until `done` or `limit` s have gone.
+  /// An operator's action at each look, until `done` or after `limit` s.
   bool operate(const std::function<void()>& act, const std::function<bool()>& done, double limit) {
     for (const ArrivalTime end = now_ + seconds(limit); now_ < end && !done();) {
       now_ = now_ + seconds(kLook);
@@ -78,10 +78,10 @@ class ConsoleDrive : public test::SiteDrive {
                    [&] { return until ? happened(*until, "trainee") : is_at(place); }, limit);
   }
   /// Up the stairs: the flippers up against the first step, pressed down on its tread, then in line with the
-  /// tracks; each time the robot stands until they are there.
+  /// tracks; the robot waits each time until they are in position.
   bool climb(const Eigen::Vector2d& place, double limit) {
     std::size_t phase = 0;
-    bool level = false;  // since the flippers are up: not still tipping over the edge of the step before
+    bool level = false;  // since the flippers are up: not tipping over the edge of the previous step any more
     ArrivalTime pressed = now_;
     const auto act = [&] {
       const double pitch = std::asin(motion().T_map_base.rotation()(2, 0));
@@ -128,7 +128,7 @@ class ConsoleDrive : public test::SiteDrive {
       EXPECT_TRUE(happened(EventKind::step_climbed, step)) << step;
     EXPECT_TRUE(happened(EventKind::zone_entered, "landing"));
     EXPECT_FALSE(happened(EventKind::tipped_over, "trainee"));
-    // Down again as nobody should: flippers folded, the arm stretched out ahead, and fast.
+    // Down again in the wrong way: flippers folded, the arm stretched out ahead, and fast.
     joint_to("left_flipper_joint", 140 * degree);
     joint_to("right_flipper_joint", 140 * degree);
     joint_to("shoulder_joint", 80 * degree);
@@ -187,7 +187,8 @@ class KeyboardDriveTest : public ConsoleDrive {
   }
 
  private:
-  /// Another key is pressed only after the one before was let go of, and is as good as stopped by the bar.
+  /// A terminal sends no key releases, so the previous key is ended with the space bar before another key is
+  /// pressed.
   void hold(char key) {
     if (held_ != key) let_go();
     held_ = key;
@@ -270,7 +271,7 @@ class JoystickDriveTest : public ConsoleDrive {
   void hold(SDL_GameControllerButton button, bool down) {
     SDL_JoystickSetVirtualButton(joystick_, button, down ? 1 : 0);
   }
-  /// The stick to where `share` of the speed is: beyond the dead zone, along the curve.
+  /// Moves the stick to `share` of the speed, through the dead zone and along the curve.
   void push(SDL_GameControllerAxis axis, double share) {
     const station::JoystickMapping usual;
     const double way = usual.dead_zone + (1 - usual.dead_zone) * std::pow(std::abs(share), 1 / usual.curve);

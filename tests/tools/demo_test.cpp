@@ -1,4 +1,4 @@
-// The demo from end to end on the recording of Debian's mrpt-common, and promise 4 on what it leaves.
+// The demo from end to end on the recording of Debian's mrpt-common, and promise 4 on its output.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr const char* training = R"(training:
   penalties: [{name: touched, points: 10, when: {event: collision_started}}]
 )";
 
-/// What if a barrel had stood where the robot was `t` s after the start? Nothing else differs.
+/// What if a barrel had stood at the robot's position `t` s after the start? Nothing else differs.
 std::string with_barrel(std::string scenario, const review::SessionReview& review, double t) {
   const auto points = review.path.track.points();
   const auto there =
@@ -32,7 +32,7 @@ std::string with_barrel(std::string scenario, const review::SessionReview& revie
                              " m, y: " + std::to_string(there->y) + " m}}\n");
 }
 
-/// The recorded log among others than were there, graded by the same rules; the two runs beside each other.
+/// Replays the recorded log with other agents, graded by the same rules, and compares the two runs.
 void ask_what_if(const test::Folder& folder) {
   const auto again = [&](const std::string& name, const std::string& scenario) {
     std::ofstream(folder / ("demo/" + name + ".yaml")) << scenario;
@@ -54,7 +54,7 @@ void ask_what_if(const test::Folder& folder) {
     EXPECT_EQ(charge.cause->object, "barrel");
     EXPECT_EQ(charge.cause->pair, PairKind::real_virtual);
   }
-  // The real laser never saw it: it was put into its scans.
+  // The barrel is not in the real scans; its returns were injected.
   const auto near = met->series.at("nearest_injected").samples();
   EXPECT_TRUE(
       std::any_of(near.begin(), near.end(), [](const review::Series::Sample& s) { return s.value < 0.5; }));
@@ -67,7 +67,7 @@ void ask_what_if(const test::Folder& folder) {
   EXPECT_NE(html.find("\"log\":\"met.lcm\""), std::string::npos);
 }
 
-/// How many pictures of a session log differ from what the camera took at that instant.
+/// Number of pictures in a session log that differ from the camera's picture of that instant.
 std::size_t changed_pictures(const std::string& log) {
   std::map<SensorTime, std::vector<std::uint8_t>> taken;
   std::size_t changed = 0;
@@ -99,7 +99,7 @@ TEST(Demo, DemoPutsVirtualRobotsIntoTheScansAndTheVideoOfARealRecording) {
   const auto report = nlohmann::json::parse(test::text_of(folder / "report.json"));
   EXPECT_EQ(report["scans"]["in"], 225);
   EXPECT_EQ(report["scans"]["out"], 225);
-  // Just below what this recording and these agents give, which is the same each time: 1,406 and 230.
+  // Just below the deterministic results for this recording and these agents: 1,406 and 230.
   EXPECT_GE(report["beams"]["replaced"], 1400);
   EXPECT_GE(report["frames"]["composited"], 225);
   EXPECT_EQ(report["frames"]["in"], 591);
@@ -108,7 +108,7 @@ TEST(Demo, DemoPutsVirtualRobotsIntoTheScansAndTheVideoOfARealRecording) {
   EXPECT_TRUE(std::filesystem::file_size(folder / "demo/map.png") > 10'000);
   EXPECT_TRUE(std::filesystem::file_size(folder / "demo/camera.jpg") > 5'000);
 
-  // The session log is enough to have it all again, to the byte.
+  // The session log reproduces everything, byte for byte.
   const auto again =
       test::run({"replay", folder / "session.lcm", "-o", folder / "again.lcm", "--threads", "1"},
                 folder / "replay.txt");

@@ -1,4 +1,4 @@
-// `parhelion drive` as a process in a terminal of its own: what is typed there goes out as commands.
+// `parhelion drive` as a process in a terminal of its own: typed keys are published as commands.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace parhelion::tools {
 namespace {
 
-/// A group of its own for each test process.
+/// A separate multicast group for each test process.
 std::string url() { return "udpm://239.255.76.69:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
 
 /// The program at the other end of a pseudo terminal.
@@ -46,7 +46,7 @@ class Terminal {
   void type(const std::string& keys) const {
     ASSERT_EQ(write(keys_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
   }
-  /// What is on the screen is read, so that the program can go on writing.
+  /// Reads the screen, so that the program can continue to write.
   void look() {
     char text[4096];
     for (ssize_t n = read(keys_, text, sizeof text); n > 0; n = read(keys_, text, sizeof text))
@@ -74,8 +74,8 @@ class DriveTerminalTest : public testing::Test {
     for (const char* name : {channel::joint_cmd, channel::teleop, channel::operators})
       ASSERT_TRUE(bus_->subscribe(name, 100).ok());
   }
-  /// Says which robot and joints there are and hears what the console says, until `done`; `keys` are typed
-  /// each time, as a held key repeats.
+  /// Publishes robot and joints and receives the console's messages, until `done`; `keys` are typed each
+  /// time, as a held key repeats.
   bool until(Terminal& terminal, const std::string& keys, const std::function<bool()>& done) {
     WorldMessage world;
     world.bodies.resize(1);

@@ -7,7 +7,7 @@
 namespace parhelion::tools {
 namespace {
 
-/// A free square of 20 m with walls all around and unknown beyond `free_x` (m).
+/// A free square of 20 m with walls around it and unknown space beyond `free_x` (m).
 pose::GridMap floor_up_to(double free_x) {
   pose::GridMap map;
   map.width = map.height = 400;

@@ -1,4 +1,4 @@
-// The model for viewers, read back as the glTF 2.0 specification has it.
+// The exported model, read back according to the glTF 2.0 specification.
 #include "tools/gltf.hpp"
 
 #include <gtest/gtest.h>

@@ -47,7 +47,7 @@ TEST(ImportCarmen, IntelKeepsFileOrderAndCountsBackwardStamps) {
   EXPECT_THAT(scans.backward_first, ::testing::StartsWith("intel.clf.bz2:"));
   const ImportedLog& log = intel_import().log;
   log.expect_arrivals_increase();
-  // The odometry that a scan's line carries stands right before it, with its stamp.
+  // The odometry of a scan's line precedes it, with its stamp.
   std::int64_t utime = -1;
   Transform<Odom, Base> last;
   double path = 0, longest = 0;
@@ -152,7 +152,7 @@ TEST(ImportCarmen, BadLinesAreRefusedWithTheirNumberAndTheOthersKept) {
   EXPECT_THAT(log.robot().source, ::testing::HasSubstr("height is not in the source"));
 }
 
-/// Scans a tenth of a second apart from 100 s on; `stamp` may say otherwise.
+/// Scans a tenth of a second apart from 100 s on; `stamp` may override this.
 std::string scans(int count, const std::function<double(int)>& stamp) {
   std::string text;
   for (int i = 0; i < count; ++i) {
@@ -194,7 +194,7 @@ TEST(ImportCarmen, ARecordingThatWasPausedKeepsItsPause) {
       import_recording(test::import_options(folder / "paused.log", folder / "paused.lcm"), {});
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(report->ahead, 0U);
-  // Two events a line: the fifth of them is in the third line.
+  // Two events per line: the fifth of them is in the third line.
   EXPECT_THAT(report->leaps, ::testing::ElementsAre("paused.log:13"));
   const ImportedLog log(folder / "paused.lcm");
   log.expect_arrivals_increase();

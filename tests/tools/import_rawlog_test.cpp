@@ -19,7 +19,7 @@ namespace {
 using test::ImportedLog;
 using test::TemporaryFolder;
 
-/// Median over every tenth pair of scans, five apart, laid at the odometry of their stamps.
+/// Median over every tenth pair of scans, five apart, placed at the odometry of their stamps.
 double overlap(const ImportedLog& log, bool mirror) {
   const auto scans = log.all<Scan>(channel::scan);
   const auto odometry = log.all<Odometry>(channel::odometry);
@@ -76,7 +76,7 @@ TEST(ImportRawlog, DescribesTheLaserAsTheRawlogDoes) {
   EXPECT_NEAR(robot.laser->angle_first, -M_PI / 2, 1e-6);
   EXPECT_NEAR(robot.laser->angle_step, M_PI / 360, 1e-8);
   EXPECT_FLOAT_EQ(robot.laser->convention.range_max, 80);
-  // The error codes of an LMS-200 (81.83, 81.87, 81.89, 81.91) all mean that nothing came back.
+  // The error codes of an LMS-200 (81.83, 81.87, 81.89, 81.91) all mean no return.
   for (const float code : {81.83F, 81.87F, 81.89F, 81.91F}) {
     EXPECT_EQ(robot.laser->convention.classify(code), BeamKind::no_return) << code;
   }
@@ -91,7 +91,7 @@ TEST(ImportRawlog, ScansOverlapAtTheOdometryAndNotWhenMirrored) {
   const ImportedLog log(folder / "sena.lcm");
   const double right = overlap(log, false), wrong = overlap(log, true);
   std::printf("median distance between scans 1.3 s apart: %.3f m, mirrored %.3f m\n", right, wrong);
-  // The wheelchair's wheels slip: 0.3 m in 1.3 s is theirs.
+  // The wheelchair's wheels slip by 0.3 m in 1.3 s.
   EXPECT_LT(right, 0.35);
   EXPECT_GT(wrong, 3 * right);
 }
@@ -151,7 +151,7 @@ TEST(ImportRawlog, FlippedBitsNeverCrashAndNearlyAllIsKept) {
     auto bytes = whole;
     for (int flip = 0; flip < 5; ++flip) {
       state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-      // The first object is where a flip does most: half of them go there.
+      // Half of the flips go to the first object, where they do most damage.
       const std::size_t range = flip % 2 == 0 ? bytes.size() : 400;
       bytes[(state >> 20) % range] ^= static_cast<char>(1U << ((state >> 60) & 7));
     }
@@ -160,7 +160,7 @@ TEST(ImportRawlog, FlippedBitsNeverCrashAndNearlyAllIsKept) {
     options.overwrite = true;
     const auto report = import_recording(options, {});
     if (!report) {
-      // A label that a flip changed makes a second sensor, or the file's first byte is no object any more.
+      // A flipped bit in a label makes a second sensor; one in the first byte makes the file unrecognizable.
       EXPECT_FALSE(report.error().message.empty());
       continue;
     }

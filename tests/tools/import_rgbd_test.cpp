@@ -66,7 +66,7 @@ TEST(ImportRgbd, ColourIsTheFileByteForByte) {
   EXPECT_EQ(colour[2].height, 480);
 }
 
-/// z over x and y by least squares.
+/// Least-squares fit of z over x and y.
 class Plane {
  public:
   void add(const Eigen::Vector3d& p) {
@@ -156,7 +156,7 @@ TEST(ImportRgbd, DepthOfOneFrameIsFoundAgainInAnother) {
   EXPECT_LT(median(differences), 0.035);
 }
 
-/// Mean colour gradient where depth has an edge, laid over colour through the description, or 1:1.
+/// Mean colour gradient at depth edges, projected with the calibration of the description, or 1:1.
 double gradient_at_depth_edges(const ImportedLog& log, bool registered) {
   const auto colour = log.all<Image>(channel::camera), depth = log.all<Image>(channel::depth);
   const RobotDescription robot = log.robot();
@@ -175,7 +175,7 @@ double gradient_at_depth_edges(const ImportedLog& log, bool registered) {
     for (int row = 2; row + 2 < mm.rows; ++row) {
       for (int column = 2; column + 2 < mm.cols; ++column) {
         const int here = mm.at<std::uint16_t>(row, column), beside = mm.at<std::uint16_t>(row, column + 1);
-        // The nearer side of an edge on its right: a Kinect sees no shadow there.
+        // Only edges with the nearer side on the right: a Kinect has no shadow there.
         if (here == 0 || beside - here < 100) continue;
         Eigen::Vector3d p = point(from, column, row, here * 1e-3);
         const auto& camera = registered ? to : from;
@@ -213,7 +213,7 @@ TEST(ImportRgbd, ScanIsWhatDepthSeesInTheBand) {
   const auto scans = log.all<Scan>(channel::scan);
   std::size_t hits = 0;
   for (std::size_t i = 0; i < scans.size(); i += 25) {
-    // All points of the band, level, around the base.
+    // All points of the band, in level coordinates around the base.
     const cv::Mat mm = depth_of(depth[i]);
     const auto T_map_optical = poses[i].T_map_base * robot.depth->T_base_optical;
     std::vector<Eigen::Vector2d> band;

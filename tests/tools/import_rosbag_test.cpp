@@ -22,7 +22,7 @@ ImportOptions jarvis_options(const std::filesystem::path& input, const std::file
   return options;
 }
 
-/// Reference pose at `stamp`, between the two around it.
+/// Reference pose at `stamp`, interpolated.
 std::optional<Transform<Map, Base>> reference_at(const std::vector<PoseStamped>& poses, SensorTime stamp) {
   for (std::size_t i = 1; i < poses.size(); ++i) {
     if (poses[i - 1].stamp > stamp || poses[i].stamp < stamp) continue;
@@ -32,7 +32,7 @@ std::optional<Transform<Map, Base>> reference_at(const std::vector<PoseStamped>&
   return std::nullopt;
 }
 
-/// Median distance of hits to those of the scan ten later (1.2 s), all laid at the reference poses.
+/// Median distance of hits to those of the scan ten later (1.2 s), all placed at the reference poses.
 double wall_thickness(const ImportedLog& log, bool mirror) {
   const auto scans = log.all<Scan>(channel::scan);
   const auto truth = log.all<PoseStamped>(channel::reference_pose);

@@ -1,4 +1,4 @@
-// Imports into a temporary folder and reads the log back; what the import tests stand on.
+// Imports into a temporary folder and reads the log back; shared by the import tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@
 
 namespace parhelion::test {
 
-/// A folder of the test's own, gone with it.
+/// A temporary folder that the destructor removes.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -109,7 +109,7 @@ inline void write_text(const std::filesystem::path& path, const std::string& tex
   write_bytes(path, {text.begin(), text.end()});
 }
 
-/// Hits of a scan in the frame that T_a_laser leads to, nearer than `far`.
+/// Hits of a scan in frame A, within `far` of the laser.
 template <class A>
 std::vector<Eigen::Vector2d> hits(const Scan& scan, const RangeConvention& convention,
                                   const Transform<A, Laser>& T_a_laser, double far) {
@@ -125,7 +125,7 @@ std::vector<Eigen::Vector2d> hits(const Scan& scan, const RangeConvention& conve
   return points;
 }
 
-/// Median distance of the points of one scan to the nearest of the other: small where both see the same
+/// Median distance from the points of one scan to the nearest points of the other: small if both see the same
 /// walls.
 inline double median_distance(const std::vector<Eigen::Vector2d>& from,
                               const std::vector<Eigen::Vector2d>& to) {
@@ -139,8 +139,7 @@ inline double median_distance(const std::vector<Eigen::Vector2d>& from,
   return median(distances);
 }
 
-/// The scan as a sensor that counts its beams the other way would have written it: what a wrong sense would
-/// look like.
+/// The scan with its beams in reverse order, as a wrong sense of rotation would give.
 inline Scan mirrored(Scan scan) {
   std::reverse(scan.ranges.begin(), scan.ranges.end());
   return scan;

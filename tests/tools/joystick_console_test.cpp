@@ -43,12 +43,12 @@ class JoystickConsoleTest : public test::TickTest {
   void hold(SDL_GameControllerButton button, bool down) {
     SDL_JoystickSetVirtualButton(joystick_, button, down ? 1 : 0);
   }
-  /// -1..1, forwards.
+  /// -1..1, positive forwards.
   void push(double share) {
     SDL_JoystickSetVirtualAxis(joystick_, SDL_CONTROLLER_AXIS_LEFTY, static_cast<Sint16>(-32767 * share));
   }
 
-  /// Console and server for `duration` of their common clock.
+  /// Runs console and server for `duration` of their common clock.
   void live(double duration) {
     for (const ArrivalTime end = now_ + seconds(duration); now_ < end;) {
       now_ = now_ + milliseconds(5);

@@ -1,4 +1,4 @@
-// Shipped level 1 scenarios as a user runs them: serve as a process, driven over LCM.
+// Shipped level 1 scenarios in normal use: `serve` as a process, driven over LCM.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A group of its own for each test process.
+/// A separate multicast group for each test process.
 std::string url() { return "udpm://239.255.76.68:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
 
 class Level1Test : public testing::Test {
@@ -27,7 +27,7 @@ class Level1Test : public testing::Test {
       ASSERT_TRUE(bus_->subscribe(name, 2000).ok());
   }
 
-  /// Sends TELEOP twenty times a second until `done` or a minute has gone.
+  /// Sends TELEOP twenty times a second until `done`, for a minute at most.
   bool drive(test::Process& server, const Twist2& twist, const std::function<bool()>& done) {
     const WallTime deadline = runtime::steady_now() + seconds(60);
     WallTime said;
@@ -51,7 +51,7 @@ class Level1Test : public testing::Test {
     if (message.channel == channel::mr_events && decode(message.channel, message.payload, event).ok())
       events_.push_back(event);
   }
-  /// To `who`: as the event's subject or object.
+  /// To `who`: the event's subject or object.
   bool happened(EventKind kind, const std::string& who = "trainee") const {
     return std::any_of(events_.begin(), events_.end(), [&](const Event& event) {
       return event.kind == kind && (event.subject == who || event.object == who);
@@ -85,7 +85,7 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
   EXPECT_TRUE(drive(server, {0.5, 0, 0}, [this] { return happened(EventKind::zone_entered, "second room"); }))
       << said();
 
-  // Who else speaks for the robot is noticed, and its word is not taken.
+  // A second sender on the robot's channels is reported and ignored.
   const Message foreign = test::message(channel::odometry, 0, Odometry{{runtime::wall_now().ns}, {}});
   ASSERT_TRUE(bus_->publish(foreign.channel, foreign.payload).ok());
   EXPECT_TRUE(drive(server, {}, [this] { return happened(EventKind::foreign_publisher, channel::odometry); }))
@@ -105,7 +105,7 @@ TEST_F(Level1Test, TheShippedScenarioIsDrivenThroughADoorAndReplaysToTheSameByte
   EXPECT_EQ(report_of(folder_ / "again.json")["hash"], report_of(folder_ / "live.json")["hash"]);
 }
 
-/// Real time, so some 15 s: ahead through the door, astern back through it, and stop.
+/// Real time, about 15 s: forward through the door, back through it, and stop.
 TEST_F(Level1Test, AShippedProgrammeIsDrivenItsScoreGrowsAndTheReportSaysWhy) {
   const std::string scenario =
       std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/programmes/doorway.yaml";

@@ -1,4 +1,4 @@
-// What `parhelion doctor` says of machines that lack something.
+// Results of `parhelion doctor` for deficient machines.
 #include "tools/machine_checks.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Clouds that `map model` cannot be given: each is refused with what is wrong and what to do.
+// Clouds that `map model` refuses, each with the fault and its remedy.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ class MapModelInput : public ::testing::Test {
     EXPECT_TRUE(cloud::write_ply(folder_ / "cloud.ply", cloud).ok());
     return folder_ / "cloud.ply";
   }
-  /// A PLY of three floats a point; `body` may be less than its header says.
+  /// A PLY with three floats per point; `body` may be shorter than the header states.
   std::string write_raw(std::uint64_t points, const std::vector<float>& body) {
     std::ofstream file(folder_ / "cloud.ply", std::ios::binary);
     file << "ply\nformat binary_little_endian 1.0\nelement vertex " << points
@@ -48,7 +48,7 @@ class MapModelInput : public ::testing::Test {
   const test::Folder folder_;
 };
 
-/// Points on a rectangle around `centre` with half sides `u` and `v`, 4 mm of noise along `w`.
+/// Points on a rectangle around `centre` with half sides `u` and `v`, and 4 mm of noise along `w`.
 cloud::PointCloud<Cloud> plane(const Eigen::Vector3d& centre, const Eigen::Vector3d& u,
                                const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
   std::mt19937 random(4);
@@ -105,7 +105,7 @@ TEST_F(MapModelInput, UpsideDown) {
 
 TEST_F(MapModelInput, OnePlaneOnly) {
   expect_refused(model(write(plane({0, 2, 1.2}, 3 * kX, 1.2 * kZ, kY))), HasSubstr("no level surface"));
-  // A floor is a model, if a small one, but nothing stands in it for a laser to see.
+  // A floor alone is a small model, but it contains nothing that a laser could hit.
   const std::string floor = write(plane({0, 0, 0}, 3 * kX, 2 * kY, kZ));
   expect_refused(model(floor, {"--slice", folder_ / "slice"}), HasSubstr("no surface at the laser's height"));
   ASSERT_EQ(model(floor).exit, 0);
@@ -120,13 +120,13 @@ TEST_F(MapModelInput, OnePointFortyThousandTimes) {
   expect_refused(model(write(cloud)), HasSubstr("no level surface"));
 }
 
-/// The file is as long as it says, and takes no room on the disk.
+/// A sparse file: its length is as stated, but it occupies no disk space.
 TEST_F(MapModelInput, MorePointsThanThereIsMemoryForAreRefusedBeforeTheyAreRead) {
   const std::string path = write_raw(100'000'000, {});
   std::filesystem::resize_file(path, std::filesystem::file_size(path) + 1'200'000'000);
   expect_refused(model(path, {"--memory", "2"}),
                  AllOf(HasSubstr("100000000 points needs 4.80 GB"), HasSubstr("2.00 GB are available")));
-  // A limit of the process counts as memory that is not there.
+  // A limit of the process counts as missing memory.
   const std::string limited = "ulimit -v 3000000; exec '" + test::program() + "' map model '" + path +
                               "' -o '" + (folder_ / "model.yaml") + "'";
   expect_refused(test::run({"-c", limited}, folder_ / "log.txt", "/bin/sh"), HasSubstr("4.80 GB of memory"));

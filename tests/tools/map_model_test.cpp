@@ -1,4 +1,4 @@
-// From a scan of a known building to a model, and a session in which virtual robots live in it.
+// From a scan of a known building to a model, and a session with virtual robots in it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// One model for all tests of this file: floor at zero, as the session needs it.
+/// One model for all tests of this file, with the floor at zero, as the session requires.
 const semantic::BuiltModel& built() {
   static const semantic::BuiltModel model = [] {
     semantic::ModelOptions options;
@@ -63,7 +63,7 @@ TEST(MapModel, TheYamlOfAModelReadsBackWithItsMesh) {
   EXPECT_LE(again->meshes[0].triangles.size(), 50'000U);
 }
 
-/// A replay in the model with `agent` in it; every message of its session.
+/// Replays in the model with `agent`; returns all messages of the session.
 std::vector<Message> replayed(AgentDefinition agent, const std::vector<Message>& log) {
   const test::Folder folder;
   SemanticModel model = built().model;
@@ -88,7 +88,7 @@ std::vector<Message> replayed(AgentDefinition agent, const std::vector<Message>&
   return session;
 }
 
-/// What `rover`, who is driven straight on from there for 7 s, runs into first.
+/// The first obstacle that `rover` hits when it is driven straight ahead for 7 s.
 std::optional<Event> first_collision(double x, double y, double yaw) {
   AgentDefinition rover = test::agent("rover", AgentKind::robot, x, y, BehaviourKind::teleop);
   rover.T_map_base = Transform<Map, Base>::planar(x, y, yaw);
@@ -121,7 +121,7 @@ TEST(MapModel, AnAgentInReplayIsStoppedByWhatHasNoName) {
   EXPECT_NEAR(hit->position.x(), -2.52, 0.15);
 }
 
-/// The synthetic drive of a robot whose camera looks to its right and ahead, with a grey image at each scan.
+/// The synthetic drive of a robot with a camera, and the same image at each scan.
 std::vector<Message> drive_with_camera(const Image& image) {
   RobotDescription robot = test::robot();
   CameraDescription camera;
@@ -229,7 +229,7 @@ TEST_F(MapModelCommand, WritesEverythingThatIsAskedForAndKeepsCorrections) {
   auto model = load_model(folder_ / "model.yaml");
   ASSERT_TRUE(model) << model.error().message;
   EXPECT_EQ(model->map_id, map->id);
-  // A person deletes a wall and draws a pane of glass; a second run must not take that back.
+  // A person deletes a wall and draws a pane of glass; a second run must keep this.
   for (ModelEntity& e : model->entities) {
     if (e.label != EntityLabel::wall) continue;
     e.deleted = true;

@@ -1,4 +1,4 @@
-// `parhelion map register` as a person runs it.
+// `parhelion map register` in normal use.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,7 +41,7 @@ TEST(MapRegister, BringsTheRoomTogetherAndSaysSo) {
   EXPECT_GT(second["overlap"], 0.4);
   const auto T = second["T_map_scan"].get<std::vector<std::vector<double>>>();
   ASSERT_EQ(T.size(), 4U);
-  // The attribution file's own point-to-plane ICP.
+  // The result of point-to-plane ICP in the attribution file.
   EXPECT_NEAR(std::atan2(T[1][0], T[0][0]), 0.712, 0.3 * std::numbers::pi / 180);
   EXPECT_NEAR(std::hypot(T[0][3] - 1.971, T[1][3] - 0.057, T[2][3] - 0.029), 0, 0.03);
   EXPECT_EQ(test::run(arguments, folder / "log").exit, 1) << "nothing is overwritten unasked";

@@ -1,4 +1,4 @@
-// The built program as a process of its own.
+// The built program as a separate process.
 #pragma once
 
 #include <fcntl.h>
@@ -15,7 +15,7 @@ namespace parhelion::test {
 
 inline std::string program() { return std::string(PARHELION_BINARY_DIR) + "/tools/parhelion"; }
 
-/// Runs until it ends or is killed; killed with this object at the latest.
+/// Runs until it ends or is killed, at the latest by the destructor.
 class Process {
  public:
   /// Output and errors go to the file `log`.

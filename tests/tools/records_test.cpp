@@ -1,4 +1,4 @@
-// `parhelion records` and `batch`, as a person calls them.
+// `parhelion records` and `batch` in normal use.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -132,7 +132,7 @@ TEST_F(RecordsCommand, NextNamesTheProgrammeAndOneReason) {
   const auto json = say({"records", "next", "Anna", "--course", course, "--json"});
   EXPECT_THAT(json.output, AllOf(HasSubstr("\"kind\": \"task\""), HasSubstr("\"tasks_seen\": 0")));
   EXPECT_EQ(say({"records", "next", "Ben", "--course", course}).exit, 1);
-  const std::string odd = folder_ / "\xff";  // no UTF-8
+  const std::string odd = folder_ / "\xff";  // invalid UTF-8
   std::filesystem::create_directory_symlink(std::filesystem::path(course).parent_path(), odd);
   const auto replaced = say({"records", "next", "Anna", "--course", odd + "/course.yaml", "--json"});
   EXPECT_EQ(replaced.exit, 0) << replaced.output;

@@ -1,5 +1,5 @@
-// Promise 4 over the whole program: the same log gives the same bytes for any number of threads, at any rate,
-// and from any build. PARHELION_OTHER_PROGRAM names the parhelion of another build, such as debug's.
+// Promise 4 for the whole program: the same log gives the same bytes for any number of threads, any rate and
+// any build. PARHELION_OTHER_PROGRAM names the parhelion of another build, such as debug's.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -20,13 +20,13 @@ struct Pace {
 
 class SameBytesTest : public testing::Test {
  protected:
-  /// The programs to compare: this build's and, where one is named, another's.
+  /// The programs to compare: this build's and, if one is named, another's.
   static std::vector<std::string> programs() {
     std::vector<std::string> all{test::program()};
     if (const char* other = std::getenv("PARHELION_OTHER_PROGRAM")) all.emplace_back(other);
     return all;
   }
-  /// All threads with all rates where it may take long, else each once.
+  /// All threads with all rates in a long test run, else each once.
   static std::vector<Pace> paces() {
     if (!test::long_run()) return {{1, "0"}, {2, "60"}, {8, "30"}};
     std::vector<Pace> all;

@@ -1,4 +1,4 @@
-// 3D scans from folders, logs and a person's guesses.
+// 3D scans from folders, logs and guesses of the user.
 #include "tools/scan_sources.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 
 using test::TemporaryFolder;
 
-/// Median of the heights in the cloud's frame where a layer of 4 cm holds most points.
+/// Median of the heights in the densest layer of 4 cm, in the cloud's frame.
 double densest_height(const std::vector<cloud::ScanToRegister>& scans) {
   std::map<int, int> layers;
   for (const cloud::ScanToRegister& scan : scans) {
@@ -58,7 +58,7 @@ TEST(ScanSources, folders_of_3dtk_are_taken_in_the_order_of_names_with_their_pos
   EXPECT_NEAR(opened->scans[2].guess.translation().x(), 3.380, 0.001);
 }
 
-/// A robot with a laser that looks across its way, driving 10 m down a corridor 2 m wide and 2.5 m high.
+/// A robot with a laser that scans across its path, driving 10 m down a corridor 2 m wide and 2.5 m high.
 void write_corridor_log(const std::string& path) {
   RobotDescription robot;
   robot.laser.emplace();
@@ -130,8 +130,8 @@ TEST(ScanSources, the_cloud_of_a_log_is_in_the_map_of_its_poses) {
   }
 }
 
-/// A robot that stands in a hall of 20 x 2 x 2.5 m and nods its level laser by 0.7 rad up and down; the lines
-/// come on `channel`. Its own rear is in the way of the first five beams, 0.6 m long and wide.
+/// A stationary robot in a hall of 20 x 2 x 2.5 m that nods its level laser by 0.7 rad up and down; the lines
+/// are on `channel`. Its own rear, 0.6 m long and wide, occludes the first five beams.
 void write_nodding_log(const std::string& path, const char* lines) {
   RobotDescription robot;
   LaserDescription laser;
@@ -221,7 +221,7 @@ TEST(ScanSources, depth_images_of_a_log_stand_where_those_of_its_folder_do) {
   const auto opened = open_scans({folder / "kitchen.lcm"}, options);
   ASSERT_TRUE(opened) << opened.error().message;
   EXPECT_GT(opened->scans.size(), 10U);
-  // The import puts the floor at 0: the table is 0.72 m high.
+  // The import defines the floor as z = 0: the table is 0.72 m high.
   EXPECT_NEAR(densest_height(opened->scans), 0.72, 0.06);
 }
 

@@ -1,5 +1,5 @@
-// Promise 6 and the live server over real LCM: whatever moment it is killed at, what it acknowledged is in
-// its log.
+// Promise 6 and the live server over real LCM: at whatever moment it is killed, everything that it
+// acknowledged is in its log.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -13,7 +13,7 @@
 namespace parhelion::tools {
 namespace {
 
-/// A group of its own for each test process, so that runs beside each other do not hear each other.
+/// A separate multicast group for each test process, so that parallel runs do not interfere.
 std::string url() { return "udpm://239.255.76.67:" + std::to_string(20'000 + getpid() % 20'000) + "?ttl=0"; }
 
 class ServeTest : public testing::Test {
@@ -49,7 +49,7 @@ class ServeTest : public testing::Test {
                                 -3.0 + 0.9 * (place / 10 % 7));
     return test::message(channel::mr_spawn, 0, command);
   }
-  /// The next answer to a command; 0 where none came in time.
+  /// The next reply to a command; 0: none in time.
   std::uint64_t answer(Duration timeout) {
     const WallTime deadline = runtime::steady_now() + timeout;
     Message message;
@@ -63,7 +63,7 @@ class ServeTest : public testing::Test {
     }
     return 0;
   }
-  /// Until the server answers.
+  /// Waits until the server replies.
   ::testing::AssertionResult await_server(test::Process& server, std::uint64_t request) {
     const Message hello = spawn(request, 0);
     for (int tries = 0; tries < 200; ++tries) {
@@ -73,7 +73,7 @@ class ServeTest : public testing::Test {
     }
     return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
   }
-  /// The robot's emergency stop, until the server has answered.
+  /// Sends the robot's emergency stop until the server has replied.
   ::testing::AssertionResult emergency_stop(bool engaged, std::uint64_t request) {
     const EmergencyStopCommand command{.request = request, .robot = test::robot().name, .engaged = engaged};
     const Message message = test::message(channel::mr_emergency_stop, 0, command);
@@ -85,7 +85,7 @@ class ServeTest : public testing::Test {
     }
     return ::testing::AssertionFailure() << "no answer: " << test::text_of(folder_ / "serve.txt");
   }
-  /// Why the server does not let the robot move as it is asked to.
+  /// The reason why the server limits the robot's command.
   std::string why_reduced() {
     Message message;
     Event event;
@@ -102,7 +102,7 @@ class ServeTest : public testing::Test {
     }
     return "";
   }
-  /// The server proper is the only child of the process that watches it. Empty: there is none.
+  /// The server itself is the only child of its supervising process. Empty: none.
   static std::string child_of(const test::Process& server) {
     for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
       std::ifstream stat(entry.path() / "stat");
@@ -174,13 +174,13 @@ TEST_F(ServeTest, ServeStartsAgainWithinASecondWhereItDies) {
     Message message;
     const auto received = bus_->receive(message, milliseconds(50));
     ASSERT_TRUE(received.ok());
-    // The one that died may still be heard: by the scan that it was given.
+    // A message of the killed server may still arrive: the scan that it had processed.
     answered = again && *received && message.channel == channel::mr_scan && message.payload == scan.payload;
   }
   EXPECT_TRUE(answered);
   server.signal(SIGTERM);
   EXPECT_EQ(server.wait(), 0);
-  // The log of the one that died stays, the new one lies beside it and is a session of its own.
+  // The log of the killed server stays; the new one is beside it and is a separate session.
   EXPECT_TRUE(commands_in("session.lcm").contains(1));
   std::vector<std::string> later;
   for (const auto& entry : std::filesystem::directory_iterator(folder_ / "")) {
@@ -243,7 +243,7 @@ TEST_F(ServeTest, ServeEndsTidilyWhereItsWholeProcessGroupIsAskedToStop) {
   std::erase(arguments, "--no-restart");
   arguments.insert(arguments.begin(), {"300", test::program()});
   arguments.insert(arguments.end(), {"--report", folder_ / "report.json"});
-  // timeout(1) hands a signal on to the process and to its group.
+  // timeout(1) forwards a signal to the process and to its group.
   test::Process server(arguments, folder_ / "serve.txt", "/usr/bin/timeout");
   ASSERT_TRUE(await_server(server, 1));
   server.signal(SIGTERM);

@@ -12,7 +12,7 @@ namespace {
 
 class Level3Programmes : public testing::Test {
  protected:
-  /// The model and the localized log, as the demo makes them, beside the scenarios as these say.
+  /// The model and the localized log from the demo, where the scenarios refer to them.
   void SetUp() override {
     PARHELION_NEEDS_RECORDING(test::sena_rawlog());
     const std::string faculty = folder_ / "faculty";

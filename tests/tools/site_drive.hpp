@@ -1,4 +1,4 @@
-// A shipped scenario of a real site, its model made of the site's scans by the commands that it says.
+// A shipped scenario of a real site, with the model built from the site's scans by the documented commands.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ class SiteDrive : public ScriptedDrive {
   static std::string shipped(const std::string& name) {
     return std::string(PARHELION_SOURCE_DIR) + "/server/scenarios/" + name;
   }
-  /// The scenario in a folder of this test's own, beside the model that `cloud` gives.
+  /// Copies the scenario to a temporary folder, beside the model built from `cloud`.
   void make_site(const std::string& site, const std::string& cloud, std::vector<std::string> more = {}) {
     std::vector<std::string> arguments{"map",
                                        "model",

@@ -14,7 +14,7 @@ cv::Mat picture_of(const station::StationMap& map) {
   return cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
 }
 
-/// B, G, R, A where this point of the map is.
+/// B, G, R, A at this point of the map.
 cv::Vec4b at(const station::StationMap& map, const cv::Mat& picture, double x, double y) {
   const int column = static_cast<int>(std::floor((x - map.origin.x()) / map.resolution));
   const int row = picture.rows - 1 - static_cast<int>(std::floor((y - map.origin.y()) / map.resolution));

@@ -1,4 +1,4 @@
-// From 3D scans of real sites to robots that drive in them, by the commands that the scenarios say.
+// From 3D scans of real sites to robots that drive in them, with the documented commands of the scenarios.
 #include "tests/recordings.hpp"
 #include "tests/tools/site_drive.hpp"
 

@@ -217,15 +217,15 @@ TEST(SlamLog, LocalizesTheRecordingThatDebianShipsWhereMappingPutIt) {
       ASSERT_TRUE(located.ok()) << located.error().message;
       EXPECT_EQ(located->lost, 0U);
       EXPECT_GE(located->tracking, started ? 225U : 180U);
-      // Against the final trajectory that made the map: the same drive, so it must be the same place. That is
-      // no truth, and nobody has published one of this recording: slam_recordings_test.cpp compares mapping
-      // and localization with relations and certified poses of others.
+      // Compared with the final trajectory that made the map: the same drive, so the poses must agree. This
+      // is not ground truth, and none is published for this recording; slam_recordings_test.cpp compares
+      // mapping and localization with published relations and certified poses.
       const auto mapping_poses = ImportedLog(folder / "mapped.lcm").all<PoseEstimate>("POSE_COV");
       const auto estimates = ImportedLog(folder / "located.lcm").all<PoseEstimate>("POSE_COV");
       ASSERT_EQ(mapping_poses.size(), estimates.size());
-      // One scan of this recording (82, its odometry 0.3 m off) is nearly ambiguous along the way in 5 cm
-      // cells: there a ROS map may be wrong by more than a .simplemap, but never by what counts as a
-      // relocalization.
+      // One scan of this recording (82, with an odometry error of 0.3 m) is nearly ambiguous along the path
+      // in 5 cm cells. There a ROS map may have a larger error than a .simplemap, but never one that counts
+      // as a relocalization.
       const double most = std::string(kind) == "yaml" ? 0.2 : 0.1;
       double squares = 0;
       for (std::size_t i = 0; i < estimates.size(); ++i) {

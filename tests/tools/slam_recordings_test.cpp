@@ -1,4 +1,4 @@
-// SLAM on real recordings against truths that others measured: the published relations of the Intel Research
+// SLAM on real recordings compared with independent references: the published relations of the Intel Research
 // Lab, and the certified poses (4 mm) of the Jarvis AGV.
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using test::TemporaryFolder;
 using test::Trajectory;
 
 struct Mapped {
-  Trajectory causal;  ///< each pose as it was known when its scan was processed
+  Trajectory causal;  ///< each pose as estimated when its scan was processed
   Trajectory final;   ///< after all loops are closed
 };
 
@@ -71,8 +71,8 @@ TEST(SlamOnRecordings, MapsTheIntelLabAsItsPublishedRelationsSay) {
   EXPECT_EQ(final.relations, relations.size());
   EXPECT_EQ(causal.relations, relations.size());
   EXPECT_GT(odometry.mean, 5) << "the recording is no longer a hard one: is it read in file order?";
-  EXPECT_LE(final.mean, 0.022);   // asked: 0.060 m; reached: 0.0194
-  EXPECT_LE(causal.mean, 0.125);  // nothing asked; reached: 0.1133, of which most is before a loop is closed
+  EXPECT_LE(final.mean, 0.022);   // required: 0.060 m; reached: 0.0194
+  EXPECT_LE(causal.mean, 0.125);  // no requirement; reached: 0.1133, mostly before a loop closure
 }
 
 TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
@@ -92,15 +92,15 @@ TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
         print(name, test::relation_error(*trajectory, test::relations_of(reference, *trajectory, 8)));
     EXPECT_GE(aligned.poses, 200U);
     EXPECT_GE(relations.relations, 190U);
-    // Asked: 20 mm, hoped for: 10. Reached: 17.1 mm; a laser turned by 0.75 degrees would leave the 11.7 mm
-    // sideways that make most of it.
+    // Required: 20 mm, target: 10. Reached: 17.1 mm; a laser rotated by 0.75 degrees would explain the
+    // lateral 11.7 mm that make most of it.
     EXPECT_LE(aligned.rmse, 0.018) << name;
-    // Of each second. Nothing asked; reached: 18.3 mm and 0.63 degrees.
+    // Over one second. No requirement; reached: 18.3 mm and 0.63 degrees.
     EXPECT_LE(relations.mean, 0.020) << name;
     EXPECT_LE(relations.mean_turn * 57.29578, 0.68) << name;
   }
 
-  // Localization in the map that was made of the same drive: an error of the map is one of the poses, too.
+  // Localization in the map of the same drive: errors of the map are also errors of the poses.
   SlamLogOptions mapping;
   mapping.input = folder / "jarvis.lcm";
   mapping.save_map = folder / "jarvis";
@@ -117,7 +117,7 @@ TEST(SlamOnRecordings, PlacesTheJarvisRobotAsItsCertifiedPosesSay) {
     const auto estimates = ImportedLog(localizing.output).all<PoseEstimate>(channel::pose_cov);
     const auto aligned = print(kind, test::aligned_error(test::trajectory_of(estimates), reference));
     EXPECT_GE(aligned.poses, 200U);
-    EXPECT_LE(aligned.rmse, 0.020) << kind;  // asked: 20 mm; reached: 18.0 and 19.1
+    EXPECT_LE(aligned.rmse, 0.020) << kind;  // required: 20 mm; reached: 18.0 and 19.1
   }
 }
 

@@ -1,4 +1,4 @@
-// The recording of Debian's mrpt-common over and over: a few laps here, 24 hours of log time with
+// The recording of Debian's mrpt-common repeatedly: a few laps by default, 24 hours of log time with
 // PARHELION_LONG=1.
 #include "tests/server/runtime/soak.hpp"
 

@@ -53,7 +53,7 @@ TEST_F(Validate, EveryShippedScenarioIsInOrder) {
   for (const auto& entry :
        std::filesystem::recursive_directory_iterator(PARHELION_SOURCE_DIR "/server/scenarios")) {
     if (entry.path().extension() != ".yaml") continue;
-    // Models of real sites are made of recordings, which are not shipped.
+    // Models of real sites are built from recordings, which are not shipped.
     if (const auto scenario = load_scenario(entry.path().string());
         scenario && !std::filesystem::exists(scenario->model))
       continue;

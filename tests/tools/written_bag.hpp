@@ -1,4 +1,4 @@
-// A ROS 1 bag written by hand, uncompressed: for messages that no recording at hand has.
+// A ROS 1 bag written by hand, uncompressed: for messages that no available recording contains.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace parhelion::test {
 
-/// Serialises as ROS does.
+/// Serializes like ROS.
 class RosBytes {
  public:
   template <class T>

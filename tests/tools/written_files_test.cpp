@@ -1,4 +1,4 @@
-// What the commands write: whole or not at all, and nothing overwritten unasked.
+// Output files of the commands: written atomically, and never overwritten without permission.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -22,7 +22,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// For this process and its children: a file of more than `bytes` is a full disk.
+/// Simulates a full disk for this process and its children: files are limited to `bytes`.
 class SmallDisk {
  public:
   explicit SmallDisk(rlim_t bytes) : signal_(std::signal(SIGXFSZ, SIG_IGN)) {

@@ -13,7 +13,7 @@ HASH = re.compile(r"""
 """, re.S | re.X | re.M)
 JSON = re.compile(r'(?P<string>"(?:[^"\\\n]|\\.)*")')
 LCM = re.compile(r"(?P<comment>//[^\n]*)")
-# Template literals are strings as a whole, with what is in their ${...}.
+# Template literals are whole strings, including their ${...}.
 SCRIPT = re.compile(r"""
  (?P<comment>(?<![:"'`\w/])//[^\n]*|/\*.*?\*/|<!--.*?-->)
 |(?P<string>"(?:[^"\\\n]|\\.)*"|(?<![A-Za-z0-9])'(?:[^'\\\n]|\\.)*'|`(?:[^`\\]|\\.)*`)

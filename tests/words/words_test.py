@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Holds identifiers and visible strings to the field's words: no more places of a word of word_list.txt than its limit there.
 
-A limit above 0 is what still has to be renamed. Whoever renames lowers it; it never rises. --print lists the places,
+A limit above 0 counts what still has to be renamed. A renaming lowers it; it never rises. --print lists the places,
 --limits prints the file with today's counts as limits."""
 import argparse
 import os

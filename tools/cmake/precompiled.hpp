@@ -1,5 +1,5 @@
-// What most sources of the rooms include, parsed once a build (Options.cmake). Each source names what it uses
-// all the same: builds without precompiled headers are the common ones.
+// Precompiled header with the most common includes of the modules (Options.cmake). Each source still includes
+// what it uses, since most builds have no precompiled headers.
 #pragma once
 
 #include <Eigen/Core>

@@ -25,7 +25,7 @@ constexpr const char* sena =
     "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
 constexpr double camera_rate = 10;  // Hz
 
-/// Names of what a demo leaves in its folder.
+/// File names in the demo's folder.
 struct Files {
   explicit Files(const std::filesystem::path& folder)
       : recording(folder / "recording.lcm"),
@@ -141,13 +141,13 @@ Status Demo::make_scenario() {
   Scenario scenario;
   scenario.name = "demo";
   scenario.model = files_.model;
-  // The recording's odometry is out of step with its scans by some 0.1 s: an agent 8 m off cannot be placed
+  // The recording's odometry is about 0.1 s out of step with its scans, so an agent 8 m away cannot be placed
   // better than to 0.2 m (1 sigma).
   scenario.injection.max_error = 0.5;
   const auto agents = place_agents(map_, map_.path);
   if (!agents) return agents.error();
   scenario.agents = *agents;
-  // Where nobody looks, nobody drives.
+  // Without a page, nobody can drive.
   if (!options_.http.empty()) {
     if (const Status added = add_driven_lesson(map_, scenario.agents.front().name, scenario); !added)
       say("not graded  " + added.error().message);
@@ -163,7 +163,7 @@ Status Demo::make_scenario() {
 
 Status Demo::add_camera() {
   const auto camera = render::VirtualCamera::create(model_);
-  if (!camera) {  // no EGL: the scans are worth showing without it
+  if (!camera) {  // no EGL: show the scans without camera
     camera_note_ = "none: the recording has none, and no stand-in can be rendered: " + camera.error().message;
     say("camera     " + camera_note_);
     return {};
@@ -178,7 +178,7 @@ Status Demo::add_camera() {
   return {};
 }
 
-/// The live server with a base station, until somebody ends it; then what was recorded is looked through.
+/// Runs the live server with a base station until it is ended, then reads the recording.
 Status Demo::serve_live() {
   const auto preview = runtime::look_ahead(replayed_);
   if (!preview) return preview.error();
@@ -256,7 +256,7 @@ Result<DemoResult> Demo::run() {
   for (const Step step : {&Demo::import, &Demo::build_map, &Demo::localize, &Demo::make_scenario,
                           &Demo::add_camera, &Demo::replay_with_agents, &Demo::draw}) {
     if (const Status done = (this->*step)(); !done) return done.error();
-    // A live one is ended so.
+    // A live session is ended by stopping it.
     const bool live = step == &Demo::replay_with_agents && !options_.http.empty();
     if (!live && options_.stop && options_.stop()) return Error{"stopped"};
   }

@@ -11,7 +11,8 @@ namespace {
 
 constexpr int headings = 32;
 constexpr double step = 0.05, shortest = 1.5, longest = 3;  // m
-constexpr double beside = 0.55;                             // m, a robot that does not drive quite straight
+constexpr double beside = 0.55;                             // m, clearance for a robot that does not drive
+                                                            // quite straight
 constexpr double half_zone = 0.6;                           // m
 
 double free_run(const pose::GridMap& map, const Eigen::Vector2d& from, const Eigen::Vector2d& along) {

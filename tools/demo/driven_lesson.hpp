@@ -1,4 +1,4 @@
-// What whoever opens the demo's page can drive and be graded on: a virtual robot beside the recorded one.
+// A driving task for users of the demo's page: a virtual robot beside the recorded one.
 #pragma once
 
 #include "fusion/pose/slam.hpp"
@@ -6,9 +6,9 @@
 
 namespace parhelion::tools {
 
-/// Turns the agent `robot` of the scenario to the longest run of free floor from where it stands, and adds a
-/// zone at the end of it, of three metres at most, that is to be driven into. Error, and nothing is changed:
-/// no run of 1.5 m, or no such agent.
+/// Turns the agent `robot` of the scenario towards the longest run of free floor from its position, and adds
+/// a target zone at the end of it, at most three metres away. Error, with nothing changed: no run of 1.5 m,
+/// or no such agent.
 Status add_driven_lesson(const pose::GridMap& map, const std::string& robot, Scenario& scenario);
 
 }  // namespace parhelion::tools

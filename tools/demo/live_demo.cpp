@@ -18,9 +18,10 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr Duration lead = seconds(1.0);  // before the robot begins to speak: the server listens by then
+constexpr Duration lead = seconds(1.0);  // before the robot's first message, so that the server has
+                                         // subscribed
 
-/// What a robot itself says: not what people and the server say.
+/// True for messages of a robot, not of people or the server.
 bool is_robots(tick::InputKind kind) {
   switch (kind) {
     case tick::InputKind::scan:
@@ -38,7 +39,7 @@ bool is_robots(tick::InputKind kind) {
   }
 }
 
-/// Says on a bus what the robot says, when it says it.
+/// Publishes the robot's messages at their times.
 class Speaker {
  public:
   Speaker(RecordedRobot robot, std::unique_ptr<Bus> bus)
@@ -53,7 +54,7 @@ class Speaker {
     std::unique_lock lock(mutex);
     while (!stop.stop_requested()) {
       const auto message = robot_.next();
-      if (!message) return;  // the server says that the robot is silent
+      if (!message) return;  // the server reports that the robot is silent
       const Duration left{message->arrival.ns - runtime::wall_now().ns};
       never.wait_for(lock, stop, std::chrono::nanoseconds(left.ns),
                      [&stop] { return stop.stop_requested(); });
@@ -66,7 +67,7 @@ class Speaker {
   std::jthread thread_;
 };
 
-/// Passes on what the server says to the network, never what goes to a robot: there is none.
+/// Forwards the server's messages to the network, except those to a robot, as there is none.
 class Relay {
  public:
   Relay(std::unique_ptr<Bus> from, Bus& to)
@@ -88,7 +89,7 @@ class Relay {
   std::jthread thread_;
 };
 
-/// An instructor ends the session; then there is a report.
+/// Set when an instructor ends the session; a report follows.
 struct DemoEnd {
   std::atomic<bool> asked = false, reported = false;
 };

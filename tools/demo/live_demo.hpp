@@ -1,5 +1,5 @@
-// The recorded robot through the live server, with a base station: whoever opens its first link injects
-// agents, drives virtual robots and looks at the video; a trainee and an observer have links of their own.
+// The recorded robot on the live server, with a base station. Its first link injects agents, drives virtual
+// robots and shows the video; further links are for a trainee and an observer.
 #pragma once
 
 #include <functional>
@@ -11,18 +11,19 @@
 namespace parhelion::tools {
 
 struct LiveDemoOptions {
-  std::string log;      ///< what the robot said: a recording with poses
+  std::string log;      ///< input: a recording of the robot with poses
   std::string session;  ///< session log to write
   bool overwrite = false;
   std::string http = "127.0.0.1:0";  ///< ADDR:PORT of the base station
   std::string foxglove;              ///< ADDR:PORT of the Foxglove server; empty: none
-  std::string folder;                ///< accounts of the base station, made anew; notes, saved scenarios
-  Bus* bus = nullptr;                ///< outputs go out on it, too; may be absent
+  std::string folder;                ///< the base station's accounts, created anew; notes, saved scenarios
+  Bus* bus = nullptr;                ///< outputs are also published on it; may be null
   std::function<void(const std::string&)> say;
   std::function<bool()> stop;
 };
 
-/// Serves until it is told to stop, or an instructor ends it. The robot drives as it did, then stands.
+/// Serves until it is stopped or an instructor ends the session. The robot repeats its recorded drive and
+/// then stands still.
 Result<runtime::Report> serve_demo(const tick::Configuration& configuration, const LiveDemoOptions& options);
 
 }  // namespace parhelion::tools

@@ -23,7 +23,7 @@ Status draw_map_picture(const std::string& path, const pose::GridMap& map, const
   picture.focus = 6;
   picture.model = &model;
   picture.paths.push_back({"real robot", {31, 111, 235}, witness.driven(), real_robot(witness)});
-  // Neither red nor turquoise: those are the returns.
+  // Neither red nor turquoise, which are the colours of returns.
   const semantic::Colour colours[] = {{130, 60, 200}, {230, 140, 0}, {20, 140, 60}, {150, 90, 40}};
   std::size_t next = 0;
   for (const auto& [name, points] : witness.agent_paths()) {

@@ -1,4 +1,4 @@
-// The demo's map picture: where everybody was, and one augmented scan.
+// The demo's map picture: all paths, and one augmented scan.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace parhelion::tools {
 
-/// PNG: grid map, walls, the paths of the robot and of each agent, the bodies and the scan of the witnessed
+/// PNG: grid map, walls, the paths of the robot and of each agent, the bodies and the scan of the recorded
 /// moment.
 Status draw_map_picture(const std::string& path, const pose::GridMap& map, const SemanticModel& model,
                         const Witness& witness);

@@ -10,7 +10,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr double robot_radius = 0.45;   // m, a robot and some room to turn
+constexpr double robot_radius = 0.45;   // m, a robot and some space to turn
 constexpr double path_clearance = 0.8;  // m, so that the recorded robot does not drive through it
 
 double distance_to_path(const std::vector<Eigen::Vector3d>& path, const Eigen::Vector2d& at) {
@@ -19,7 +19,7 @@ double distance_to_path(const std::vector<Eigen::Vector3d>& path, const Eigen::V
   return least;
 }
 
-/// Index of the pose that lies the share `s` of the path's length along it.
+/// Index of the pose at fraction `s` of the path's length.
 std::size_t along(const std::vector<Eigen::Vector3d>& path, double s) {
   double length = 0;
   for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).head<2>().norm();
@@ -31,7 +31,7 @@ std::size_t along(const std::vector<Eigen::Vector3d>& path, double s) {
   return path.size() - 1;
 }
 
-/// Free floor beside the path at pose `i`, as near to it as may be, either side.
+/// Free floor on either side of the path at pose `i`, as close to it as possible.
 std::optional<Eigen::Vector2d> beside(const pose::GridMap& map, const std::vector<Eigen::Vector3d>& path,
                                       std::size_t i) {
   const double yaw = path[i].z();
@@ -45,7 +45,7 @@ std::optional<Eigen::Vector2d> beside(const pose::GridMap& map, const std::vecto
   return std::nullopt;
 }
 
-/// The first place beside the path at or after the share `s`.
+/// The first place beside the path at or after fraction `s`.
 std::optional<std::pair<std::size_t, Eigen::Vector2d>> place_from(const pose::GridMap& map,
                                                                   const std::vector<Eigen::Vector3d>& path,
                                                                   double s) {
@@ -77,7 +77,7 @@ Result<std::vector<AgentDefinition>> place_agents(const pose::GridMap& map,
     const auto& [index, at] = *found;
     agents.push_back(robot(names[i], at, wrap_angle(path[index].z() + std::numbers::pi)));
   }
-  // The second goes to and fro between two places beside the path.
+  // The second robot patrols between two places beside the path.
   if (const auto further = place_from(map, path, 0.50)) {
     agents[1].behaviour.kind = BehaviourKind::patrol;
     agents[1].behaviour.speed = 0.4;

@@ -9,7 +9,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t stamp_at = 8;  // behind the fingerprint: utime, big-endian
+constexpr std::size_t stamp_at = 8;  // after the fingerprint: utime, big-endian
 
 /// Every type begins with its utime.
 void move_stamp(Message& message, Duration by) {
@@ -62,13 +62,13 @@ Result<bool> RecordedRobot::next_recorded(Message& message) {
   }
 }
 
-/// The last of each channel, round and round.
+/// The last message of each channel, in turn.
 Message RecordedRobot::stand() {
   if (last_.empty()) {
     for (auto& [channel, message] : newest_) last_.push_back(std::move(message));
     std::stable_sort(last_.begin(), last_.end(),
                      [](const Message& a, const Message& b) { return a.arrival < b.arrival; });
-    // What was last said of a channel that had long been silent comes with the others.
+    // The last message of a channel that was silent for long is repeated with the others.
     const ArrivalTime end = last_.back().arrival;
     for (Message& message : last_) {
       const Duration behind = end - message.arrival;

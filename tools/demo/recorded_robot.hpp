@@ -1,5 +1,5 @@
-// A robot out of a recording, as if it drove now: what it said, with the stamps of now. When the recording is
-// over it stands where it is, and goes on saying so.
+// Plays a recording as a live robot: its messages with current stamps. After the end of the recording the
+// robot stands still and keeps publishing its last state.
 #pragma once
 
 #include <functional>
@@ -15,17 +15,17 @@ namespace parhelion::tools {
 
 class RecordedRobot {
  public:
-  /// `speaks`: whether a channel is one of the robot's own. `start`: when its first message comes. `pace`:
-  /// the channel of its main sensor, at whose rate it goes on when it stands. Error: no such log, or fewer
-  /// than two messages on `pace`.
+  /// `speaks`: true for the robot's own channels. `start`: time of its first message. `pace`: the channel of
+  /// its main sensor, whose rate it keeps at standstill. Error: no such log, or fewer than two messages on
+  /// `pace`.
   static Result<RecordedRobot> open(const std::string& log, std::function<bool(const std::string&)> speaks,
                                     const std::string& pace, ArrivalTime start);
 
-  /// The next message, without an end; `arrival` is when it is to be said, and the stamp in it has been moved
-  /// as far. Error: the log cannot be read on.
+  /// The next message; the stream never ends. `arrival` is its publication time; the stamp in it is shifted
+  /// by the same amount. Error: the log cannot be read.
   Result<Message> next();
   bool stands() const { return standing_ > 0; }
-  std::size_t passed_over() const { return passed_over_; }  ///< messages too short to have a stamp
+  std::size_t passed_over() const { return passed_over_; }  ///< messages too short to contain a stamp
 
  private:
   explicit RecordedRobot(LogReader log) : log_(std::move(log)) {}
@@ -34,7 +34,7 @@ class RecordedRobot {
 
   LogReader log_;
   std::function<bool(const std::string&)> speaks_;
-  Duration ahead_;                         ///< of now before the recording
+  Duration ahead_;                         ///< offset of now from the recording
   Duration period_;                        ///< of the main sensor
   std::map<std::string, Message> newest_;  ///< by channel, as recorded
   std::vector<Message> last_;              ///< those, in the order of their arrival

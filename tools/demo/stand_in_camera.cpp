@@ -14,7 +14,7 @@ namespace {
 
 constexpr Duration transfer = milliseconds(5);  // from exposure to arrival
 constexpr Duration longest_gap =
-    seconds(2.0);  // between two poses; over a longer one nobody knows where the camera was
+    seconds(2.0);  // between two poses; over a longer gap the camera pose is unknown
 
 struct Recording {
   std::vector<Message> events;

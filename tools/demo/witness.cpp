@@ -7,7 +7,7 @@
 namespace parhelion::tools {
 namespace {
 
-constexpr std::size_t cameras_kept = 8;  // images that may be under way to the render thread and back
+constexpr std::size_t cameras_kept = 8;  // images that may be in the render pipeline at once
 constexpr double nearest_drawn = 1;      // m: a virtual return nearer than that hides the rest of the scan
 constexpr int slight_change = 5;
 constexpr int visible_change = 24;  // of 255: well above what encoding an unchanged pixel again does
@@ -75,11 +75,12 @@ void Witness::see_answer(const Image& answer) {
   };
   std::size_t changed = 0;
   for (std::size_t pixel = 0; 3 * pixel < before_.size(); ++pixel) changed += is_changed(pixel) ? 1 : 0;
-  // A body that the picture's side cuts off makes a poor picture.
+  // Reject a body that is cut off by the side of the picture.
   for (std::size_t row = 0; 3 * (row + 1) * width <= before_.size(); ++row) {
     if (is_changed(row * width) || is_changed((row + 1) * width - 1)) changed /= 2;
   }
-  // And one whose feet are below it. A grey side on a grey floor differs less than a blue one.
+  // Also reject a body whose feet are below the picture. A grey side on a grey floor differs less than a blue
+  // one.
   std::size_t at_bottom = 0;
   for (std::size_t i = before_.size() - 3 * width; i < before_.size(); ++i)
     at_bottom += std::abs(int{before_[i]} - int{after_[i]}) > slight_change ? 1 : 0;

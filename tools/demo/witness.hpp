@@ -30,9 +30,9 @@ struct WitnessedScan {
 
 class Witness {
  public:
-  /// After each input.
+  /// Call after each input.
   void see(const tick::Configuration& configuration, const Message& input, const tick::RobotState& robot);
-  /// Each MR_CAMERA: the one that differs most from the CAMERA that it answers is kept.
+  /// Call for each MR_CAMERA: keeps the one that differs most from its CAMERA.
   void see_answer(const Image& answer);
 
   const std::vector<Eigen::Vector2d>& driven() const { return driven_; }

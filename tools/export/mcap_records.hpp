@@ -1,4 +1,4 @@
-// Fields of MCAP records: little-endian, strings and lists with their length in bytes before them.
+// Fields of MCAP records: little-endian; strings and lists are preceded by their length in bytes.
 #pragma once
 
 #include <cstdint>

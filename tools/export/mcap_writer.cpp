@@ -32,7 +32,7 @@ const char* name_of(McapCompression compression) {
   return compression == McapCompression::zstd ? "zstd" : compression == McapCompression::lz4 ? "lz4" : "";
 }
 
-/// Into `out`; false where the library refuses.
+/// Compresses into `out`; false if the library fails.
 bool compress(McapCompression compression, const std::string& records, std::string& out) {
   if (compression == McapCompression::zstd) {
     constexpr int fast = 1;
@@ -71,7 +71,7 @@ struct McapWriter::State {
   std::FILE* file = nullptr;
   std::uint64_t at = 0;   ///< bytes written
   std::uint32_t crc = 0;  ///< of them
-  std::string records;    ///< of the chunk that is being filled
+  std::string records;    ///< of the current chunk
   Span chunk_time, time;
   ChunkMessages chunk_messages;  ///< log time and offset in `records`, by channel
   std::string compressed, content;
@@ -174,7 +174,7 @@ std::string McapWriter::State::statistics() const {
   return whole;
 }
 
-/// Groups of records, where each begins, and the footer, whose CRC covers all of it but itself.
+/// Writes groups of records, their offsets, and the footer, whose CRC covers everything except itself.
 Status McapWriter::State::write_summary() {
   const std::uint64_t start = at;
   std::string summary, offsets;

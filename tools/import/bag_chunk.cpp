@@ -18,7 +18,7 @@ std::uint32_t little_endian(const std::uint8_t* p) {
 Status inflate_bz2(std::span<const std::uint8_t> bytes, std::uint32_t size, std::vector<std::uint8_t>& out) {
   bz_stream stream{};
   if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return Error{"bzip2 can't start"};
-  // bzip2's interface takes no const.
+  // bzip2's interface has no const.
   stream.next_in = reinterpret_cast<char*>(const_cast<std::uint8_t*>(bytes.data()));
   stream.avail_in = static_cast<unsigned>(bytes.size());
   int code = BZ_OK;
@@ -32,7 +32,7 @@ Status inflate_bz2(std::span<const std::uint8_t> bytes, std::uint32_t size, std:
     out.resize(out.size() - stream.avail_out);
     if (stuck) break;
   }
-  // The checksum is behind the last byte.
+  // The checksum follows the last byte.
   if (code == BZ_OK) {
     char beyond = 0;
     stream.next_out = &beyond;

@@ -1,4 +1,4 @@
-// A chunk of a ROS 1 bag, decompressed; and the fields of a record's header.
+// Decompresses chunks of a ROS 1 bag and parses record headers.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@ namespace parhelion::tools {
 
 using BagFields = std::map<std::string, std::span<const std::uint8_t>, std::less<>>;
 
-/// "length name=value" one after another, to the last byte; nullopt where they are not that.
+/// Parses "length name=value" fields up to the last byte; nullopt: malformed.
 std::optional<BagFields> parse_bag_fields(std::span<const std::uint8_t> bytes);
 
-/// Little-endian number of a field; nullopt where it is missing or of another size.
+/// Little-endian number of a field; nullopt: missing or of another size.
 template <class T>
 std::optional<T> bag_number(const BagFields& fields, const char* name);
 
-/// Text of a field, empty where it is missing.
+/// Text of a field; empty: missing.
 std::string bag_text(const BagFields& fields, const char* name);
 
-/// `compression`: "none", "bz2" or "lz4". Error: unknown, damaged, or not `size` bytes. What was inflated
-/// before the damage stays in `out`.
+/// `compression`: "none", "bz2" or "lz4". Error: unknown, damaged, or not `size` bytes. Data inflated before
+/// the damage stays in `out`.
 Status inflate_chunk(const std::string& compression, std::span<const std::uint8_t> bytes, std::uint32_t size,
                      std::vector<std::uint8_t>& out);
 

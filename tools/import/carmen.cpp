@@ -16,7 +16,7 @@ struct LaserSeen {
   std::uint64_t scans = 0, elsewhere = 0;
 };
 
-/// What the file has, before the first event is written.
+/// Content of the file, collected before the first event is written.
 struct Survey {
   std::map<std::string, LaserSeen> lasers;
   std::map<std::string, std::string> parameters;
@@ -31,7 +31,7 @@ struct Survey {
     if (laser.scans++ == 0) {
       laser.T_base_laser = T_base_laser;
       laser.evidence.T_base_laser = T_base_laser;
-      // The driver sends a scan when it has come in whole.
+      // The driver sends a scan when it is complete.
       laser.evidence.stamp_beam = LaserDescription::StampBeam::last;
       laser.evidence.range_max = line.range_max;
       laser.evidence.source = line.statement;
@@ -51,8 +51,7 @@ struct Survey {
   void take(const CarmenOther&) {}
 };
 
-/// Calls take(line, number) for each line that can be read and refuse(number, why) for the others; a Status
-/// ends it.
+/// Calls take(line, number) for each valid line and refuse(number, why) for the others; an error stops it.
 template <class Take, class Refuse>
 Status each_line(const ImportOptions& options, const ImportProgress& progress, double half, Take take,
                  Refuse refuse) {
@@ -83,7 +82,7 @@ class Copy {
   Copy(RecordingWriter& writer, std::string laser, bool truth, bool odometry)
       : writer_(writer), laser_(std::move(laser)), truth_(truth), odometry_(odometry) {}
 
-  /// A laser line says where the wheels had the robot at the scan: that goes first, so that the scan has it.
+  /// A laser line contains the odometry at the scan. It is written first, so that the scan can use it.
   Status operator()(const CarmenLaser& line, Place place) {
     writer_.count_read();
     if (line.kind != laser_) return leave_out(line.kind);

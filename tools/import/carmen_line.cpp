@@ -11,7 +11,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr double most_beams = 100'000;
 
-/// Words of a line, taken one after another; the first thing that is wrong is kept.
+/// Parses the words of a line in order; keeps the first error.
 class Words {
  public:
   explicit Words(std::string_view line) {
@@ -45,7 +45,7 @@ class Words {
     fail(std::string(what) + " is no count");
     return 0;
   }
-  /// Every number must be there before any is read, so that a count that lies is found at once.
+  /// All numbers must be present before any is read, so that a wrong count is found at once.
   bool expect_words(std::size_t total) {
     if (words_.size() != total) {
       fail(std::to_string(total) + " words were expected, " + std::to_string(words_.size()) + " are there");
@@ -72,7 +72,7 @@ Transform<A, B> planar_pose(Words& words) {
 }
 
 SensorTime stamp(Words& words) {
-  constexpr double latest = 9.2e9;  // s; beyond it nanoseconds do not fit
+  constexpr double latest = 9.2e9;  // s; later times do not fit in nanoseconds
   const double seconds = words.number("ipc_timestamp");
   if (seconds < 0 || seconds > latest) {
     words.fail("ipc_timestamp is outside 1970..2260");

@@ -19,8 +19,8 @@ struct CarmenLaser {
   Scan scan;
   Transform<Odom, Base> T_odom_base;
   Transform<Odom, Laser> T_odom_laser;
-  float range_max = 0;    ///< m, as the line states it; 0: the kind of line has no such field
-  std::string statement;  ///< type, maximum, accuracy, remission mode, as the line states them
+  float range_max = 0;    ///< m, from the line; 0: no such field in this kind of line
+  std::string statement;  ///< type, maximum, accuracy, remission mode, from the line
 };
 
 struct CarmenOdometry {
@@ -35,16 +35,16 @@ struct CarmenParameter {
   std::string name, value;
 };
 
-/// A line of a kind that is not read, or a comment (kind "#").
+/// A line of an unsupported kind, or a comment (kind "#").
 struct CarmenOther {
   std::string kind;
 };
 
 using CarmenLine = std::variant<CarmenLaser, CarmenOdometry, CarmenTruePose, CarmenParameter, CarmenOther>;
 
-/// FLASER and RLASER carry no angles: from -90 degrees counter-clockwise, 180 and 181 beams of 1 degree, 360
-/// and 361 of half a degree and so on. Stamp: ipc_timestamp, when the laser's driver sent the whole scan. An
-/// Error says what was expected and found; the caller knows file and line.
+/// FLASER and RLASER contain no angles: beams start at -90 degrees and go counter-clockwise, 180 and 181
+/// beams at 1 degree, 360 and 361 at half a degree and so on. Stamp: ipc_timestamp, when the laser's driver
+/// sent the whole scan. The error contains what was expected and found; the caller adds file and line.
 Result<CarmenLine> parse_carmen_line(std::string_view line);
 
 }  // namespace parhelion::tools

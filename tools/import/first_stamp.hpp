@@ -1,4 +1,4 @@
-// Where a recording begins, though its very first stamp may be damaged.
+// Estimates the start of a recording whose very first stamp may be damaged.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ class FirstStamp {
     if (head_.size() < ArrivalOrder::confirmed)
       head_.insert(std::upper_bound(head_.begin(), head_.end(), stamp), stamp);
   }
-  /// nullopt before the first.
+  /// nullopt before the first stamp.
   std::optional<SensorTime> get() const {
     if (head_.empty()) return std::nullopt;
     const SensorTime median = head_[(head_.size() - 1) / 2];

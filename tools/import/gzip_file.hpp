@@ -1,5 +1,5 @@
-// A file that may be gzip-compressed, with a position in the inflated bytes that can go back: cheaply by up
-// to 8 MiB.
+// A file that may be gzip-compressed, with a seekable position in the inflated bytes; seeking back up to 8
+// MiB is cheap.
 #pragma once
 
 #include <cstdint>
@@ -18,24 +18,24 @@ class GzipFile {
   ~GzipFile();
 
   bool is_open() const { return file_ != nullptr; }
-  /// Fewer at the end or where the compressed data is damaged.
+  /// Returns fewer bytes at the end or at damaged compressed data.
   std::size_t read(void* buffer, std::size_t count);
-  /// -1 at the end or where the compressed data is damaged.
+  /// -1 at the end or at damaged compressed data.
   int next_byte();
   void seek(std::uint64_t position);
   std::uint64_t position() const;
-  /// In the file as it lies on disk.
+  /// Position in the file on disk.
   std::uint64_t compressed_position() const;
   bool damaged() const;
 
-  /// Whether the file is compressed and its checksum says that nothing changed since it was written.
+  /// True if the file is compressed and its checksum is correct.
   static bool intact(const std::string& path);
 
  private:
   bool fill();
 
   gzFile_s* file_;
-  std::vector<char> window_;  ///< inflated bytes from base_ on
+  std::vector<char> window_;  ///< inflated bytes, starting at base_
   std::uint64_t base_ = 0;
   std::size_t at_ = 0;  ///< in window_
 };

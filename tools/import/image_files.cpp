@@ -39,7 +39,7 @@ std::optional<Size> jpeg_size(std::span<const std::uint8_t> file) {
   return std::nullopt;
 }
 
-/// nullopt where OpenCV can't read it; it throws on some damage and returns an empty image on other.
+/// nullopt: OpenCV cannot read it. OpenCV throws on some damage and returns an empty image on other.
 cv::Mat decode_file(std::span<const std::uint8_t> file, int flags) {
   try {
     const cv::Mat bytes(1, static_cast<int>(file.size()), CV_8UC1, const_cast<std::uint8_t*>(file.data()));
@@ -92,7 +92,7 @@ Result<DepthMillimetres> read_depth_png(std::span<const std::uint8_t> file, doub
   DepthMillimetres depth{pixels.cols, pixels.rows, {}, units_per_metre == 1000};
   depth.mm.reserve(pixels.total());
   const double mm_per_unit = 1000 / units_per_metre;
-  constexpr std::uint16_t none = 65535;  // 7-Scenes' word for "nothing", beside 0
+  constexpr std::uint16_t none = 65535;  // 7-Scenes' value for no measurement, besides 0
   for (int row = 0; row < pixels.rows; ++row) {
     const auto* line = pixels.ptr<std::uint16_t>(row);
     for (int column = 0; column < pixels.cols; ++column) {
@@ -108,7 +108,7 @@ Result<Image> depth_image(const DepthMillimetres& depth, SensorTime stamp) {
   const cv::Mat pixels(depth.height, depth.width, CV_16UC1, const_cast<std::uint16_t*>(depth.mm.data()));
   std::vector<std::uint8_t> png;
   try {
-    // Level 1: a third larger than the best, five times as fast.
+    // Level 1: a third larger than the best level, five times as fast.
     if (cv::imencode(".png", pixels, png, {cv::IMWRITE_PNG_COMPRESSION, 1})) {
       return depth_image(std::move(png), depth.width, depth.height, stamp);
     }

@@ -1,4 +1,4 @@
-// Image files in memory: their sizes, and what has to be re-encoded for the wire.
+// Image files in memory: reads their sizes, and re-encodes them for the wire if necessary.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 
 namespace parhelion::tools {
 
-/// A depth image: millimetres row by row, 0 where nothing was measured.
+/// A depth image: millimetres row by row, 0: no measurement.
 struct DepthMillimetres {
   int width = 0, height = 0;
   std::vector<std::uint16_t> mm;
-  bool as_written = false;  ///< the file's own numbers are these
+  bool as_written = false;  ///< unchanged numbers of the file
 };
 
 struct GreyPixels {
@@ -25,15 +25,15 @@ struct GreyPixels {
 
 Result<GreyPixels> read_grey(std::span<const std::uint8_t> file);
 
-/// JPEG bytes stay as they are (MJPEG); any other colour file (PNG) becomes raw BGR, so that nothing is lost.
+/// JPEG bytes are kept (MJPEG). Any other colour file (PNG) becomes raw BGR, which is lossless.
 Result<Image> colour_image(std::vector<std::uint8_t> file, SensorTime stamp);
 
-/// 16-bit grey PNG; `units_per_metre` of its numbers (1000: millimetres, 5000: TUM).
+/// 16-bit grey PNG with `units_per_metre` (1000: millimetres, 5000: TUM).
 Result<DepthMillimetres> read_depth_png(std::span<const std::uint8_t> file, double units_per_metre);
 
-/// Depth as it goes on the wire: 16-bit PNG of millimetres, metadata "encoding" = "png".
+/// Depth in the wire format: 16-bit PNG of millimetres, metadata "encoding" = "png".
 Result<Image> depth_image(const DepthMillimetres& depth, SensorTime stamp);
-/// The same from a PNG that holds millimetres already.
+/// The same from a PNG that contains millimetres already.
 Image depth_image(std::vector<std::uint8_t> png, int width, int height, SensorTime stamp);
 
 Result<std::vector<std::uint8_t>> read_file(const std::string& path);

@@ -1,4 +1,4 @@
-// The readers, one a format.
+// The importers, one for each format.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,8 @@ Result<ImportReport> import_carmen(const ImportOptions& options, const ImportPro
 Result<ImportReport> import_rosbag(const ImportOptions& options, const ImportProgress& progress);
 Result<ImportReport> import_rgbd(const ImportOptions& options, const ImportProgress& progress);
 
-/// The topic for `channel`: what --topics says; else the only candidate; nullopt: none, or "none" was asked
-/// for. Several candidates, or a name that is not among them, are an error that lists them. `what` says what
+/// The topic for `channel`: from --topics, else the only candidate; nullopt: none, or "none" was requested.
+/// Error: several candidates, or a name that is not among them; the message lists them. `what` describes what
 /// was looked for.
 Result<std::optional<std::string>> choose_topic(const ImportOptions& options, const std::string& channel,
                                                 const std::vector<std::string>& candidates,

@@ -33,7 +33,7 @@ void be_silent() {
   } catch (const std::exception&) {
     _exit(3);
   }
-  // No destructors and no buffers of the parent's.
+  // Skips destructors and does not flush buffers of the parent.
   _exit(0);
 }
 

@@ -1,4 +1,4 @@
-// A library that can't be trusted with damaged input runs in a child process first.
+// Runs code that may crash on damaged input in a child process.
 #pragma once
 
 #include <sys/resource.h>
@@ -11,8 +11,8 @@
 
 namespace parhelion::tools {
 
-/// While it lives, this process gets at most `headroom` bytes more than it has: a count that lies makes a
-/// request for memory fail instead of taking the machine's.
+/// While it lives, this process can allocate at most `headroom` bytes more than it has, so that a corrupt
+/// count makes an allocation fail instead of exhausting the machine.
 class AllocationLimit {
  public:
   explicit AllocationLimit(std::uint64_t headroom);
@@ -27,11 +27,11 @@ class AllocationLimit {
 
 struct ChildEnd {
   bool completed = false;             ///< false: it crashed
-  std::optional<std::uint64_t> last;  ///< what it reported last
+  std::optional<std::uint64_t> last;  ///< its last report
 };
 
-/// Runs `work` in a child process, silent; `work` calls its argument to report where it is. Error: no process
-/// to be had.
+/// Runs `work` in a child process without output; `work` calls its argument to report its position. Error: no
+/// process could be created.
 Result<ChildEnd> run_in_child(const std::function<void(const std::function<void(std::uint64_t)>&)>& work);
 
 }  // namespace parhelion::tools

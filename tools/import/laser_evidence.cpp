@@ -21,8 +21,7 @@ struct KnownLaser {
 constexpr KnownLaser known_lasers[] = {
     {"lms-200", 180, 0.5}, {"lms-200", 180, 1}, {"s3000", 190, 0.25}, {"utm-30lx", 270, 0.25}};
 
-/// Footprint where no recording says one: as wide as a trolley, reaching back as far as half of that, and
-/// ahead to the laser.
+/// Assumed footprint: as wide as a trolley, reaching back half of that, and forward to the laser.
 std::vector<Eigen::Vector2d> assumed_footprint(const LaserDescription* laser) {
   constexpr double half_width = 0.3;
   const Eigen::Vector3d p = laser ? laser->T_base_laser.translation() : Eigen::Vector3d(0, 0, 0);
@@ -35,7 +34,7 @@ std::vector<Eigen::Vector2d> assumed_footprint(const LaserDescription* laser) {
 std::string recognise_preset(std::size_t beams, double angle_step) {
   const double step = std::abs(angle_step) / degree;
   for (const KnownLaser& laser : known_lasers) {
-    // A field of view may be written with one beam less ("180 beams of 1 degree").
+    // The stated field of view may include one beam too many ("180 beams of 1 degree").
     const double intervals = laser.field_of_view / laser.step;
     const bool count_fits = std::abs(static_cast<double>(beams) - 0.5 - intervals) < 1;
     if (count_fits && std::abs(step - laser.step) < 0.01 * laser.step) return laser.preset;
@@ -63,7 +62,7 @@ void LaserEvidence::add(const Scan& scan) {
     } else if (range_max > 0 && range >= range_max) {
       ++beyond_[range];
     } else if (range > 0) {
-      // Without a stated maximum the longest range that repeats is the sensor's word for "nothing".
+      // Without a stated maximum, the longest range that repeats is the sensor's value for no return.
       if (range_max == 0 && range >= longest_) {
         if (range > longest_) beyond_.clear();
         ++beyond_[range];
@@ -133,7 +132,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
     const Eigen::Vector3d p = laser.T_base_laser.translation();
     laser.T_base_laser = {laser.T_base_laser.quaternion(), {p.x(), p.y(), options.laser_height}};
   }
-  // One pass of half a degree is the interlaced mode's; coarser scans are a single pass.
+  // A single pass of half a degree is the interlaced mode; coarser scans are a single pass.
   if (laser.passes > 1 && std::abs(shape.angle_step) > 0.75 * degree) {
     laser.passes = 1;
     laser.pass_period = 0;

@@ -25,8 +25,7 @@ namespace obs = mrpt::obs;
 
 constexpr std::uint64_t parent_headroom = 1ULL << 30;  // bytes
 
-/// MRPT counts 100 ns since 1601; 0 is its word for "not set". What no clock says is refused when it is
-/// written.
+/// MRPT counts 100 ns since 1601; 0 means not set. Implausible times are refused when they are written.
 SensorTime sensor_time(const mrpt::system::TTimeStamp& stamp) {
   constexpr std::int64_t epoch_1970 = 116'444'736'000'000'000, farthest = 90'000'000'000'000'000;
   const auto ticks = static_cast<std::int64_t>(stamp.time_since_epoch().count());
@@ -48,9 +47,9 @@ Transform<Base, Laser> sensor_pose(const mrpt::poses::CPose3D& pose) {
   return Transform<Base, Laser>(isometry);
 }
 
-/// Angles are implied: centred on the sensor's x axis, from the aperture and the sense of rotation. A flagged
-/// beam keeps what stands there where that can't be taken for a range, else it is NaN. Error: too few beams
-/// to have a step.
+/// Angles are implicit: centred on the sensor's x axis, from the aperture and the sense of rotation. A
+/// flagged beam keeps its value if that cannot be taken for a range, else it is NaN. Error: too few beams for
+/// a step.
 Result<Scan> to_scan(const obs::CObservation2DRangeScan& observation) {
   const std::size_t n = observation.getScanSize();
   if (n < 2) return Error{"a scan of " + std::to_string(n) + " beams, which has no angle step"};
@@ -85,7 +84,7 @@ struct LaserSeen {
   Transform<Base, Laser> T_base_laser;
 };
 
-/// First reading: which sensors there are and how they write.
+/// First pass: collects the sensors and their formats.
 class Survey final : public RawlogVisitor {
  public:
   std::map<std::string, LaserSeen> lasers;
@@ -130,7 +129,7 @@ class Survey final : public RawlogVisitor {
     evidence.height_known = true;
     evidence.range_max = observation.maxRange;
     evidence.noise_sigma = observation.stdError;
-    // MRPT's drivers read the clock when the whole scan has come in.
+    // MRPT's drivers read the clock when the whole scan has arrived.
     evidence.stamp_beam = LaserDescription::StampBeam::last;
     char text[240];
     std::snprintf(
@@ -145,13 +144,13 @@ class Survey final : public RawlogVisitor {
   }
 };
 
-/// Second reading: writes.
+/// Second pass: writes the log.
 class Copy final : public RawlogVisitor {
  public:
   Copy(RecordingWriter& writer, std::optional<std::string> laser, std::optional<std::string> odometer)
       : writer_(writer), laser_(std::move(laser)), odometer_(std::move(odometer)) {}
 
-  /// Paired format: the origin of the odometry frame is where the recording begins.
+  /// Paired format: the odometry frame's origin is at the start of the recording.
   void start_at_origin() { pending_ = true; }
 
   Status action(const obs::CActionCollection& actions, Place) override {
@@ -194,7 +193,7 @@ class Copy final : public RawlogVisitor {
   }
 
   void advance(const mrpt::poses::CPose2D& increment) {
-    T_odom_base_ = T_odom_base_ * planar(increment).as<Base, Base>();  // from the one before
+    T_odom_base_ = T_odom_base_ * planar(increment).as<Base, Base>();  // from the previous pose
     pending_ = true;
   }
 

@@ -23,7 +23,7 @@ namespace obs = mrpt::obs;
 constexpr std::uint64_t child_headroom = 1ULL << 29;  // bytes
 constexpr int most_crashes = 200;
 
-/// MRPT's own gzip stream can't step back to where a damaged object began.
+/// MRPT's own gzip stream cannot seek back to the start of a damaged object.
 class Stream final : public mrpt::io::CStream {
  public:
   explicit Stream(GzipFile& file) : file_(file) {}
@@ -47,7 +47,7 @@ bool is_top_level_class(std::string name) {
   return name == "CSensoryFrame" || name == "CActionCollection" || name.starts_with("CObservation");
 }
 
-/// Moves to the next place where a top-level object may begin.
+/// Seeks to the next possible start of a top-level object.
 bool resynchronize(GzipFile& file) {
   for (int byte = file.next_byte(); byte >= 0; byte = file.next_byte()) {
     const int length = byte & 0x7F;
@@ -78,7 +78,7 @@ Status visit(const mrpt::serialization::CSerializable& object, RawlogVisitor& vi
 }
 
 std::string first_line_of(const std::exception& error) {
-  // MRPT's messages are several lines long, "Message:" first.
+  // MRPT's messages have several lines, "Message:" first.
   std::string text = error.what();
   if (const auto at = text.find("Message:"); at != std::string::npos) text = text.substr(at + 8);
   text = text.substr(0, text.find('\n'));
@@ -86,7 +86,7 @@ std::string first_line_of(const std::exception& error) {
   return text.substr(0, 160);
 }
 
-/// One object; what is wrong with it, or empty.
+/// Reads one object; returns its error, or empty.
 Result<std::string> read_object(mrpt::serialization::CArchive& archive, RawlogVisitor& visitor, Place place) {
   try {
     const auto object = archive.ReadObject();
@@ -124,7 +124,7 @@ Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor) {
                           ? Result<std::string>(std::string("MRPT can't read it"))
                           : read_object(archive, visitor, place);
     if (!what) return what.error();
-    // The parts of a damaged object look like objects too: one refusal for all that can't be read in a row.
+    // Parts of a damaged object look like objects too: one refusal for a whole unreadable section.
     const bool was_damaged = std::exchange(damaged, !what->empty());
     if (damaged) {
       if (!was_damaged) {

@@ -1,4 +1,4 @@
-// Reads the objects of an MRPT rawlog, whole or damaged, without ever going down with MRPT.
+// Reads the objects of an MRPT rawlog, intact or damaged, and survives crashes of MRPT.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class CObservation;
 
 namespace parhelion::tools {
 
-/// Gets each object of a rawlog, in the file's order; an error ends the reading.
+/// Receives each object of a rawlog in file order; an error stops the reading.
 struct RawlogVisitor {
   virtual ~RawlogVisitor() = default;
   virtual Status action(const mrpt::obs::CActionCollection& actions, Place place) = 0;
@@ -26,25 +26,24 @@ struct RawlogVisitor {
   virtual void read_one() {}
 };
 
-/// How much of the file can be believed.
+/// Result of checking a file.
 struct Trust {
-  bool intact = false;               ///< its checksum is right: MRPT wrote all of it
-  std::set<std::uint64_t> crashing;  ///< bytes at which objects start that MRPT can't survive
+  bool intact = false;               ///< its checksum is correct
+  std::set<std::uint64_t> crashing;  ///< byte offsets of objects that crash MRPT
 };
 
 struct RawlogReading {
   std::string path;
   const Trust& trust;
-  std::function<void(std::uint64_t)> before_object;  ///< told where each object starts
-  std::function<void(double)> progress;              ///< told bytes done, of the file as it lies on disk
+  std::function<void(std::uint64_t)> before_object;  ///< called with the offset of each object
+  std::function<void(double)> progress;              ///< called with the bytes done, of the file on disk
 };
 
-/// Every object of the file, in its order. After a damaged one reading goes on at the next that can be
-/// recognised.
+/// Reads all objects in file order. After a damaged object, reading resumes at the next recognizable one.
 Status read_rawlog(const RawlogReading& reading, RawlogVisitor& visitor);
 
-/// MRPT crashes on some damage. A file without a right checksum is read in child processes, by `try_out`,
-/// until none crashes; where one did, the object is left alone.
+/// MRPT crashes on some damage. A file without a correct checksum is read in child processes, by `try_out`,
+/// until none crashes; objects that cause a crash are skipped.
 Result<Trust> judge_rawlog(const std::string& path,
                            const std::function<void(const RawlogReading& reading)>& try_out);
 

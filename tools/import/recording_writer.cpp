@@ -72,7 +72,7 @@ ArrivalTime RecordingWriter::State::next_arrival(ArrivalTime wanted, Place place
       report.ahead_first_by = wanted - *last;
     }
   } else if (placed.verdict == ArrivalOrder::Verdict::real_leap) {
-    // Those that confirmed it were right.
+    // The stamps that confirmed it were correct.
     report.ahead -= ArrivalOrder::confirmed - 1;
     if (report.leaps.size() < max_refusals_listed) report.leaps.push_back(where);
   }
@@ -125,7 +125,7 @@ Result<RecordingWriter> RecordingWriter::create(const ImportOptions& options, st
 
 Status RecordingWriter::describe(const RobotDescription& robot, SensorTime first) {
   encode(RobotMessage{first, to_yaml(robot)}, state_->bytes);
-  // One microsecond early, so that the first event keeps its own stamp as its arrival.
+  // One microsecond early, so that the first event's arrival is its own stamp.
   const ArrivalTime arrival = ArrivalTime::from_utime(first.utime() - 1);
   state_->order.begin_after(arrival);
   return state_->log->write(channel::robot, arrival, state_->bytes);

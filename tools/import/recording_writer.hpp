@@ -1,4 +1,4 @@
-// Where the importers put what they read: checks it, keeps file order, counts what is odd.
+// Output of the importers: checks events, keeps file order, counts anomalies.
 #pragma once
 
 #include <memory>
@@ -20,19 +20,19 @@ using Place = std::uint64_t;
 
 class RecordingWriter {
  public:
-  /// `place_prefix` goes before a place's number in reports ("intel.clf:", "x.rawlog, object ").
+  /// `place_prefix` precedes a place's number in reports ("intel.clf:", "x.rawlog, object ").
   static Result<RecordingWriter> create(const ImportOptions& options, std::string place_prefix,
                                         std::string read_unit);
   RecordingWriter(RecordingWriter&&) noexcept;
   RecordingWriter& operator=(RecordingWriter&&) noexcept;
-  /// Removes the unfinished file.
+  /// Removes an unfinished file.
   ~RecordingWriter();
 
-  /// The first event; `first` is the stamp of what follows.
+  /// Writes the first event; `first` is the stamp of the next one.
   Status describe(const RobotDescription& robot, SensorTime first);
 
-  /// Writes an event if the wire's own checks accept it, else refuses it. A Status that is not ok: the log
-  /// can't be written.
+  /// Writes an event if the wire format accepts it, else counts it as refused. Error: the log cannot be
+  /// written.
   /// T: Scan, Odometry, Image, PoseStamped, PoseEstimate, TwistCommand, ImuSample or Joints.
   template <class T>
   Status put(std::string_view channel, const T& item, Place place, std::optional<ArrivalTime> received = {});
@@ -44,7 +44,7 @@ class RecordingWriter {
   void count_read(std::uint64_t n = 1);
   std::string place_text(Place place) const;
 
-  /// Gives the log its name. Error: nothing was kept, or the rename failed.
+  /// Renames the log to its final name. Error: nothing was kept, or the rename failed.
   Result<ImportReport> finish();
 
  private:

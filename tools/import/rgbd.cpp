@@ -1,4 +1,4 @@
-// RGB-D folders: CAMERA, DEPTH, poses, and a scan cut out of the depth.
+// RGB-D folders: CAMERA, DEPTH, poses, and a scan computed from the depth images.
 #include <algorithm>
 #include <cstdio>
 #include <numbers>
@@ -15,16 +15,16 @@
 namespace parhelion::tools {
 namespace {
 
-/// One sigma of the poses (KinectFusion against its own map, motion capture), stated rather than known.
+/// Assumed standard deviations of the poses (KinectFusion against its own map, motion capture).
 constexpr double sigma_position = 0.01;                       // m
 constexpr double sigma_angle = 0.3 * std::numbers::pi / 180;  // rad
 
-/// What of a folder goes into the log.
+/// The parts of a folder that are written to the log.
 struct Wanted {
   bool colour = false, depth = false, scan = false, reference = false;
 };
 
-/// All that a folder gives, but for what --topics leaves out.
+/// The whole folder, without what --topics excludes.
 Result<Wanted> wanted_of(const ImportOptions& options) {
   struct Source {
     std::string channel;
@@ -47,7 +47,7 @@ Result<Wanted> wanted_of(const ImportOptions& options) {
   return Wanted{taken[0], taken[1], taken[2], taken[3]};
 }
 
-/// The poses decide about the map frame: other poses, other id.
+/// Derived from the poses, which define the map frame: different poses, different id.
 std::string map_id(const RgbdFolder& folder, const RgbdPlacement& placement) {
   std::string text;
   const auto append = [&](const Eigen::Isometry3d& pose) {
@@ -91,7 +91,7 @@ RobotDescription describe(const ImportOptions& options, const Wanted& wanted, co
   return robot;
 }
 
-/// All that happens, in order of stamps; at one stamp the pose goes before the images that it places.
+/// All events in order of stamps; at equal stamps the pose precedes its images.
 struct Step {
   enum class Kind { pose, colour, depth };
   SensorTime stamp;

@@ -56,7 +56,7 @@ Result<std::vector<double>> numbers(const Row& row, std::size_t first, std::size
   return values;
 }
 
-/// model, width, height, parameters: COLMAP's models, as kapture uses them.
+/// model, width, height, parameters: COLMAP's camera models, as used by kapture.
 Result<CameraIntrinsics> camera_model(const Row& row) {
   const std::string model = row.cells.size() > 3 ? row.cells[3] : std::string();
   const std::map<std::string, std::size_t> parameters = {{"SIMPLE_PINHOLE", 5}, {"PINHOLE", 6},
@@ -109,7 +109,7 @@ Result<std::vector<KaptureSensor>> read_kapture(const fs::path& sensors_file, co
   return sensors;
 }
 
-/// Kapture lists the depth camera and, as "..._reg", what depth would be if it were registered to colour.
+/// Kapture lists the depth camera and, as "..._reg", the depth camera registered to colour.
 const KaptureSensor* choose(const std::vector<KaptureSensor>& sensors, const std::string& type) {
   const KaptureSensor* chosen = nullptr;
   for (const KaptureSensor& sensor : sensors) {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr int stride = 8;     ///< pixels between points
-constexpr int baseline = 4;   ///< pixels to the neighbours that give the normal
+constexpr int baseline = 4;   ///< pixels to the neighbours used for the normal
 constexpr double bin = 0.02;  ///< m
 
 }  // namespace
@@ -43,7 +43,7 @@ void SurfacePoints::add(const DepthMillimetres& depth, const CameraIntrinsics& c
 std::optional<Eigen::Vector3d> SurfacePoints::refine_up(const Eigen::Vector3d& guess) const {
   constexpr std::size_t enough = 200;
   Eigen::Vector3d up = guess.normalized();
-  // From a wide window to a narrow one, so that a rough guess finds the densest direction near it.
+  // From a wide window to a narrow one, so that a rough guess converges to the densest direction near it.
   for (const double window : {40.0, 30.0, 20.0, 15.0, 12.0, 12.0, 12.0, 12.0}) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     std::size_t n = 0;
@@ -93,7 +93,7 @@ std::optional<SurfacePoints::Floor> SurfacePoints::find_floor(const Eigen::Vecto
   const auto layer = lowest_layer(up);
   if (!layer) return std::nullopt;
   Floor floor{up.normalized(), *layer, 0};
-  // A band that narrows while the plane settles: what leans is wide at first.
+  // The band narrows as the plane converges, since an inclined plane needs a wide one first.
   for (const double within : {0.10, 0.07, 0.05, 0.04, 0.04}) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     Eigen::Matrix3d products = Eigen::Matrix3d::Zero();

@@ -1,4 +1,4 @@
-// Which way is up and where the floor is, from depth frames at known poses.
+// Estimates the up direction and the floor from depth frames with known poses.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -11,30 +11,30 @@
 
 namespace parhelion::tools {
 
-/// A depth pixel in the camera's optical frame; z is what depth measures.
+/// A depth pixel in the camera's optical frame; depth is the z coordinate.
 inline Eigen::Vector3d depth_point(const CameraIntrinsics& camera, int column, int row, double z) {
   return {(column - camera.cx) / camera.fx * z, (row - camera.cy) / camera.fy * z, z};
 }
 
-/// Surface points of many frames in the folder's world, with the normal that each one's neighbours give it.
+/// Surface points of many frames in the folder's world frame, with normals estimated from their neighbours.
 class SurfacePoints {
  public:
   void add(const DepthMillimetres& depth, const CameraIntrinsics& camera,
            const Eigen::Isometry3d& T_world_depth);
   bool empty() const { return points_.empty(); }
 
-  /// Mean of the normals that lie within 12 degrees of it, from a first guess on (mean shift), which need be
-  /// right to 40 degrees only; nullopt: too few surfaces face that way.
+  /// Mean shift: mean of the normals within 12 degrees of the estimate, from a first guess that is correct to
+  /// 40 degrees; nullopt: too few surfaces face that way.
   std::optional<Eigen::Vector3d> refine_up(const Eigen::Vector3d& guess) const;
 
   struct Floor {
     Eigen::Vector3d up;  ///< unit normal of the floor
     double height;       ///< m, of the floor along `up`, from the world's origin
-    double leveled;      ///< rad, between `up` and what was given
+    double leveled;      ///< rad, between `up` and the given direction
   };
-  /// The lowest layer of level surface that holds at least 3 % as many points as the densest one (a table
-  /// often is denser than the floor under it), and a plane through it by least squares where it is more than
-  /// half a metre wide and leans by less than 5 degrees. nullopt: no layer.
+  /// The lowest level surface with at least 3 % as many points as the densest one (a table is often denser
+  /// than the floor under it), with a least-squares plane through it if it is wider than half a metre and
+  /// inclined by less than 5 degrees. nullopt: no such surface.
   std::optional<Floor> find_floor(const Eigen::Vector3d& up) const;
 
  private:

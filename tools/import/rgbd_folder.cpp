@@ -25,7 +25,7 @@ std::optional<double> to_number(std::string_view word) {
   return value;
 }
 
-/// A rotation as files round it is made one again; what is far from one is an Error.
+/// Normalizes a rotation that was rounded in a file. Error: far from a rotation.
 Result<Eigen::Isometry3d> rigid(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
   constexpr double tolerance = 0.02;
   const bool finite = rotation.allFinite() && translation.allFinite();

@@ -1,4 +1,4 @@
-// Folders of colour and depth frames with camera poses: what is in them.
+// Reads folders of colour and depth frames with camera poses.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ struct RgbdFile {
 
 struct RgbdPose {
   SensorTime stamp;
-  Eigen::Isometry3d T_world_depth;  ///< pose of the depth camera (optical) in the folder's own world
+  Eigen::Isometry3d T_world_depth;  ///< pose of the depth camera (optical) in the folder's world frame
   std::uint64_t number = 0;
 };
 
@@ -30,7 +30,7 @@ struct RgbdCameras {
   CameraIntrinsics colour, depth;
   Eigen::Isometry3d T_depth_colour =
       Eigen::Isometry3d::Identity();  ///< colour camera in the depth camera (both optical)
-  std::string source;                 ///< files that said so, or what was assumed
+  std::string source;                 ///< source files, or the assumption made
 };
 
 struct RgbdFolder {
@@ -40,7 +40,7 @@ struct RgbdFolder {
   std::vector<RgbdPose> poses;          ///< by stamp
   RgbdCameras cameras;
   double depth_units_per_metre = 1000;
-  std::optional<Eigen::Vector3d> down;  ///< unit vector in the world, where the folder says it
+  std::optional<Eigen::Vector3d> down;  ///< unit vector in the world frame, if the folder contains it
   std::vector<Refusal> refused;
   std::vector<std::string> notes;
 };
@@ -51,7 +51,7 @@ struct RgbdFolder {
 /// (3x3, depth), kapture_sensors.txt and kapture_rigs.txt, gravity-direction.txt.
 Result<RgbdFolder> read_rgbd_folder(const ImportOptions& options);
 
-/// Pose at `stamp`: the one there, or between two at most 0.1 s apart; nullopt: none.
+/// Pose at `stamp`: exact, or interpolated between two poses at most 0.1 s apart; nullopt: none.
 std::optional<Eigen::Isometry3d> pose_at(const std::vector<RgbdPose>& poses, SensorTime stamp);
 
 /// Calibration for images of these sizes (columns, rows), from the files beside the frames.
@@ -59,10 +59,10 @@ Result<RgbdCameras> read_rgbd_cameras(const std::filesystem::path& folder, RgbdF
                                       Eigen::Vector2i colour_size, Eigen::Vector2i depth_size,
                                       std::vector<std::string>& notes);
 
-/// `name` in `folder` or the one above; empty: in neither.
+/// Path of `name` in `folder` or its parent; empty: in neither.
 std::filesystem::path find_beside(const std::filesystem::path& folder, const char* name);
 
-/// All numbers of a text file; '#' starts a comment. Error: file:line and the word that is no number.
+/// All numbers of a text file; '#' starts a comment. The error contains file:line and the invalid word.
 Result<std::vector<double>> read_numbers(const std::filesystem::path& path);
 
 }  // namespace parhelion::tools

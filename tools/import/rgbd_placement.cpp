@@ -21,7 +21,7 @@ struct DepthSurvey {
   std::uint16_t nearest = 0, farthest = 0;  ///< mm
 };
 
-/// The colour image of the same instant, where colour and depth are cameras of their own.
+/// The colour image of the same instant, if colour and depth are separate cameras.
 void add_colour(const RgbdFolder& folder, const RgbdFile& frame, const DepthMillimetres& depth,
                 DepthRegistration& registration) {
   if (folder.cameras.T_depth_colour.isApprox(Eigen::Isometry3d::Identity())) return;
@@ -34,7 +34,7 @@ void add_colour(const RgbdFolder& folder, const RgbdFile& frame, const DepthMill
   if (grey) registration.add(depth, folder.cameras.depth, *grey);
 }
 
-/// Stated calibrations do not always belong to the images: edges decide.
+/// Refines the registration by edges, because stated calibrations do not always match the images.
 void register_colour(const DepthSurvey& survey, RgbdPlacement& placement, const RgbdCameras& cameras,
                      std::vector<std::string>& notes) {
   constexpr double clearly_better = 1.05;
@@ -77,7 +77,7 @@ DepthSurvey survey_depth(const RgbdFolder& folder) {
   return survey;
 }
 
-/// Up in the world: as the folder says, else what surfaces near the cameras' own up agree on.
+/// Up in the world frame: from the folder, else from surfaces near the cameras' own up direction.
 Result<Eigen::Vector3d> find_up(const RgbdFolder& folder, const DepthSurvey& survey,
                                 std::vector<std::string>& notes) {
   if (folder.down) return Eigen::Vector3d(-*folder.down);
@@ -110,7 +110,7 @@ Eigen::Isometry3d map_from_world(const Eigen::Vector3d& up, double floor,
   return T_map_world;
 }
 
-/// base_link is fixed to the camera: under it on the floor and level at the mean of all poses.
+/// base_link is fixed to the camera: on the floor under it, and level at the mean of all poses.
 void place_base(const RgbdFolder& folder, RgbdPlacement& placement, std::vector<std::string>& notes) {
   double height = 0;
   Eigen::Vector4d mean = Eigen::Vector4d::Zero();

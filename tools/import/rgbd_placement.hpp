@@ -1,4 +1,4 @@
-// Where the map frame and the robot are in an RGB-D folder, which knows of neither.
+// Defines the map frame and the robot for an RGB-D folder, which contains neither.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -17,7 +17,7 @@ struct RgbdPlacement {
   Transform<Base, DepthOptical> T_base_depth;
   Eigen::Isometry3d T_depth_colour = Eigen::Isometry3d::Identity();
   double camera_height = 0;
-  float depth_min = 0, depth_max = 0;  ///< m, seen
+  float depth_min = 0, depth_max = 0;  ///< m, observed
 
   Transform<Map, DepthOptical> map_optical(const Eigen::Isometry3d& T_world_depth) const {
     return Transform<Map, DepthOptical>(T_map_world * T_world_depth);
@@ -27,8 +27,8 @@ struct RgbdPlacement {
   }
 };
 
-/// From gravity or the level surfaces, the floor, and the mean pose of the camera. `notes` gets what was
-/// assumed and found. Error: no pose, no up, no floor.
+/// From gravity or level surfaces, the floor, and the mean pose of the camera. Assumptions and results are
+/// added to `notes`. Error: no pose, no up direction, no floor.
 Result<RgbdPlacement> place_rgbd(const RgbdFolder& folder, std::vector<std::string>& notes);
 
 }  // namespace parhelion::tools

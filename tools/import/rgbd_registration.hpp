@@ -1,4 +1,4 @@
-// How the colour camera stands to the depth camera, checked against the images themselves.
+// Checks and refines the transform between colour and depth camera with the images themselves.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,15 +9,15 @@
 
 namespace parhelion::tools {
 
-/// Depth edges of some frames and the colour gradients that they should lie on.
+/// Depth edges of some frames, and the colour gradients that should coincide with them.
 class DepthRegistration {
  public:
   void add(const DepthMillimetres& depth, const CameraIntrinsics& depth_camera, const GreyPixels& colour);
-  /// Mean colour gradient under the depth edges: high where the two images lie on each other; 0: no edges.
+  /// Mean colour gradient at the depth edges: high if the images are aligned; 0: no edges.
   double score(const CameraIntrinsics& colour_camera, const Eigen::Isometry3d& T_colour_depth) const;
-  /// Turns the stated transform, or the stated translation without rotation where that fits better, by up to
-  /// about a degree to where edges fit best (coordinate descent from 0.4 to 0.025 degrees). Translations are
-  /// kept: they can't be told from rotations at one distance.
+  /// Rotates the stated transform (or the stated translation without rotation, if that fits better) by up to
+  /// about a degree to maximize the score (coordinate descent from 0.4 to 0.025 degrees). Translations are
+  /// kept, because at one distance they cannot be distinguished from rotations.
   Eigen::Isometry3d refine(const CameraIntrinsics& colour_camera,
                            const Eigen::Isometry3d& T_colour_depth) const;
 

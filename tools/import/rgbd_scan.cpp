@@ -14,7 +14,7 @@ int half_beams(const CameraIntrinsics& camera, double step) {
   return static_cast<int>(half / step);
 }
 
-/// Whether a ray from height `eye` to height `end` has come in from one side of the band and left on another.
+/// True if a ray from height `eye` to height `end` has entered the band on one side and left it on another.
 bool passed_through(double eye, double end, const DepthScanOptions& band) {
   if (eye > band.high) return end < band.low;
   if (eye < band.low) return end > band.high;
@@ -53,7 +53,7 @@ Scan cut_scan(const DepthMillimetres& depth, const CameraIntrinsics& camera,
   std::vector<std::vector<float>> found(n);
   std::vector<bool> seen_through(n, false);
   const double eye = T_map_optical.translation().z();
-  // Level and turned as the base is: bearings and ranges are horizontal even while the base tilts.
+  // Level, with the yaw of the base: bearings and ranges are horizontal even while the base tilts.
   const Eigen::Vector3d at = T_map_base.translation();
   const auto T_level_map = Transform<Map, Base>::planar(at.x(), at.y(), T_map_base.yaw()).inverse();
   const Eigen::Isometry3d T_level_optical = T_level_map.isometry() * T_map_optical.isometry();

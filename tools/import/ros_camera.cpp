@@ -66,7 +66,8 @@ Result<CameraIntrinsics> intrinsics(const ros::CameraInfo& camera, int width, in
   }
   out.width = width > 0 ? width : static_cast<int>(camera.width);
   out.height = height > 0 ? height : static_cast<int>(camera.height);
-  // Binned images are smaller than what K speaks about. Pixel centres are at integers: hence the halves.
+  // Binned images are smaller than the size that K refers to. Pixel centres are at integers, hence the
+  // halves.
   const double sx = static_cast<double>(out.width) / camera.width,
                sy = static_cast<double>(out.height) / camera.height;
   out.fx = fx * sx;

@@ -6,17 +6,17 @@
 
 namespace parhelion::tools {
 
-/// Pinhole and lens for images of `width` x `height` (0: the CameraInfo's own). `rectified` images have no
-/// distortion and the projection matrix's pinhole. Error: no focal length, or a lens model without an equal
-/// here.
+/// Pinhole model and lens for images of `width` x `height` (0: the CameraInfo's own). `rectified` images have
+/// no distortion and the projection matrix's pinhole model. Error: no focal length, or an unsupported lens
+/// model.
 Result<CameraIntrinsics> intrinsics(const ros::CameraInfo& camera, int width, int height, bool rectified);
 
-/// All of a CameraInfo, as text for `source`.
+/// The complete CameraInfo as text for `source`.
 std::string camera_info_text(const std::string& topic, const ros::CameraInfo& camera);
 
 bool is_depth_encoding(const std::string& encoding);
 
-/// 8-bit colour or grey, or a JPEG or PNG. Error: an encoding that has no equal on the wire (Bayer and
+/// 8-bit colour or grey, or a JPEG or PNG. Error: an encoding without a counterpart on the wire (Bayer and
 /// others).
 Result<Image> to_colour(ros::Image image);
 Result<Image> to_colour(ros::CompressedImage image);

@@ -1,4 +1,4 @@
-// The frames of a bag's /tf and /tf_static: which parts of the robot stand where.
+// The frames of a bag's /tf and /tf_static: mounting poses of the robot's parts.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +23,14 @@ class RosFrames {
 
   void add(const ros::StampedTransform& transform);
 
-  /// Pose of `to` in `from` along the edges as first published; nullopt: not connected. `moves` says whether
-  /// an edge does.
+  /// Pose of `to` in `from` along the edges as first published; nullopt: not connected. `moves` is set if an
+  /// edge moves.
   std::optional<Eigen::Isometry3d> find(const std::string& from, const std::string& to, bool& moves) const;
   bool has(const std::string& frame) const;
-  /// Edges from a frame named like odometry's ("odom", ".../odom", "odom_combined") to one that is not a map.
+  /// Edges from an odometry frame ("odom", ".../odom", "odom_combined") to one that is not a map.
   std::vector<Key> odometry_edges() const;
   const std::map<Key, Edge>& edges() const { return edges_; }
-  /// All edges that do not move, as text: what is kept of them in the robot description.
+  /// All static edges as text for the robot description.
   std::string static_edges_text() const;
 
  private:

@@ -11,8 +11,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "ROS serialises little-endian; bytes are copied as they are");
 
-/// Takes values off the front; once something does not fit, everything after is zero and the first place is
-/// kept.
+/// Consumes values from the front. After the first mismatch all values are zero, and its offset is kept.
 class Cursor {
  public:
   explicit Cursor(MessageBytes bytes) : bytes_(bytes) {}

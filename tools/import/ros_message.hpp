@@ -1,5 +1,5 @@
-// ROS 1 messages that are imported, read from their serialised bytes (http://wiki.ros.org/msg). Every reader
-// checks lengths and that the message ends where its bytes do; an Error says at which byte it does not fit.
+// ROS 1 messages that are imported, parsed from their serialized bytes (http://wiki.ros.org/msg). Every
+// parser checks lengths and that the message ends with its bytes. The error contains the byte offset.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -92,12 +92,12 @@ Result<LaserScan> read_laser_scan(MessageBytes bytes);
 Result<Image> read_image(MessageBytes bytes);
 Result<CompressedImage> read_compressed_image(MessageBytes bytes);
 Result<CameraInfo> read_camera_info(MessageBytes bytes);
-/// A quaternion whose length is not about 1 is an Error, as is a pose that is not finite.
+/// Error: a quaternion whose norm is not about 1, or a pose that is not finite.
 Result<PoseStamped> read_pose_stamped(MessageBytes bytes);
 Result<Odometry> read_odometry(MessageBytes bytes);
 Result<std::vector<StampedTransform>> read_tf(MessageBytes bytes);
 Result<Twist> read_twist(MessageBytes bytes);
-/// A rate or an acceleration that the sensor says it has not (covariance -1) is zero, as ROS writes it.
+/// A rate or acceleration that the sensor does not measure (covariance -1) is zero, as in ROS.
 Result<Imu> read_imu(MessageBytes bytes);
 Result<JointState> read_joint_state(MessageBytes bytes);
 

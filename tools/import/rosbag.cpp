@@ -16,7 +16,8 @@ Transform<A, B> planar(const Eigen::Isometry3d& pose) {
   return Transform<A, B>::planar(pose.translation().x(), pose.translation().y(), Transform<A, B>(pose).yaw());
 }
 
-/// The recorder's clock, where it is the sensors' own: a bag recorded from a replay has another.
+/// The recorder's receive time, if its clock is the sensors' own. A bag recorded from a replay has another
+/// clock.
 std::optional<ArrivalTime> arrival_of(const BagMessage& message, SensorTime stamp) {
   constexpr std::int64_t most_apart = 3'600'000'000'000;
   const std::int64_t apart = message.received.ns - stamp.ns;
@@ -38,7 +39,7 @@ class Copy {
     if (message.topic == choice_.teleop) return put_twist(message);
     if (message.topic == choice_.imu) return put_imu(message);
     if (message.topic == choice_.joints) return put_joints(message);
-    // These are in the robot description.
+    // These go to the robot description.
     if (is_tf(message.type) || message.type == "sensor_msgs/CameraInfo") return {};
     writer_.leave_out(message.topic + " (" + message.type + ")");
     return {};
@@ -75,7 +76,7 @@ class Copy {
           transform.child != choice_.odometry_edge->second) {
         continue;
       }
-      // tf is published again and again with the same stamp by some.
+      // Some publishers repeat tf with the same stamp.
       if (transform.header.stamp == last_tf_) {
         writer_.leave_out("repeated tf");
         continue;
@@ -141,8 +142,8 @@ class Copy {
   std::optional<SensorTime> last_tf_;
 };
 
-/// Calls take(message) for each; damage(number, what) where something can't be read. Ends with the first bad
-/// Status.
+/// Calls take(message) for each message, and damage(number, what) for unreadable parts. Stops at the first
+/// error.
 template <class Take, class Damage>
 Status each_message(const ImportOptions& options, const ImportProgress& progress, double half, Take take,
                     Damage damage) {

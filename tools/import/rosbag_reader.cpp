@@ -27,7 +27,7 @@ struct Connection {
   std::string topic, type;
 };
 
-/// A record: header fields and data, which point into somebody's buffer.
+/// A record: header fields and data, as views of a buffer.
 struct Record {
   std::optional<Op> op;
   BagFields fields;
@@ -44,7 +44,7 @@ std::optional<Op> op_of(const BagFields& fields) {
   return static_cast<Op>(*op);
 }
 
-/// A record out of `bytes` at `at`, which moves behind it; nullopt: not a record.
+/// Parses a record of `bytes` at `at` and advances `at` behind it; nullopt: not a record.
 std::optional<Record> take_record(std::span<const std::uint8_t> bytes, std::size_t& at) {
   const auto block = [&](std::size_t start) -> std::optional<std::span<const std::uint8_t>> {
     if (bytes.size() - start < 4) return std::nullopt;
@@ -72,12 +72,12 @@ struct BagReader::State {
   std::uint64_t size = 0;
   std::uint64_t position = 0;  ///< of the next record in the file
   std::map<std::uint32_t, Connection> connections;
-  std::vector<std::uint8_t> header, data;  ///< of the record that was read from the file
+  std::vector<std::uint8_t> header, data;  ///< of the last record read from the file
   std::vector<std::uint8_t> chunk;
   std::uint64_t chunk_position = 0;
   std::size_t at = 0;  ///< in chunk
   std::uint64_t messages = 0;
-  std::optional<Error> pending;  ///< told when what was inflated before the damage has been given out
+  std::optional<Error> pending;  ///< reported after the data before the damage
 
   ~State() {
     if (file != nullptr) std::fclose(file);
@@ -108,7 +108,7 @@ struct BagReader::State {
     return record;
   }
 
-  /// Behind a damaged record: to the next chunk, found by its "op" field.
+  /// Seeks from a damaged record to the next chunk by its "op" field.
   bool resynchronize();
   Status open_chunk(const Record& record, std::uint64_t where);
   void add_connection(const Record& record);

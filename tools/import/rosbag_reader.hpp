@@ -1,6 +1,5 @@
-// ROS 1 bags record by record (http://wiki.ros.org/Bags/Format/2.0), in file order. Unlike librosbag it needs
-// no index, so it reads bags that were cut off, and no count in the file decides about memory before it was
-// checked.
+// Reads ROS 1 bags record by record (http://wiki.ros.org/Bags/Format/2.0), in file order. Unlike librosbag it
+// needs no index, so it reads truncated bags, and it checks every count in the file before allocating memory.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +16,7 @@ namespace parhelion::tools {
 struct BagMessage {
   std::string topic;
   std::string type;                     ///< "sensor_msgs/LaserScan"
-  ArrivalTime received;                 ///< when the recorder got it
+  ArrivalTime received;                 ///< receive time of the recorder
   std::uint64_t number = 0;             ///< in the file, from 1
   std::span<const std::uint8_t> bytes;  ///< valid until the next call
 };
@@ -29,7 +28,7 @@ class BagReader {
   BagReader& operator=(BagReader&&) noexcept;
   ~BagReader();
 
-  /// False at the end. An Error names the byte of what is damaged; reading on resumes behind it.
+  /// False at the end. The error contains the offset of the damage; reading resumes behind it.
   Result<bool> next(BagMessage& message);
   std::uint64_t messages() const;  ///< read so far
   double done() const;

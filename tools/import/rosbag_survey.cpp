@@ -45,7 +45,7 @@ std::string name_of(const RosFrames::Key& edge) { return "tf:" + edge.first + "-
 
 std::string folder_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
-/// CameraInfo beside the images (also beside image_raw/compressed), else of the images' own frame.
+/// CameraInfo topics beside the images (also beside image_raw/compressed), else those of the images' frame.
 std::vector<std::string> infos_of(const BagSurvey& survey, const std::string& image_topic) {
   std::vector<std::string> beside, same_frame;
   for (const auto& [topic, info] : survey.cameras) {
@@ -77,7 +77,7 @@ Result<std::optional<std::string>> choose_reference(const ImportOptions& options
   return choose_topic(options, channel::reference_pose, candidates, pose_stamped);
 }
 
-/// A topic before tf, which says the same in most bags.
+/// A topic has priority over tf, which has the same content in most bags.
 Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, BagChoice& choice) {
   std::vector<std::string> candidates = survey.of_type(odometry);
   const bool asked = options.topics.count(channel::odometry) > 0;
@@ -94,7 +94,7 @@ Status choose_odometry(const ImportOptions& options, const BagSurvey& survey, Ba
   return {};
 }
 
-/// What nobody asked for is no reason to refuse a bag: of several, none is taken.
+/// An ambiguous topic that was not requested is left out instead of refusing the bag.
 Result<std::optional<std::string>> choose_extra(const ImportOptions& options, const std::string& channel,
                                                 const std::vector<std::string>& candidates,
                                                 const std::string& what) {
@@ -242,8 +242,7 @@ Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey) 
                choice.joints);
   }
   if (done.ok()) done = set(choose_reference(options, survey), choice.reference);
-  // Commands are taken only where they were asked for: what drove the robot is not always what a trainee
-  // asked for.
+  // Commands are imported only on request: they may not come from a trainee.
   if (done.ok() && options.topics.count(channel::teleop) > 0) {
     done = set(choose_topic(options, channel::teleop, survey.of_type(twist), twist), choice.teleop);
   }
@@ -262,7 +261,7 @@ std::string base_frame(const BagSurvey& survey, const BagChoice& choice) {
   for (const char* name : {"base_link", "base_footprint"}) {
     if (base.empty() && survey.frames.has(name)) base = name;
   }
-  // On the floor straight below: the same planar pose, and heights become heights over the floor.
+  // On the floor straight below: the planar pose is the same, and heights are relative to the floor.
   bool moves = false;
   const auto below = survey.frames.find(base, "base_footprint", moves);
   const bool straight = below && !moves && below->translation().head<2>().norm() < 1e-3 &&

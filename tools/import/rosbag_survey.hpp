@@ -1,4 +1,4 @@
-// What a bag has: read once before anything is written.
+// Content of a bag, collected in a first pass before anything is written.
 #pragma once
 
 #include <map>
@@ -34,21 +34,21 @@ struct BagSurvey {
   std::vector<std::string> of_type(const std::string& type) const;
 };
 
-/// Which topic goes where, after --topics; empty: none.
+/// Topics to import, after --topics; empty: none.
 struct BagChoice {
   std::optional<std::string> scan, odometry, camera, camera_info, depth, depth_info, reference, teleop, imu,
       joints;
-  std::optional<RosFrames::Key> odometry_edge;  ///< where odometry comes from tf
+  std::optional<RosFrames::Key> odometry_edge;  ///< if odometry comes from tf
 };
 
 Result<BagChoice> choose(const ImportOptions& options, const BagSurvey& survey);
-/// The frame that everything is described in: odometry's child, or base_footprint where that stands under it.
+/// The base frame: odometry's child, or base_footprint if that is below it.
 std::string base_frame(const BagSurvey& survey, const BagChoice& choice);
 Result<RobotDescription> describe(const ImportOptions& options, const BagSurvey& survey,
                                   const BagChoice& choice, std::vector<std::string>& notes);
 
-/// Beams in the order of their time: where time_increment is negative they are turned round. Intensities that
-/// are not one a beam are dropped.
+/// Beams in the order of time: reversed if time_increment is negative. Intensities are dropped unless there
+/// is one per beam.
 Scan to_scan(const ros::LaserScan& message);
 
 bool is_tf(const std::string& type);

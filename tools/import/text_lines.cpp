@@ -16,16 +16,16 @@ namespace {
 constexpr std::size_t chunk_bytes = 1U << 16;
 constexpr std::size_t longest_line = 16U << 20;
 
-/// Inflated bytes.
+/// Source of inflated bytes.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
-  /// Up to `size` bytes; 0: the end; below 0: damaged or cut off.
+  /// Reads up to `size` bytes; 0: the end; below 0: damaged or truncated.
   virtual long read(char* buffer, std::size_t size) = 0;
   virtual double position() const = 0;
 };
 
-/// gzip, and what is not compressed.
+/// gzip and uncompressed files.
 class GzipSource final : public ByteSource {
  public:
   explicit GzipSource(gzFile file) : file_(file) {}
@@ -62,7 +62,7 @@ class Bzip2Source final : public ByteSource {
       const int code = BZ2_bzDecompress(&stream_);
       ended_ = code == BZ_STREAM_END;
       if (code != BZ_OK && !ended_) return -1;
-      // Another stream may follow (pbzip2 writes many).
+      // Another stream may follow (pbzip2 writes several).
       if (ended_ && (stream_.avail_in > 0 || fill())) restart();
       if (ended_) break;
     }

@@ -1,4 +1,4 @@
-// Lines of a text file that may be compressed (gzip, bzip2): told apart by content.
+// Lines of a text file that may be compressed (gzip, bzip2), detected by content.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@ class TextLines {
   TextLines& operator=(TextLines&&) noexcept;
   ~TextLines();
 
-  /// The first `n` bytes (fewer where the file is shorter), inflated, without taking them. Before the first
-  /// next() only.
+  /// The first `n` bytes (fewer if the file is shorter), inflated, without consuming them. Only before the
+  /// first next().
   Result<std::string> peek(std::size_t n);
-  /// False at the end. An Error, once: the compressed data is damaged or cut off, or a line is longer than 16
+  /// False at the end. Error, once: the compressed data is damaged or truncated, or a line is longer than 16
   /// MiB; the incomplete line is dropped and the end follows.
   Result<bool> next(std::string& line);
-  /// Of the line that next() gave last, from 1.
+  /// Of the last line from next(), from 1.
   std::uint64_t number() const;
-  /// Bytes read of the file as it lies on disk, and its size.
+  /// Bytes read of the file on disk, and its size.
   double done() const;
   double total() const;
 

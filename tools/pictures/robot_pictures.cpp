@@ -1,5 +1,5 @@
-// The pictures of the shipped robots in server/robots/README.md: the four of them, and the crawler on stairs,
-// simulated and rendered as they are.
+// The pictures of the shipped robots in server/robots/README.md: the four robots, and the crawler on stairs,
+// simulated and rendered.
 //   parhelion_robot_pictures FOLDER    writes robots.jpg and stairs.jpg there
 #include <cmath>
 #include <cstdio>
@@ -73,7 +73,7 @@ void run(simulation::Simulation& simulation, const std::string& robot, double sp
   }
 }
 
-/// A picture of 1600 x 640 pixels, from a place towards another.
+/// A picture of 1600 x 640 pixels from one point towards another.
 Status shoot(const simulation::Simulation& simulation, const SemanticModel& model,
              const Eigen::Vector3d& from, const Eigen::Vector3d& to, double focal, const std::string& path) {
   auto virtual_camera = render::VirtualCamera::create(model);

@@ -8,8 +8,8 @@ namespace parhelion::tools {
 namespace {
 
 constexpr double leap = 10;          // s
-constexpr double rate_step = 1.1;    // as ros2 bag play has it
-constexpr double back_enough = 0.5;  // s: a mark that has just been passed is not the one before
+constexpr double rate_step = 1.1;    // as in ros2 bag play
+constexpr double back_enough = 0.5;  // s: a mark that has just been passed is skipped
 
 std::string clock_text(double t) {
   char text[32];

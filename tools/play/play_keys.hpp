@@ -1,4 +1,4 @@
-// The keys of `ros2 bag play`, and a few more, on a player.
+// Controls a player with the keys of `ros2 bag play`, and a few more.
 #pragma once
 
 #include <string>
@@ -12,10 +12,10 @@ namespace parhelion::tools {
 class PlayKeys {
  public:
   explicit PlayKeys(runtime::Player& player) : player_(player) {}
-  /// What was typed; empty: nothing in a while.
+  /// Typed bytes; empty: none for a while.
   void feed(std::string_view bytes);
   bool quit() const { return quit_; }
-  /// The keys were asked for since the last call.
+  /// True if the help key was pressed since the last call.
   bool take_help();
 
  private:
@@ -27,9 +27,9 @@ class PlayKeys {
   bool quit_ = false, help_ = false;
 };
 
-/// One line a key, for people.
+/// One line for each key, for people.
 const char* play_help();
-/// "  1:05.2 of 3:20.0 s  x1  paused": one line for a person.
+/// "  1:05.2 of 3:20.0 s  x1  paused": status line for people.
 std::string play_line(const runtime::PlayState& state);
 
 }  // namespace parhelion::tools

@@ -1,4 +1,4 @@
-// A base station that shows a recording: pages see what was recorded, and press the keys of `play`.
+// A base station that shows a recording: pages display it and control its playback.
 #pragma once
 
 #include <memory>
@@ -10,8 +10,8 @@
 
 namespace parhelion::tools {
 
-/// Pages act on `player` and wake `thread`; both outlive the station, and so does `hub`, on which the player
-/// publishes. Error: the recording's configuration does not read, or the address cannot be used.
+/// Pages control `player` and wake `thread`; both outlive the station, and so does `hub`, on which the player
+/// publishes. Error: the recording's configuration cannot be read, or the address cannot be used.
 Result<std::unique_ptr<station::BaseStation>> open_play_station(const std::string& address, MemoryBusHub& hub,
                                                                 runtime::Player& player, PlayThread& thread);
 

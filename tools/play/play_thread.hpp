@@ -1,4 +1,4 @@
-// A thread that turns a player by the wall clock.
+// A thread that advances a player by the wall clock.
 #pragma once
 
 #include <condition_variable>
@@ -12,17 +12,17 @@ namespace parhelion::tools {
 
 class PlayThread {
  public:
-  /// The player outlives it.
+  /// The player must outlive it.
   explicit PlayThread(runtime::Player& player) : player_(player) {}
   ~PlayThread();
   PlayThread(const PlayThread&) = delete;
   PlayThread& operator=(const PlayThread&) = delete;
 
-  /// Once: whoever listens is there by then.
+  /// Call once, after all receivers have subscribed.
   void start();
-  /// Turns it now: something was asked for.
+  /// Advances it now, after a control was used.
   void wake();
-  std::string fault() const;  ///< why it has ended, or empty
+  std::string fault() const;  ///< the reason why it has ended, or empty
 
  private:
   void run(const std::stop_token& stop);

@@ -1,4 +1,4 @@
-// A recording on the network again, so that no robot takes an old command for one of now.
+// Publishes a recording on the network such that no robot obeys its old commands.
 #pragma once
 
 #include <set>
@@ -9,11 +9,11 @@
 
 namespace parhelion::tools {
 
-/// With a prefix ("PLAY_") everything goes out, under names that nobody obeys. Without one, commands (to
-/// robots, to agents, of operators) do not go out at all.
+/// With a prefix ("PLAY_") all messages are published, under names without receivers. Without one, commands
+/// (to robots, to agents, of operators) are not published.
 class PlayedBus {
  public:
-  /// Error: a prefix that makes no channel name.
+  /// Error: the prefix gives an invalid channel name.
   static Result<PlayedBus> open(Bus& bus, const Scenario& scenario, const std::string& prefix);
 
   Status publish(const Message& message);

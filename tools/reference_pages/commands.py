@@ -25,7 +25,7 @@ def fence(kind, lines):
 
 
 def footer(text):
-    """What stands below the options: example commands, tables with two spaces before them, sentences."""
+    """The text below the options: example commands, tables with two spaces before them, sentences."""
     blocks = []  # kind of fence, or "", and lines
     for line in text.strip("\n").splitlines():
         example = EXAMPLE.fullmatch(line)

@@ -1,4 +1,4 @@
-"""What the pages of docs/reference share: reading sources, tables, headings."""
+"""Common code of the pages of docs/reference: reading sources, tables, headings."""
 import os
 import re
 
@@ -6,7 +6,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 
 
 class SourceError(Exception):
-    """What is missing in a source, with its place."""
+    """Something is missing in a source; the message contains its place."""
 
 
 def read(path):
@@ -20,7 +20,7 @@ def slug(heading):
 
 
 def cell(text):
-    """Text in a table: nothing in it is markup."""
+    """Escapes text for a table."""
     parts = re.split(r"(`[^`]*`)", str(text))
     for i in range(0, len(parts), 2):
         parts[i] = re.sub(r"([\\*<])", r"\\\1", parts[i])
@@ -28,7 +28,7 @@ def cell(text):
 
 
 def sentence(text):
-    """In a table: a capital at its start, no full stop at its end."""
+    """A sentence for a table: capital at the start, no full stop at the end."""
     return (text[:1].upper() + text[1:]).rstrip(".")
 
 

@@ -10,7 +10,7 @@ CHANNEL = re.compile(r"(?P<types>\w+(?: or \w+)*), (?P<direction>in|out|in or ou
 
 
 def read_type(name):
-    """One .lcm file: what it is for, constants and members, each with its comment."""
+    """One .lcm file: its purpose, constants and members, each with its comment."""
     path = f"protocols/lcm/{name}.lcm"
     lines = [line.strip() for line in read(path).splitlines()]
     start = next((i for i, line in enumerate(lines) if line.startswith("struct ")), len(lines))
@@ -43,7 +43,8 @@ def read_channels():
         constant = re.search(r'= "([^"]+)"', line)
         if constant:
             comment = [f"{constant[1]}: {' '.join(comment)}"]
-        # Without a constant: the channels of each agent, such as "MR_AGENT_<name>_SCAN: planar_lidar_t, out: ..."
+        # Channels without a constant: those of each agent, such as "MR_AGENT_<name>_SCAN: planar_lidar_t,
+        # out: ..."
         for entry in re.split(r" (?=[A-Z_]+<\w+>[A-Z_]+: )", " ".join(comment)) if comment else []:
             name, _, rest = entry.partition(": ")
             found = CHANNEL.fullmatch(rest)

@@ -9,7 +9,7 @@ NAMES = {"string": "text", "integer": "whole number", "number": "number", "boole
 
 
 def read_units():
-    """Units that the program takes, by quantity: the first is the one of bounds."""
+    """Units that the program accepts, by quantity; the first is that of bounds."""
     text = read("protocols/yaml/quantity.cpp")
     lists = {name: re.findall(r'\{"([^"]+)"', body)
              for name, body in re.findall(r"constexpr Unit (\w+)\[\] = \{(.*?)\};", text)}
@@ -23,7 +23,7 @@ def read_schemas():
 
 
 def count(schema):
-    """How many items a list may have."""
+    """Allowed number of items of a list."""
     least, most = schema.get("minItems", 0), schema.get("maxItems")
     if most is None:
         return f"{least} items or more" if least > 1 else "not empty" if least else ""
@@ -31,7 +31,7 @@ def count(schema):
 
 
 def bounds(schema, unit):
-    """Least and greatest value, in words."""
+    """Minimum and maximum as text."""
     unit = f" {unit}" if unit else ""
     if "minimum" in schema and "maximum" in schema:
         return f"{schema['minimum']:.10g} to {schema['maximum']:.10g}{unit}"
@@ -56,13 +56,13 @@ class SchemaPage:
         return self.resolve(schema)
 
     def resolve(self, schema):
-        """The schema that "$ref" names, with the keywords beside it in place of its own."""
+        """The schema of "$ref", with its keywords overridden by those beside it."""
         if "$ref" not in schema:
             return schema
         return {**self.target(schema["$ref"]), **{key: value for key, value in schema.items() if key != "$ref"}}
 
     def link(self, schema, path):
-        """To where the keys of a map are described; sees to it that they are."""
+        """Link to the description of a map's keys; adds the description if it is missing."""
         reference = schema.get("$ref")
         if reference is None:
             self.section(path, schema, path)
@@ -71,7 +71,7 @@ class SchemaPage:
             title, name = self.others[reference]
             return f"[{title.lower()}]({name})"
         file, _, pointer = reference.partition("#")
-        if file == self.file and pointer.startswith("/properties/"):  # a section that is there anyway
+        if file == self.file and pointer.startswith("/properties/"):  # a section that exists anyway
             path = pointer.replace("/properties/", ".").replace("/items", "[]").lstrip(".")
             return f"[keys](#{slug(path)})"
         name = (pointer or file.split(".")[0]).split("/")[-1].replace("_", " ")
@@ -83,7 +83,7 @@ class SchemaPage:
     def kind(self, schema, path):
         """Type, units and range of a value."""
         whole = self.resolve(schema)
-        if whole["type"] == "any":  # what the program reads by condition.schema.json
+        if whole["type"] == "any":  # read with condition.schema.json
             return f"[condition](#{slug('Type: condition')})", "", ""
         if whole["type"] == "array":
             return self.list_kind(whole, schema, path)
@@ -126,7 +126,7 @@ class SchemaPage:
         return [f"`{key}`", kind, unit, limits, default, cell(sentence(whole["description"]))]
 
     def section(self, title, schema, path):
-        """The section of a map; those of the maps in it follow."""
+        """The section of a map, followed by those of the maps in it."""
         whole = self.resolve(schema)
         text = whole.get("description", "")
         if "items" in whole:
@@ -145,7 +145,7 @@ class SchemaPage:
         self.section("Keys", {**schema, "description": ""}, "")
         if self.file == "scenario.schema.json":
             self.waiting.append(("condition", self.schemas["condition.schema.json"]))
-        for name, part in self.waiting:  # grows as it is read
+        for name, part in self.waiting:  # grows during the loop
             self.section(f"Type: {name}", part, name)
         units = ("A value with a unit is written with it, such as `0.5 m`; ranges are in the first of the units that "
                  "are listed. A key that is not required may be left out: then its default holds, or what the meaning "

@@ -1,11 +1,11 @@
-// Elements, scales, and the moment that all of the page shows.
+// DOM elements, scales, and the current moment of the page.
 function fill(node, attributes, children) {
   for (const [name, value] of Object.entries(attributes || {})) {
     if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
     else if (value === true) node.setAttribute(name, "");
     else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
   }
-  // Text from the log becomes text nodes: never markup.
+  // Text from the log becomes text nodes, never markup.
   node.append(...children.filter((child) => child !== null && child !== undefined));
   return node;
 }
@@ -13,7 +13,7 @@ const html = (name, attributes, ...children) => fill(document.createElement(name
 const svg = (name, attributes, ...children) => fill(document.createElementNS("http://www.w3.org/2000/svg", name), attributes, children);
 const titled = (level, words, ...children) => html("section", {}, html(`h${level}`, {}, words), ...children);
 
-/// The second that map, plots, timeline and picture show; one for the page.
+/// The time in s that map, plots, timeline and picture show; one for the page.
 const moment = {
   t: 0,
   watchers: [],
@@ -24,7 +24,7 @@ const moment = {
   },
 };
 
-/// Index of the last of `sorted` that is not over `value`; -1: all are.
+/// Index of the last element of `sorted` that is not above `value`; -1: all are above.
 function lastAtMost(sorted, value) {
   let low = 0, high = sorted.length;
   while (low < high) {
@@ -35,7 +35,7 @@ function lastAtMost(sorted, value) {
   return low - 1;
 }
 
-/// Round steps between two numbers.
+/// Round tick values between two numbers.
 function ticks(low, high, about) {
   const raw = (high - low) / about, power = 10 ** Math.floor(Math.log10(raw));
   const step = [1, 2, 5, 10].map((n) => n * power).find((n) => n >= raw * 0.999);
@@ -44,7 +44,7 @@ function ticks(low, high, about) {
   return all;
 }
 
-/// Of clocks: seconds, then minutes.
+/// Tick values for times: seconds, then minutes.
 function timeTicks(duration, about) {
   const steps = [0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600];
   const step = steps.find((s) => duration / s <= about) || 7200;
@@ -54,8 +54,8 @@ function timeTicks(duration, about) {
 }
 const shortClock = (t) => clock(t).replace(/\.0$/, "");
 
-/// Where something of a trail is at t: between two points, but never across a jump. Nowhere more than a second
-/// before it came.
+/// Position on a trail at t: interpolated between two points, but never across a jump. None more than a
+/// second before its first point.
 function placeAt(trail, t) {
   const i = Math.max(lastAtMost(trail.t, t), 0);
   if (trail.t.length === 0 || trail.t[i] > t + 1) return null;

@@ -1,7 +1,8 @@
-// The building, the driven way coloured by speed, the others' ways, and where everybody is at the moment.
+// The building, the driven path coloured by speed, the paths of others, and all positions at the current
+// moment.
 const SPEED_STEPS = 5;
 
-/// Left, bottom, right, top of all that moved.
+/// Left, bottom, right, top of all paths.
 function extent(session) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
   const add = (x, y) => {
@@ -12,7 +13,7 @@ function extent(session) {
   own.t.forEach((_, i) => add(own.x[i], own.y[i]));
   if (!own.t.length) for (const part of session.plan.parts) for (const [x, y] of part.corners) add(x, y);
   if (box[0] > box[2]) add(0, 0);
-  // Of the others what is near: one that is far off must not shrink the way to a dot.
+  // Includes only nearby paths of others: a distant one must not shrink the driven path to a dot.
   const reach = Math.max(4, 0.5 * Math.max(box[2] - box[0], box[3] - box[1]));
   const near = [box[0] - reach, box[1] - reach, box[2] + reach, box[3] + reach];
   for (const agent of session.agents)
@@ -21,14 +22,14 @@ function extent(session) {
     });
   const margin = 1.5;
   const way = [box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin];
-  // A building that is not much larger is shown whole.
+  // Shows the whole building if it is not much larger.
   for (const part of session.plan.parts) for (const [x, y] of part.corners) add(x, y);
   const whole = [box[0] - 0.3, box[1] - 0.3, box[2] + 0.3, box[3] + 0.3];
   const side = (b) => Math.max(b[2] - b[0], b[3] - b[1]);
   return side(whole) <= 1.6 * side(way) ? whole : way;
 }
 
-/// Runs of one step of speed as one line each; y of SVG points down.
+/// One line for each run of points in one speed class; y of SVG points down.
 function speedLines(path, top) {
   const lines = Array.from({ length: SPEED_STEPS }, () => "");
   let before = -1;
@@ -57,7 +58,7 @@ function drawPlan(plan) {
   return group;
 }
 
-/// Charges at one place share one mark.
+/// Deductions at one place share one mark.
 function chargeMarks(session, near) {
   const marks = [];
   (session.grade ? session.grade.charges : []).forEach((charge, i) => {
@@ -94,7 +95,7 @@ function drawMap(session) {
   speedLines(session.path, top).forEach((d, i) => drawing.append(svg("path", { class: `way v${i}`, d })));
   drawing.append(upper);
 
-  /// All that keeps its size on the screen, whatever the scale.
+  /// Elements with a fixed size on the screen at any scale.
   const draw = () => {
     const px = view.pixel;
     drawing.setAttribute("viewBox", `${view.x - (width / 2) * px} ${view.y - (height / 2) * px} ${width * px} ${height * px}`);

@@ -1,4 +1,4 @@
-// The page, put together.
+// Assembles the page.
 function drawHead(review) {
   const first = review.sessions[0], two = review.sessions.length > 1;
   document.title = `${TEXT.title}: ${first.scenario}`;

@@ -1,17 +1,17 @@
-// Why the score is what it is, the events, the pictures, and how others did.
+// The explanation of the score, the events, the pictures, and the results of others.
 function table(caption, heads, rows, className) {
   const head = html("tr", {}, ...heads.map((words) => html("th", { scope: "col" }, words)));
   return html("table", { class: className }, html("caption", {}, caption), html("thead", {}, head), html("tbody", {}, ...rows));
 }
 const cells = (row, ...contents) => { row.append(...contents.map((content) => html("td", {}, content))); return row; };
 
-/// A time that one can press.
+/// A time as a button that jumps to it.
 function jump(t, what) {
   if (t === null) return html("span", {}, TEXT.none);
   return html("button", { type: "button", class: "jump", "aria-label": TEXT.goTo(what, t), onclick: () => moment.set(t) }, clock(t));
 }
 
-/// Marks what happens at the moment.
+/// Highlights the row at the current moment.
 function markAt(row, t) {
   moment.watch((now) => { if (Math.abs(now - t) < 1e-6) row.setAttribute("aria-current", "true"); else row.removeAttribute("aria-current"); });
   return row;
@@ -60,13 +60,13 @@ function drawEvents(session) {
 
 const source = (picture) => `data:image/jpeg;base64,${picture.jpeg}`;
 
-/// The last picture that had been shown by then; before the first one, that.
+/// The last picture up to this time, or the first one.
 function pictureAt(session, t) {
   const i = lastAtMost(session.pictures.map((p) => p.t), t);
   return session.pictures[Math.max(i, 0)];
 }
 
-/// What lies nearest in time, on the screen only.
+/// The picture nearest in time, on the screen only.
 function drawPicture(session) {
   if (!session.pictures.length) return html("section", { class: "picture" }, html("h3", {}, TEXT.picture), html("p", {}, TEXT.noPictures));
   const image = html("img", { alt: "" }), words = html("figcaption", {});
@@ -84,7 +84,7 @@ function drawPicture(session) {
   return html("section", { class: "picture" }, html("h3", {}, TEXT.picture), html("figure", {}, image, words));
 }
 
-/// One for each penalty that has one within a second; on paper, too.
+/// One picture for each penalty that has one within a second; also in print.
 function drawChargePictures(session) {
   const figures = [];
   (session.grade ? session.grade.charges : []).forEach((charge, i) => {
@@ -126,7 +126,7 @@ function drawComparison(review) {
     table(TEXT.comparison, TEXT.comparisonColumns, lines, "comparison"));
 }
 
-/// Two runs, figure by figure.
+/// Two sessions, figure by figure.
 function drawFigures(sessions) {
   if (sessions.length < 2) return null;
   const most = (s, name) => (s.series[name] ? figure(Math.max(...s.series[name].v), 2) : TEXT.none);

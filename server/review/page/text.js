@@ -1,4 +1,4 @@
-// All strings of the report, and how figures are written.
+// All strings of the report, and number formats.
 const TEXT = {
   title: "After-action review",
   against: "Comparison of two runs",
@@ -100,7 +100,7 @@ const TEXT = {
     "itself took. A delay is the arrival time minus the sender's stamp, above the smallest of the session.",
 };
 
-/// At most `digits` after the point, none of them a zero at the end.
+/// At most `digits` decimals, without trailing zeros.
 function figure(value, digits) {
   const written = value.toFixed(digits);
   return (written.includes(".") ? written.replace(/\.?0+$/, "") : written).replace(/^-0$/, "0").replace("-", "−");

@@ -1,8 +1,8 @@
-// What happened when: lanes of tasks, penalties and events, the control of the moment, and the plots.
+// The timeline: lanes of tasks, penalties and events, the control of the current moment, and the plots.
 const LANE = { width: 1280, left: 70, right: 10, height: 72 };
 const timeScale = (session, frame) => (t) => frame.left + ((frame.width - frame.left - frame.right) * t) / Math.max(session.duration, 1e-3);
 
-/// A press anywhere on it shows that moment.
+/// A click anywhere on it selects that moment.
 function pressable(drawing, session, frame) {
   drawing.addEventListener("click", (event) => {
     const box = drawing.getBoundingClientRect();
@@ -39,12 +39,12 @@ function drawTimeline(session, letter) {
   return html("div", { class: "strip" }, letter ? html("span", { class: "letter" }, TEXT.run(letter)) : null, drawing);
 }
 
-/// Slider and buttons: all of the page by keyboard.
+/// Slider and buttons, so that the page can be used by keyboard.
 function drawControl(sessions) {
   const longest = Math.max(...sessions.map((s) => s.duration));
   const charged = [...new Set(sessions.flatMap((s) => (s.grade ? s.grade.charges : []).map((c) => c.t)))].sort((a, b) => a - b);
   const slider = html("input", { type: "range", id: "moment", min: 0, max: longest, step: "any", value: 0, oninput: () => moment.set(Number(slider.value)) });
-  // "any" would move by a hundredth of all: too far to see a contact.
+  // "any" would step by a hundredth of the total, too coarse to see a contact.
   slider.step = longest > 600 ? "1" : "0.1";
   const words = html("output", { for: "moment", id: "second" });
   moment.watch((t) => {
@@ -66,7 +66,7 @@ const PLOTS = [
   ["turn", ["asked_turn", "given_turn"]], ["attitude", ["pitch", "roll"]], ["delay", ["delay_scan", "delay_camera", "delay_teleop"]],
 ];
 
-/// The score as it grew: steps at what was done and what was charged.
+/// The score over time: steps at awards and deductions.
 function scoreSeries(session) {
   const grade = session.grade;
   if (!grade) return null;
@@ -80,7 +80,7 @@ function scoreSeries(session) {
   return series;
 }
 
-/// Where nothing came for long the line is broken.
+/// The line is interrupted where samples are missing for long.
 function plotLine(series, x, y) {
   const gap = Math.max(1, 4 * series.width);
   let d = "";
@@ -94,7 +94,7 @@ function drawPlot(session, [name, wanted]) {
   if (!there.length) return html("figure", { class: "plot" }, html("figcaption", {}, html("b", {}, title)), html("p", { class: "absent" }, TEXT.noSeries));
   let low = 0, high = 0;
   for (const each of there) for (const v of session.series[each].v) { low = Math.min(low, v); high = Math.max(high, v); }
-  // Of distances what is far off matters little.
+  // Large distances matter little.
   if (name === "nearest") high = Math.min(high, 5);
   const range = [low, high];
   if (high - low < 0.1) high = low + 0.1;

@@ -7,7 +7,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr double full = 32767;  // of a Sint16
+constexpr double full = 32767;  // maximum of a Sint16
 
 std::string name_of(int index) {
   const char* name = SDL_JoystickNameForIndex(index);
@@ -69,7 +69,7 @@ JoystickState JoystickPort::State::read() const {
 JoystickPort::JoystickPort(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Result<std::unique_ptr<JoystickPort>> JoystickPort::open() {
-  // A console has no window that could have the focus, and keeps ^C for itself.
+  // A console has no window for the focus, and handles ^C itself.
   SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
   if (SDL_Init(SDL_INIT_JOYSTICK | SDL_INIT_GAMECONTROLLER) != 0)

@@ -1,4 +1,4 @@
-// Joysticks and game pads as SDL2 knows them, plugged in and out while they are used.
+// Joysticks and game pads through SDL2, with hot plugging.
 #pragma once
 
 #include <memory>
@@ -13,11 +13,11 @@ namespace parhelion::station {
 
 struct JoystickName {
   std::string name;
-  bool game_controller = false;  ///< SDL knows its sticks and buttons by name
+  bool game_controller = false;  ///< SDL has names for its sticks and buttons
   int axes = 0, buttons = 0;
 };
 
-/// One a process, on one thread.
+/// One per process, used on one thread.
 class JoystickPort {
  public:
   /// Error: SDL's reason.
@@ -26,12 +26,12 @@ class JoystickPort {
   JoystickPort(const JoystickPort&) = delete;
   JoystickPort& operator=(const JoystickPort&) = delete;
 
-  /// What is plugged in now.
+  /// All devices that are plugged in now.
   std::vector<JoystickName> list();
-  /// Reads the devices. The state of the one whose name holds `name` (the first one where that is empty);
-  /// nullopt: it is not plugged in. One that is in use stays in use until it is unplugged.
+  /// Reads the devices. Returns the state of the device whose name contains `name` (empty: the first device);
+  /// nullopt: not plugged in. A device stays in use until it is unplugged.
   std::optional<JoystickState> poll(const std::string& name);
-  /// Of the one in use, or empty.
+  /// Name of the device in use, or empty.
   std::string in_use() const;
 
  private:

@@ -1,4 +1,4 @@
-// What the sticks and buttons of a console mean: pure functions of its state.
+// Maps the sticks and buttons of a console to commands: pure functions of its state.
 #pragma once
 
 #include <map>
@@ -26,47 +26,47 @@ struct MappedJoint {
 struct JoystickMapping {
   std::string device;  ///< part of its name; empty: any
   std::string dead_man;
-  double dead_zone = 0.12;  ///< share of a stick's way
+  double dead_zone = 0.12;  ///< fraction of a stick's range
   double curve = 1.5;       ///< exponent beyond it
   double rate = 20;         ///< Hz
   double speed = 0.8;       ///< m/s at a full stick
   double yaw_rate = 1.2;    ///< rad/s
   MappedAxis forward, left, turn;
-  std::string slow;        ///< button: a third of all speeds
+  std::string slow;        ///< button: reduces all speeds to a third
   std::string next_robot;  ///< button
   std::vector<MappedJoint> joints;
 };
 
-/// Errors name file and line.
+/// Errors contain file and line.
 Result<JoystickMapping> parse_joystick_mapping(const std::string& yaml, const std::string& origin);
 /// A shipped mapping by its name (server/station/console/mappings), or the path of a YAML file.
 Result<JoystickMapping> load_joystick_mapping(const std::string& name_or_path);
 std::vector<std::string> shipped_joystick_mappings();
-/// For a game controller as SDL knows it: left stick drives and turns, left shoulder is the dead-man.
+/// For a game controller that SDL supports: left stick drives and turns, left shoulder is the dead-man.
 JoystickMapping default_joystick_mapping();
 
-/// A device at an instant: axes in [-1, 1] and buttons by name ("axis 0", "button 0", and SDL's names where
-/// it is a known game controller).
+/// State of a device at an instant: axes in [-1, 1] and buttons by name ("axis 0", "button 0", and SDL's
+/// names if it is a known game controller).
 struct JoystickState {
   std::map<std::string, double> axes;
   std::map<std::string, bool> buttons;
 };
 
-/// What the mapping names and the device has not; the message lists what it has.
+/// Error: the mapping uses an axis or a button that the device lacks; the message lists those that it has.
 Status check_mapping(const JoystickMapping& mapping, const JoystickState& device);
 
 /// 0 within the dead zone, 1 at the end, |.|^curve between; odd in x. NaN: 0.
 double shaped(double x, double dead_zone, double curve);
 
 struct JoystickCommand {
-  bool armed = false;  ///< the dead-man is held; else everything is zero
+  bool armed = false;  ///< the dead-man is held; otherwise everything is zero
   Twist2 twist;
-  std::vector<double> joints;  ///< speeds, one for each of the mapping
+  std::vector<double> joints;  ///< speeds, one for each joint of the mapping
   bool next_robot = false;     ///< the button has just been pressed
 };
 
-/// One device, from when it is plugged in. The dead-man must have been seen released since then, and since
-/// restart(), before it counts: nothing drives off by itself.
+/// State of one device since it was plugged in. The dead-man counts only after it was seen released since
+/// then and since restart(), so that no robot starts to move by itself.
 class JoystickDrive {
  public:
   explicit JoystickDrive(JoystickMapping mapping) : mapping_(std::move(mapping)) {}

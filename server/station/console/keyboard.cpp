@@ -68,7 +68,7 @@ std::optional<Key> key_of(char byte) {
   }
 }
 
-/// Arrows, as terminals send them in normal ("\e[A") and application mode ("\eOA").
+/// Arrow keys in a terminal's normal ("\e[A") and application mode ("\eOA").
 std::optional<Key> arrow_of(char last) {
   switch (last) {
     case 'A':
@@ -129,7 +129,7 @@ std::vector<Key> KeyReader::feed(std::string_view bytes) {
       continue;
     }
     pending_ += byte;
-    // A sequence ends with a letter or '~'; what is longer than any is passed over.
+    // A sequence ends with a letter or '~'; overlong sequences are skipped.
     const bool ends = pending_.size() > 2 && byte >= '@' && byte <= '~';
     if (!ends && pending_.size() < 16) continue;
     if (const auto key = arrow_of(byte); key && ends) keys.push_back(*key);
@@ -163,7 +163,7 @@ void KeyboardDrive::press(Key key, WallTime now) {
       return;
     case Key::help:
       return;
-    default:  // stop, and whatever changes what is driven
+    default:  // stop, and keys that change the robot or joint
       motion_.any = joint_.any = false;
   }
 }

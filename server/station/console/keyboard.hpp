@@ -1,4 +1,4 @@
-// A keyboard as a console: bytes of a terminal to keys, keys to a twist. Pure: instants come from outside.
+// A keyboard as a console: converts bytes of a terminal to keys, and keys to a twist. Reads no clock.
 #pragma once
 
 #include <string>
@@ -15,9 +15,9 @@ enum class Key : std::uint8_t {
   backward,        ///< s, down
   left,            ///< a, left: turns on the spot
   right,           ///< d, right
-  forward_left,    ///< q: an arc, as no terminal tells two keys at once
+  forward_left,    ///< q: an arc, because a terminal cannot report two keys at once
   forward_right,   ///< e
-  backward_left,   ///< z: turns as backward and a
+  backward_left,   ///< z: turns like backward and a
   backward_right,  ///< c
   stop,            ///< space
   faster,          ///< +, =
@@ -31,12 +31,12 @@ enum class Key : std::uint8_t {
   quit,            ///< x, Esc alone, ^C, ^D
 };
 
-/// Keys in what a terminal sent. An escape sequence may come in pieces: `pending` keeps what is not whole
-/// yet. Unknown keys and sequences are passed over.
+/// Decodes keys from terminal input. An escape sequence may arrive in pieces; `pending` keeps an incomplete
+/// one. Unknown keys and sequences are skipped.
 class KeyReader {
  public:
   std::vector<Key> feed(std::string_view bytes);
-  /// Nothing has come for a while: an Esc that waits was the key itself.
+  /// No input for a while: a pending Esc was the Esc key itself.
   std::vector<Key> idle();
 
  private:
@@ -44,23 +44,23 @@ class KeyReader {
 };
 
 struct KeyboardOptions {
-  double speed = 0.8, yaw_rate = 1.2;  ///< m/s and rad/s at the highest step
+  double speed = 0.8, yaw_rate = 1.2;  ///< m/s and rad/s at the highest speed step
   double joint_speed = 0.5;            ///< rad/s or m/s
-  /// A terminal says no release. A key counts as held for `first_hold` after its first press (until the
-  /// terminal begins to repeat it), and then for `hold` after each repeat.
+  /// A terminal does not report key releases. A key counts as held for `first_hold` after its first press
+  /// (until the terminal begins to repeat it), and then for `hold` after each repeat.
   Duration first_hold = milliseconds(700), hold = milliseconds(150);
 };
 
-/// What the keys ask for, as held as a terminal can tell.
+/// The twist and the joint speed that the keys command.
 class KeyboardDrive {
  public:
-  static constexpr int steps = 10;  ///< of speed; it starts at half
+  static constexpr int steps = 10;  ///< number of speed steps; the initial step is half of it
 
   explicit KeyboardDrive(const KeyboardOptions& options) : options_(options) {}
   void press(Key key, WallTime now);
-  /// Zero once no key is held.
+  /// Zero when no key is held.
   Twist2 twist(WallTime now) const;
-  /// rad/s or m/s of the chosen joint.
+  /// rad/s or m/s of the selected joint.
   double joint_speed(WallTime now) const;
   int step() const { return step_; }
 
@@ -77,7 +77,7 @@ class KeyboardDrive {
   Held motion_, joint_;
 };
 
-/// One line a key, for people.
+/// One line for each key, for people.
 const char* keyboard_help();
 
 }  // namespace parhelion::station

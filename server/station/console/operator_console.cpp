@@ -9,7 +9,7 @@
 namespace parhelion::station {
 namespace {
 
-constexpr int stops = 3;  // a single message may be lost on its way
+constexpr int stops = 3;  // repeated, since a single message may be lost
 
 }  // namespace
 

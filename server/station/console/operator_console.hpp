@@ -1,4 +1,4 @@
-// What any console says on the bus: one operator drives exactly one robot at a time, real or virtual.
+// The messages of a console on the bus: one operator drives exactly one robot at a time, real or virtual.
 #pragma once
 
 #include <string>
@@ -9,45 +9,44 @@
 
 namespace parhelion::station {
 
-/// A robot that can be driven, and where its commands go.
+/// A robot that can be driven, and the channels of its commands.
 struct DrivenRobot {
   std::string name;
   std::string teleop;  ///< channel
-  std::string joints;  ///< channel; empty: its joints cannot be moved from here
+  std::string joints;  ///< channel; empty: its joints cannot be moved from this console
 };
 
 /// The robots in a world message: the trainee's (TELEOP, JOINT_CMD) first, then the agents that are robots
 /// (MR_AGENT_<name>_TELEOP), each once.
 std::vector<DrivenRobot> robots_in(const WorldMessage& world);
 
-/// Not thread-safe. Instants are the console's own clock.
+/// Not thread-safe. Instants are of the console's own clock.
 class OperatorConsole {
  public:
-  /// `name` of the operator: letters, digits, '_' and '-'; `console`: which one, for people.
+  /// `name` of the operator: letters, digits, '_' and '-'; `console`: kind of console, for people.
   OperatorConsole(Bus& bus, std::string name, std::string console);
 
-  /// Those that exist now; one that is driven and is gone is let go.
+  /// Robots that exist now. A driven robot that is no longer among them is released.
   void set_robots(std::vector<DrivenRobot> robots);
   const std::vector<DrivenRobot>& robots() const { return robots_; }
   /// nullptr: none yet.
   const DrivenRobot* driven() const;
 
-  /// Stops the robot that is driven, then drives `robot`. Error: there is none of this name; the message says
-  /// which there are.
+  /// Stops the driven robot, then drives `robot`. Error: no robot of this name; the message lists the names.
   Status drive(const std::string& robot, SensorTime now);
-  /// The next one in the list after the one that is driven.
+  /// Drives the robot after the driven one in the list.
   Status drive_next(SensorTime now);
 
-  /// Sends the command to the one robot; without one, nothing. Says who drives, at least twice a second.
+  /// Sends the command to the driven robot, if any. Reports the operator at least twice a second.
   Status command(const Twist2& twist, SensorTime now);
-  /// Speeds of joints, rad/s or m/s; refused where the robot's joints cannot be moved from here.
+  /// Speeds of joints, rad/s or m/s. Error: the robot's joints cannot be moved from this console.
   Status joints(const std::vector<std::string>& names, const std::vector<double>& velocities, SensorTime now);
-  /// The heartbeat alone, for a console that stands still.
+  /// Sends the heartbeat alone, for a console without commands.
   Status beat(SensorTime now);
 
-  /// Stops, and says that the console is lost; `why` is for people. Another drive() comes back.
+  /// Stops the robot and reports that the console is lost; `why` is for people. drive() resumes.
   Status lose(const std::string& why, SensorTime now);
-  /// Stops, and says that the operator has ended.
+  /// Stops the robot and reports that the operator has ended.
   Status end(SensorTime now);
 
  private:

@@ -22,7 +22,7 @@ Result<std::unique_ptr<RawTerminal>> RawTerminal::open(int file) {
   if (isatty(file) == 0 || tcgetattr(file, &state->before) != 0)
     return Error{"standard input is no terminal: run it in one"};
   termios raw = state->before;
-  // Keys at once and unseen; ^C arrives as a key, so that the robot is stopped before the end.
+  // No line buffering and no echo. ^C arrives as a key, so that the robot is stopped before the end.
   raw.c_lflag &= static_cast<tcflag_t>(~(ICANON | ECHO | ISIG | IEXTEN));
   raw.c_iflag &= static_cast<tcflag_t>(~(IXON | ICRNL));
   raw.c_cc[VMIN] = 0;

@@ -1,4 +1,4 @@
-// A terminal that hands over each key as it is pressed.
+// A terminal in raw mode: each key is available when it is pressed.
 #pragma once
 
 #include <memory>
@@ -9,16 +9,16 @@
 
 namespace parhelion::station {
 
-/// Put back as it was when this object goes.
+/// The destructor restores the terminal's settings.
 class RawTerminal {
  public:
-  /// Error: `file` is no terminal.
+  /// Error: `file` is not a terminal.
   static Result<std::unique_ptr<RawTerminal>> open(int file);
   ~RawTerminal();
   RawTerminal(const RawTerminal&) = delete;
   RawTerminal& operator=(const RawTerminal&) = delete;
 
-  /// What has been typed; empty: nothing within `timeout`. Error: the terminal is gone.
+  /// Typed bytes; empty: none within `timeout`. Error: the terminal is gone.
   Result<std::string> read(Duration timeout);
 
  private:

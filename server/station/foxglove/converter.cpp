@@ -9,7 +9,7 @@
 namespace parhelion::station::foxglove {
 namespace {
 
-// A reader that begins in the middle of a file needs to know where the sensors are mounted.
+// Repeated, since a reader that starts in the middle of a file needs the mounting poses of the sensors.
 constexpr Duration mount_interval = seconds(1);
 
 /// "robot_1" of "MR_AGENT_robot_1_SCAN" and "_SCAN"; empty: another channel.
@@ -115,7 +115,7 @@ void Converter::moved(const Message& message, std::int64_t stamp, const Eigen::I
   mounts(message, stamp);
 }
 
-/// Where the sensors are on the robot: as its head stands now.
+/// Mounting poses of the sensors at the current position of the robot's head.
 void Converter::mounts(const Message& message, std::int64_t stamp) {
   if (mounts_said_ && !mounts_changed_ && message.arrival - *mounts_said_ < mount_interval &&
       message.arrival >= *mounts_said_)

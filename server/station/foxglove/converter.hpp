@@ -1,4 +1,5 @@
-// A session, message by message, as Foxglove's channels: for an MCAP file and for the Foxglove WebSocket.
+// Converts a session, message by message, to Foxglove's channels: for an MCAP file and for the Foxglove
+// WebSocket.
 #pragma once
 
 #include <cstdint>
@@ -22,35 +23,35 @@ namespace parhelion::station::foxglove {
 struct Channel {
   std::uint16_t id = 0;  ///< from 1, in the order of their first message
   std::string topic;     ///< "/mr_scan"
-  std::string schema;    ///< "foxglove.LaserScan", as schema_text() knows it
-  bool keeps = false;    ///< rare and complete: who comes later needs the last one
+  std::string schema;    ///< "foxglove.LaserScan", a name for schema_text()
+  bool keeps = false;    ///< rare and complete: a client that connects later needs the last message
 };
 
 struct Converted {
   const Channel& channel;
-  ArrivalTime arrival;  ///< of the message that it was made of
-  std::int64_t stamp;   ///< ns, what its own time field says
+  ArrivalTime arrival;  ///< of the source message
+  std::int64_t stamp;   ///< ns, the message's own time field
   std::string_view json;
 };
 
 /// Frames: `map`, `base_link` (the trainee's robot), `laser`, `camera_optical`, `depth_optical`, and an
-/// agent's name, `<name>/laser` and (said by no transform) `<name>/camera_optical`. Stamps are as on the
-/// wire: the sensor's where it is a sensor's.
+/// agent's name, `<name>/laser` and `<name>/camera_optical` (without a transform). Stamps are those of the
+/// source messages: a sensor message has the sensor's stamp.
 class Converter {
  public:
-  /// `send` gets each message; its text holds until it returns. `wanted`: whether anybody looks at a channel
-  /// that keeps nothing; empty: always.
+  /// `send` gets each message; its text is valid until it returns. `wanted`: true if a channel with `keeps`
+  /// false has a subscriber; empty: always.
   explicit Converter(std::function<void(const Converted&)> send,
                      std::function<bool(const Channel&)> wanted = {});
 
-  /// As MR_SESSION would: for who comes to a bus on which it has been said.
+  /// Same effect as MR_SESSION, for a client that joins a bus after it was sent.
   void begin(const tick::Configuration& configuration, ArrivalTime arrival);
-  /// Of a session as it goes: what comes before MR_SESSION is passed over, and so is what has no place in
-  /// Foxglove. Error: a message that cannot be read.
+  /// Messages before MR_SESSION are skipped, and so are those without a Foxglove counterpart. Error: the
+  /// message cannot be decoded.
   Status take(const Message& message);
 
   bool begun() const { return configuration_.has_value(); }
-  /// What could not be shown, a line each, said once.
+  /// One line for each kind of content that could not be shown, without repetition.
   const std::vector<std::string>& omissions() const { return omissions_; }
 
  private:
@@ -93,7 +94,7 @@ class Converter {
   std::function<void(const Converted&)> send_;
   std::function<bool(const Channel&)> wanted_;
   std::map<std::string, Handler, std::less<>> handlers_;
-  std::deque<Channel> channels_;  ///< addresses hold
+  std::deque<Channel> channels_;  ///< addresses stay valid
   std::map<std::string, const Channel*, std::less<>> by_topic_;
   std::optional<tick::Configuration> configuration_;
   std::optional<simulation::EntityShapes> shapes_;

@@ -1,4 +1,4 @@
-// What each message of a session becomes.
+// Conversion of each message type of a session.
 #include <algorithm>
 
 #include "server/station/foxglove/converter.hpp"
@@ -6,7 +6,7 @@
 namespace parhelion::station::foxglove {
 namespace {
 
-constexpr Duration scene_interval = milliseconds(95);  // MR_WORLD comes 30 times a second; its JSON is long
+constexpr Duration scene_interval = milliseconds(95);  // MR_WORLD has 30 Hz and its JSON is long
 
 }  // namespace
 
@@ -39,7 +39,7 @@ Status Converter::scan_info(const Message& message) {
   return {};
 }
 
-/// MR_SCAN and MR_SCAN_INFO come one after the other, either first.
+/// MR_SCAN and MR_SCAN_INFO arrive in either order.
 void Converter::virtual_returns(const Message& message) {
   const Channel& to = channel("/virtual_returns", "foxglove.LaserScan");
   if (!wanted(to) || pending_scan_.stamp != pending_info_.stamp) return;

@@ -52,7 +52,7 @@ std::shared_ptr<const std::string> message_data(std::uint32_t subscription, std:
   return shared(std::move(bytes.append(content)));
 }
 
-/// Opcode 2: what time it is.
+/// Opcode 2: the current time.
 std::shared_ptr<const std::string> time_message(std::int64_t time) {
   std::string bytes(1, '\x02');
   append_little_endian(bytes, static_cast<std::uint64_t>(time), 8);
@@ -61,13 +61,13 @@ std::shared_ptr<const std::string> time_message(std::int64_t time) {
 
 struct Client {
   std::shared_ptr<WebClient> socket;
-  std::map<std::uint32_t, std::uint16_t> subscriptions;  ///< to channels
+  std::map<std::uint32_t, std::uint16_t> subscriptions;  ///< subscription to channel
 };
 
 struct Offered {
   foxglove::Channel channel;
   std::int64_t time = 0;
-  std::string kept;  ///< the last message, of a channel that keeps it
+  std::string kept;  ///< the last message, if the channel keeps it
 };
 
 }  // namespace
@@ -79,7 +79,7 @@ struct FoxgloveServer::Running {
   std::mutex mutex;
   std::map<std::uint64_t, Client> clients;
   std::map<std::uint16_t, Offered> offered;
-  std::int64_t now = 0;  ///< ns, as clients were told
+  std::int64_t now = 0;  ///< ns, last time sent to clients
   foxglove::Converter converter{[this](const Converted& converted) { send(converted); },
                                 [this](const foxglove::Channel& channel) { return wanted(channel); }};
   std::jthread thread;
@@ -179,8 +179,8 @@ void FoxgloveServer::Running::offer(const foxglove::Channel& channel) {
   for (const auto& [id, client] : clients) client.socket->send(text, false);
 }
 
-/// Said before what is of that time. A client whose time goes back forgets what it shows: what it needs has
-/// to come after that, and the newest time takes the place of one that still waits.
+/// Sent before messages of that time. A client whose time jumps back clears its view, so the messages that it
+/// needs must follow; a newer time replaces one that still waits.
 void FoxgloveServer::Running::tell_time() {
   const std::int64_t read = options.clock().ns;
   if (read >= now && read - now < time_interval.ns) return;
@@ -189,7 +189,7 @@ void FoxgloveServer::Running::tell_time() {
   for (const auto& [id, client] : clients) client.socket->send(bytes, true, time_slot);
 }
 
-/// Events one by one; of all else the newest is what matters.
+/// Events are all sent; of other messages only the newest matters.
 void FoxgloveServer::Running::send_to(const Client& client, const foxglove::Channel& channel,
                                       std::uint32_t subscription, std::int64_t time,
                                       std::string_view content) const {
@@ -211,7 +211,7 @@ void FoxgloveServer::Running::send(const Converted& converted) {
       if (to == channel.id) send_to(client, channel, subscription, now, converted.json);
 }
 
-/// What is not offered yet is made once, so that it is.
+/// A channel that is not advertised yet is converted once, so that it will be.
 bool FoxgloveServer::Running::wanted(const foxglove::Channel& channel) {
   if (offered.count(channel.id) == 0) return true;
   for (const auto& [id, client] : clients)
@@ -228,7 +228,7 @@ void FoxgloveServer::Running::run(const std::stop_token& stop) {
     const std::lock_guard lock(mutex);
     tell_time();
     if (!*came) continue;
-    // What cannot be read is the server's business, which counts it.
+    // The server counts messages that cannot be decoded.
     (void)converter.take(message);
   }
 }

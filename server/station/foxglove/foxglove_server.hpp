@@ -1,5 +1,5 @@
 // The Foxglove WebSocket protocol (subprotocols foxglove.sdk.v1 and foxglove.websocket.v1): Foxglove and
-// Lichtblick open the session that is on the bus. https://github.com/foxglove/ws-protocol, version 1.
+// Lichtblick open the session on the bus. https://github.com/foxglove/ws-protocol, version 1.
 #pragma once
 
 #include <functional>
@@ -13,17 +13,17 @@ namespace parhelion::station {
 
 struct FoxgloveOptions {
   std::string host = "127.0.0.1";
-  std::uint16_t port = 8765;  ///< 0: any that is free
+  std::uint16_t port = 8765;  ///< 0: any free port
   std::string name = "Parhelion";
-  /// The session's time, which clients are told; may go back, as a recording's. None: this machine's.
+  /// The session's time for clients; may jump back in a recording. None: this machine's clock.
   std::function<ArrivalTime()> clock;
 };
 
-/// Shows, and takes no commands; asks nobody who they are. A thread of its own reads the bus.
+/// Read-only: accepts no commands and requires no log-in. Its own thread reads the bus.
 class FoxgloveServer {
  public:
-  /// `configuration`: of the session that runs; MR_SESSION on the bus begins another. Error: the address
-  /// cannot be used, or the bus not be listened to.
+  /// `configuration`: of the running session; MR_SESSION on the bus starts another one. Error: the address
+  /// cannot be used, or the bus cannot be subscribed to.
   static Result<std::unique_ptr<FoxgloveServer>> open(std::unique_ptr<Bus> bus,
                                                       const tick::Configuration& configuration,
                                                       const FoxgloveOptions& options);
@@ -32,7 +32,7 @@ class FoxgloveServer {
   FoxgloveServer& operator=(const FoxgloveServer&) = delete;
 
   std::uint16_t port() const;
-  /// "ws://127.0.0.1:8765": what to type in Foxglove.
+  /// "ws://127.0.0.1:8765": the address to enter in Foxglove.
   std::string address() const;
 
  private:

@@ -1,4 +1,4 @@
-// JSON written as it goes, without a tree in between: scans and images are most of what there is.
+// A streaming JSON writer without an intermediate tree, because scans and images are large.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace parhelion::station::foxglove {
 /// Appends members and elements with the commas between them.
 class JsonText {
  public:
-  /// Begins anew; the memory is used again.
+  /// Empties the text; the memory is reused.
   void clear() {
     text_.clear();
     first_ = true;
@@ -22,15 +22,15 @@ class JsonText {
   JsonText& open(char bracket);
   JsonText& close(char bracket);
   JsonText& key(std::string_view name);
-  /// The shortest that reads back to the same bits. An infinity is `1e999`, which JSON allows and readers
-  /// take for one; NaN is so, too: nothing is there.
+  /// The shortest text that parses to the same bits. An infinity is `1e999`: valid JSON that parsers read as
+  /// infinity. NaN is written so, too.
   JsonText& number(double value);
   JsonText& number(float value);
   JsonText& integer(std::int64_t value);
   JsonText& boolean(bool value);
-  /// What is no UTF-8 becomes '?'.
+  /// Invalid UTF-8 becomes '?'.
   JsonText& string(std::string_view value);
-  /// JSON that is whole by itself.
+  /// A complete JSON value.
   JsonText& raw(std::string_view json);
   /// Text that needs no escapes.
   JsonText& plain(std::string_view value);
@@ -45,7 +45,7 @@ class JsonText {
   void separate();
 
   std::string text_;
-  bool first_ = true;  ///< nothing stands before what comes next: no comma
+  bool first_ = true;  ///< no comma before the next value
 };
 
 }  // namespace parhelion::station::foxglove

@@ -13,7 +13,7 @@ namespace {
 
 constexpr float nothing = std::numeric_limits<float>::infinity();
 
-/// A laser scan but for its ranges and intensities.
+/// A laser scan without its ranges and intensities.
 void begin_scan(const Scan& scan, std::string_view frame, JsonText& out) {
   const auto beams = static_cast<double>(scan.ranges.size());
   out.clear();

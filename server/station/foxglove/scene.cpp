@@ -12,7 +12,7 @@ constexpr int deletions_said = 100;  // ten seconds of /scene
 
 using Colour = std::array<double, 4>;  // red, green, blue, alpha; sRGB
 
-/// What a scene entity has besides its head, by kind.
+/// The fields of a scene entity after its header, by kind.
 struct Primitives {
   JsonText cubes, spheres, cylinders, texts, triangles;
   Primitives() {
@@ -95,7 +95,7 @@ const char* word(BodyOwner owner) {
   return owner == BodyOwner::agent ? "agent" : owner == BodyOwner::real_robot ? "robot" : "building";
 }
 
-/// Calls `use` with the first body of each entity and the end of its bodies: they lie together.
+/// Calls `use` with the first body of each entity and the end of its bodies, which are consecutive.
 template <class Use>
 void for_each_entity(const WorldMessage& world, Use use) {
   for (auto first = world.bodies.begin(); first != world.bodies.end();) {
@@ -114,7 +114,7 @@ void open_update(JsonText& out) {
 Colour building_colour(EntityLabel label) {
   switch (label) {
     case EntityLabel::wall:
-      return {0.75, 0.74, 0.70, 0.5};  // the returns of scans lie in it
+      return {0.75, 0.74, 0.70, 0.5};  // translucent, because scan returns lie inside it
     case EntityLabel::floor:
       return {0.35, 0.36, 0.38, 1};
     case EntityLabel::ceiling:

@@ -12,7 +12,7 @@ constexpr std::size_t longest_text = 1024;
 
 using Texts = std::map<std::string, std::string>;
 
-/// The members of an object of text: all of `wanted`, any of `allowed`.
+/// The string members of an object: all of `wanted`, any of `allowed`.
 Result<Texts> parse_texts(std::string_view text, const std::vector<std::string>& wanted,
                           const std::vector<std::string>& allowed = {}) {
   const auto json = nlohmann::json::parse(text, nullptr, false);

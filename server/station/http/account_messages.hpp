@@ -1,4 +1,4 @@
-// What pages send about accounts: JSON that anybody may have written.
+// Parses account messages of pages. The JSON is untrusted.
 #pragma once
 
 #include <optional>
@@ -26,8 +26,8 @@ struct PasswordMessage {
   std::string old_password, new_password;  ///< keys "old", "new"
 };
 
-/// Each an object with these keys, all text, and no other. Error: says what was expected; nothing of the
-/// text.
+/// Each is an object with exactly these keys, all strings. The error describes what was expected and contains
+/// nothing of the text.
 Result<LoginMessage> parse_login(std::string_view json);
 Result<SetupMessage> parse_setup(std::string_view json);
 Result<PasswordMessage> parse_password(std::string_view json);

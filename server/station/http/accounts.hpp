@@ -1,4 +1,4 @@
-// Who may log in: a JSON file that only its owner reads, written whole or not at all.
+// Accounts and their roles: a JSON file that only its owner can read, written atomically.
 #pragma once
 
 #include <filesystem>
@@ -13,27 +13,27 @@
 
 namespace parhelion::station {
 
-/// Error: not 1 to 32 letters, digits, '_', '-' and '.', the first a letter or digit.
+/// Error: not 1 to 32 letters, digits, '_', '-' and '.', or the first is not a letter or digit.
 Status check_account_name(const std::string& name);
 
-/// Thread-safe. What a call has changed is on the disk when it returns.
+/// Thread-safe. Changes are on the disk when a call returns.
 class Accounts {
  public:
-  /// A file that is not there holds none. Error: unreadable, not what was written here, or readable by
-  /// others.
+  /// A missing file is an empty table. Error: unreadable, not in this format, or readable by others.
   static Result<std::unique_ptr<Accounts>> open(std::filesystem::path file);
 
   bool empty() const;
   std::vector<Identity> list() const;  ///< by name
   std::optional<Identity> find(const std::string& name) const;
-  /// The hash of `name`'s password; empty: there is no such account.
+  /// The hash of `name`'s password; empty: no such account.
   std::string hash(const std::string& name) const;
 
-  /// Makes an account, or changes what is given of one. A new one needs both; the last admin stays admin.
+  /// Creates an account, or changes the given fields of one. A new account needs both. The last admin stays
+  /// admin.
   Status put(const std::string& name, std::optional<Role> role, std::optional<std::string> hash);
-  /// Makes the first account, an admin; fails where there is one already.
+  /// Creates the first account, an admin. Error: an account exists.
   Status put_first(const std::string& name, std::string hash);
-  /// Error: there is none of this name, or it is the last admin.
+  /// Error: no account of this name, or it is the last admin.
   Status remove(const std::string& name);
 
  private:

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t most_kept = 1000, most_waiting = 10'000, most_spells = 1024, longest_text = 500;
 constexpr std::uint64_t refusals_in_full = 30;
-constexpr std::uint64_t file_bytes = 16 * 1024 * 1024;  ///< then it becomes FILE.old
+constexpr std::uint64_t file_bytes = 16 * 1024 * 1024;  ///< then the file is renamed to FILE.old
 constexpr Duration spell = seconds(60.0);
 
 std::string iso_time(WallTime time) {
@@ -76,7 +76,7 @@ void Audit::say(AuditEntry entry) {
   const std::lock_guard lock(mutex_);
   close_spells(now, false);
   if (entry.outcome != "done") {
-    // Networks beyond those that are remembered share a spell.
+    // When the table is full, further networks share one entry.
     std::string key = network_of(entry.from);
     if (spells_.size() >= most_spells && !spells_.contains(key)) key = "others";
     Spell& running = spells_.try_emplace(key, Spell{now, 0}).first->second;
@@ -154,7 +154,7 @@ bool Audit::write_out(const std::string& lines) {
     descriptor_ = open_for_adding(file_);
     written_ = 0;
   }
-  // In one go: a line is whole or, on a full disk, cut off once.
+  // One write: a line is complete, or truncated once on a full disk.
   const ssize_t written = ::write(descriptor_, lines.data(), lines.size());
   if (written > 0) written_ += static_cast<std::uint64_t>(written);
   return written == static_cast<ssize_t>(lines.size());

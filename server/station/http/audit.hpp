@@ -1,4 +1,4 @@
-// Who did what: one JSON object a line, in a file that is only added to.
+// The audit log: one JSON object per line, in an append-only file.
 #pragma once
 
 #include <condition_variable>
@@ -18,28 +18,28 @@
 namespace parhelion::station {
 
 struct AuditEntry {
-  std::string who;      ///< account; empty: nobody is logged in
+  std::string who;      ///< account; empty: not logged in
   std::string from;     ///< address
   std::string what;     ///< "log in", "spawn box_1"
-  std::string outcome;  ///< "done"; else "refused", or what stood against it
+  std::string outcome;  ///< "done"; else "refused", or the reason
   std::string detail = {};
 };
 
-/// Thread-safe; never waits for the disk: a thread of its own writes. Of refusals, at most thirty a minute
-/// and network are written in full, the others as a number.
+/// Thread-safe. A thread of its own writes, so callers never wait for the disk. At most thirty refusals a
+/// minute and network are written in full; the others are counted.
 class Audit {
  public:
   /// `clock`: since the epoch. Error: the file cannot be opened for writing.
   static Result<std::unique_ptr<Audit>> open(std::filesystem::path file, std::function<WallTime()> clock);
-  /// Writes what waits.
+  /// Writes all waiting lines.
   ~Audit();
 
   void say(AuditEntry entry);
   /// The last lines, newest first, at most `most` (and at most a thousand).
   std::vector<std::string> newest(std::size_t most) const;
-  /// Lines that were not written: the disk did not take them, or too many waited.
+  /// Lines that were not written, because the disk failed or too many waited.
   std::uint64_t lost() const;
-  /// Returns when all that was said before has been written.
+  /// Returns when all earlier lines have been written.
   void flush();
 
  private:
@@ -62,7 +62,7 @@ class Audit {
   std::map<std::string, Spell> spells_;  ///< by network
   std::uint64_t lost_ = 0;
   bool busy_ = false, ending_ = false;
-  int descriptor_ = -1;        ///< of the writing thread
+  int descriptor_ = -1;        ///< of the writer thread
   std::uint64_t written_ = 0;  ///< bytes in the file
   std::thread writer_;
 };

@@ -77,7 +77,7 @@ Certificate sign_new(EVP_PKEY* key, const std::vector<std::string>& names, WallT
   BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate.get()));
   X509_set_version(certificate.get(), 2);
   const std::time_t from = static_cast<std::time_t>(now.ns / 1'000'000'000);
-  // Clocks of tablets are off.
+  // Tolerates tablets with wrong clocks.
   ASN1_TIME_adj(X509_getm_notBefore(certificate.get()), from, -1, 0);
   ASN1_TIME_adj(X509_getm_notAfter(certificate.get()), from, 730, 0);
   X509_set_pubkey(certificate.get(), key);

@@ -1,4 +1,4 @@
-// The certificate of a server that nobody has given one.
+// The self-signed certificate of a server without a configured one.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,10 @@
 
 namespace parhelion::station {
 
-/// Makes an EC P-256 key and a certificate signed with it, for two years from `now` (since the epoch), for
-/// `names` (host names and addresses), where `certificate` is not there or ends within 30 days; else leaves
-/// it as it is, so that its fingerprint stays. Error: unreadable, or one of both files is missing.
+/// Creates an EC P-256 key and a certificate signed with it, valid for two years from `now` (since the
+/// epoch), for `names` (host names and addresses), if `certificate` does not exist or ends within 30 days.
+/// Otherwise leaves it unchanged, so that its fingerprint stays. Error: unreadable, or one of the two files
+/// is missing.
 Status make_certificate(const std::filesystem::path& certificate, const std::filesystem::path& key,
                         const std::vector<std::string>& names, WallTime now);
 

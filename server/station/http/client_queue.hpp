@@ -1,4 +1,4 @@
-// What waits to be sent to one client: bounded, newest wins by slot.
+// Send queue of one client: bounded, newest wins by slot.
 #pragma once
 
 #include <deque>
@@ -9,11 +9,11 @@
 
 namespace parhelion::station {
 
-/// The WebClient of an open connection. Feeders call it from any thread; the connection takes from it.
+/// The WebClient of an open connection. Producers call it from any thread; the connection takes from it.
 class ClientQueue : public WebClient {
  public:
-  /// `limit`: bytes that may wait in order. `wake`: called, possibly from another thread, when there is
-  /// something to take and the last take() found nothing.
+  /// `limit`: maximum bytes of in-order messages. `wake`: called, possibly from another thread, when a
+  /// message is available after take() found none.
   ClientQueue(WebClientOrigin origin, std::size_t limit, std::function<void()> wake);
 
   void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) override;
@@ -31,18 +31,18 @@ class ClientQueue : public WebClient {
   };
   struct Next {
     std::optional<Message> message;
-    std::optional<Closing> closing;  ///< said once; nothing comes after it
+    std::optional<Closing> closing;  ///< reported once; nothing follows it
   };
 
-  /// What is to be sent next; the message before it has been written.
+  /// The next message to send; the previous one has been written.
   Next take();
-  /// The connection is gone: nothing is kept any more.
+  /// The connection is gone: messages are discarded from now on.
   void end();
-  /// Messages that newer ones replaced.
+  /// Number of messages replaced by newer ones.
   std::uint64_t replaced() const;
 
  private:
-  /// What a message takes besides its bytes, about.
+  /// Approximate cost of a message besides its bytes.
   static constexpr std::size_t overhead = 64;
 
   void request_close(int code, std::string why);

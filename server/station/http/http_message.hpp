@@ -1,4 +1,4 @@
-// A request that was checked, and its answer.
+// A checked request and its response.
 #pragma once
 
 #include <memory>
@@ -15,9 +15,9 @@ namespace parhelion::station {
 struct HttpRequest {
   std::string method;  ///< "GET" (a HEAD request, too), "POST", "DELETE"
   std::string path;    ///< decoded; begins with '/'; no "..", no control character
-  std::string query;   ///< what follows '?', as sent
+  std::string query;   ///< text after '?', as sent
   std::string body;
-  std::string remote;           ///< address of the other end
+  std::string remote;           ///< address of the peer
   bool local = false;           ///< from this machine
   std::optional<Identity> who;  ///< nullopt: not logged in
   std::string session;          ///< the log-in cookie's value; empty: none
@@ -28,14 +28,14 @@ struct HttpResponse {
   int status = 200;
   std::string type = "application/json";
   std::string body = {};
-  /// Others are added: length, and those that say what the page may do (a Content-Security-Policy here
-  /// replaces the usual one). Without a Cache-Control nothing is kept.
+  /// Other headers are added: length and security headers (a Content-Security-Policy here replaces the
+  /// default). Without a Cache-Control the response is not cached.
   std::vector<std::pair<std::string, std::string>> headers = {};
-  /// In place of `body` where several answers share it.
+  /// In place of `body`, if several responses share it.
   std::shared_ptr<const std::string> shared_body = nullptr;
 };
 
-/// {"error": message}, as every refusal answers.
+/// {"error": message}, the body of every refusal.
 HttpResponse refusal(int status, std::string_view message);
 
 /// The decoded value of `key` in a query; nullopt: not there, or badly encoded.
@@ -44,10 +44,10 @@ std::optional<std::string> query_value(std::string_view query, std::string_view 
 /// nullopt: '%' without two hex digits.
 std::optional<std::string> percent_decoded(std::string_view text);
 
-/// The value of cookie `name` in a Cookie header; empty: not there. Of several, the first (RFC 6265).
+/// The value of cookie `name` in a Cookie header; empty: missing. Of several, the first (RFC 6265).
 std::string cookie_value(std::string_view header, std::string_view name);
 
-/// As a JSON string, quotes included; what is not UTF-8 becomes U+FFFD.
+/// As a JSON string with quotes; invalid UTF-8 becomes U+FFFD.
 std::string json_text(std::string_view text);
 
 }  // namespace parhelion::station

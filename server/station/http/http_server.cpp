@@ -14,7 +14,7 @@ namespace {
 using net::error_code;
 using net::asio::ip::tcp;
 
-/// Bytes that the kernel takes beyond what is on the way: what it holds, newer messages cannot replace.
+/// Limit of unsent bytes in the kernel, since newer messages cannot replace those.
 constexpr int unsent_bytes = 16 * 1024;
 
 std::string own_name() {
@@ -87,7 +87,7 @@ struct HttpServer::Implementation {
     acceptor.async_accept([this](error_code error, tcp::socket socket) {
       if (error == net::asio::error::operation_aborted) return;
       if (error) {
-        // No descriptors left, as a rule: others will be closed.
+        // Usually out of file descriptors, until other connections close.
         pause.expires_after(std::chrono::milliseconds(100));
         return pause.async_wait([this](error_code stopped) {
           if (!stopped) accept();
@@ -122,14 +122,14 @@ struct HttpServer::Implementation {
     each_second.expires_after(std::chrono::seconds(1));
     each_second.async_wait([this](error_code error) {
       if (error) return;
-      // Checking may close some.
+      // Copy: check() may close some.
       const auto clients = core.open;
       for (const auto& client : clients) client->check(std::chrono::steady_clock::now());
       check_clients();
     });
   }
 
-  /// What a handler throws costs the connection that asked, not the server.
+  /// An exception in a handler closes its connection, not the server.
   void serve() {
     while (!core.io.stopped()) {
       try {

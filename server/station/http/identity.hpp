@@ -1,4 +1,4 @@
-// Who asks, and who may.
+// Identity and roles of a client.
 #pragma once
 
 #include <cstdint>
@@ -21,17 +21,17 @@ struct Identity {
   Role role = Role::observer;
 };
 
-/// Who may use a route.
+/// The roles that may use a route.
 class Access {
  public:
-  /// Also who is not logged in.
+  /// Includes clients that are not logged in.
   static Access everyone();
   static Access logged_in();
   static Access only(std::initializer_list<Role> roles);
-  /// The same, and whoever asks from this machine, logged in or not.
+  /// The same, and any client on this machine, logged in or not.
   Access or_local() const;
 
-  /// `who`: nullptr where nobody is logged in; `local`: from this machine.
+  /// `who`: nullptr if nobody is logged in; `local`: from this machine.
   bool allows(const Identity* who, bool local) const;
 
  private:

@@ -7,7 +7,7 @@
 namespace parhelion::station {
 namespace {
 
-/// nullptr: zlib fails, or it is no smaller.
+/// nullptr: zlib failed, or the result is not smaller.
 std::shared_ptr<const std::string> gzip(const std::string& bytes, int level) {
   z_stream stream{};
   constexpr int window_and_gzip_header = 15 + 16;

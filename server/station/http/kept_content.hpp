@@ -1,4 +1,4 @@
-// What is sent to many browsers as it is: packed once, and not sent again to who has it.
+// Static content for many browsers: compressed once, and not sent again to a browser that has it.
 #pragma once
 
 #include <memory>
@@ -11,13 +11,13 @@ namespace parhelion::station {
 struct KeptContent {
   std::string type, etag;
   std::shared_ptr<const std::string> bytes;
-  std::shared_ptr<const std::string> packed;  ///< gzip; nullptr: no smaller
+  std::shared_ptr<const std::string> packed;  ///< gzip; nullptr: compression does not help
 };
 
-/// Packs at gzip's `level`, 1 (fast) to 9.
+/// Compresses at gzip `level` 1 (fast) to 9.
 KeptContent keep_content(std::string type, std::string bytes, int level = 6);
 
-/// 304 for who has it.
+/// 304 if the browser has it.
 HttpResponse answer_with(const HttpRequest& request, const KeptContent& content);
 
 }  // namespace parhelion::station

@@ -10,11 +10,11 @@
 namespace parhelion::station {
 namespace {
 
-constexpr int most_by_link = 99;  // people of one link who are told apart
+constexpr int most_by_link = 99;  // people of one link who get different names
 
 HttpResponse nothing_more() { return {.status = 204}; }
 
-/// A form of another site can post text, but not this.
+/// A form of another site can post text, but not this content type.
 bool is_json(const HttpRequest& request) { return request.content_type.rfind("application/json", 0) == 0; }
 
 HttpResponse not_json() { return refusal(415, "expected application/json"); }
@@ -30,7 +30,7 @@ std::string joined(const std::vector<std::string>& items) {
 Result<std::unique_ptr<LoginDesk>> LoginDesk::open(Accounts& accounts, Audit& audit, SessionLimits limits,
                                                    std::function<WallTime()> steady) {
   std::unique_ptr<LoginDesk> desk(new LoginDesk(accounts, audit, limits, std::move(steady)));
-  // Who tries a name that is not there waits as long as one who tries a wrong password.
+  // An unknown name takes as long as a wrong password.
   Result<std::string> hash = hash_password(random_token());
   if (!hash) return hash.error();
   desk->nobody_hash_ = *std::move(hash);
@@ -135,7 +135,7 @@ void LoginDesk::set_up(const HttpRequest& request, const Answer& answer) {
   });
 }
 
-/// Whoever has come by an open page does not come by the account.
+/// Access to an open page does not give access to the account.
 void LoginDesk::change_password(const HttpRequest& request, const Answer& answer) {
   if (!is_json(request)) return answer(not_json());
   const Result<PasswordMessage> message = parse_password(request.body);
@@ -181,7 +181,7 @@ void LoginDesk::change_account(const HttpRequest& request, const Answer& answer)
     const std::string what =
         std::string(given.role ? role_word(*given.role) : "") + (new_password ? " password" : "");
     say(request, "account " + given.name, put ? "done" : "refused", put ? what : put.error().message);
-    // What was open with the old role or password is over.
+    // Ends sessions with the old role or password.
     if (put) sessions_.end_all(given.name);
     answer(put ? nothing_more() : refusal(409, put.error().message));
   });
@@ -218,7 +218,7 @@ HttpResponse LoginDesk::enter(const HttpRequest& request) {
     say(request, "enter by a link", "refused", "unknown link");
     return refusal(403, "this link is from an earlier start; see what the server prints");
   }
-  // Who has the role already stays who that is: other tabs of this browser go on.
+  // A client that already has the role keeps its name, so that other tabs of this browser go on.
   const bool is_in = request.who && request.who->role == who->role;
   HttpResponse response = is_in ? nothing_more() : begin_session(request, newcomer(*std::move(who)));
   response.status = 303;

@@ -1,4 +1,4 @@
-// Logging in and out, the first account, and the accounts: what pages ask for below /api/v1.
+// Log-in, log-out, the first account, and account management: the routes below /api/v1.
 #pragma once
 
 #include <functional>
@@ -17,18 +17,18 @@ namespace parhelion::station {
 
 class LoginDesk {
  public:
-  /// `steady`: a clock that never goes back. Error: no memory for argon2.
+  /// `steady`: a monotonic clock. Error: no memory for argon2.
   static Result<std::unique_ptr<LoginDesk>> open(Accounts& accounts, Audit& audit, SessionLimits limits,
                                                  std::function<WallTime()> steady);
 
-  /// Registers its paths. The desk must outlive `server`.
+  /// Registers its paths. This object must outlive `server`.
   void serve(HttpServer& server);
   std::optional<Identity> identify(const std::string& session);
 
-  /// The token with which the first account may be made, once; empty: there are accounts.
+  /// The token that creates the first account, once; empty: there are accounts.
   std::string setup_token() const { return accounts_.empty() ? setup_token_ : ""; }
-  /// A token that logs in whoever has it, as `who`, as long as this process lives. Who comes by it while
-  /// another is logged in under that name has a number after it: two people never drive as one.
+  /// A token that logs in anybody who has it, as `who`, as long as this process lives. If the name is already
+  /// logged in, a number is appended to it: two people never drive as one.
   std::string make_link(Identity who);
   std::size_t sessions() const { return sessions_.count(); }
 
@@ -45,7 +45,7 @@ class LoginDesk {
   HttpResponse enter(const HttpRequest& request);
   Identity newcomer(Identity who);
 
-  /// False, and answered, where this address or name has to wait.
+  /// False if this address or name has to wait; the refusal has then been sent.
   bool may_try(const HttpRequest& request, const std::string& name, const Answer& answer);
   void later(const Answer& answer, std::function<void()> task);
   void say(const HttpRequest& request, const std::string& what, const std::string& outcome,

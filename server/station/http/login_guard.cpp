@@ -20,7 +20,7 @@ Duration LoginGuard::admit(const std::string& network, const std::string& name, 
 
 void LoginGuard::succeeded(const std::string& network, const std::string& name) {
   names_.erase(name);
-  // One's own account gives no new tries at others'.
+  // A success with one's own account gives no new attempts at others'.
   const auto record = networks_.find(network);
   if (record == networks_.end()) return;
   if (record->second.failed > 0) record->second.failed -= 1;

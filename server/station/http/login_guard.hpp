@@ -1,4 +1,4 @@
-// How often somebody may try to log in.
+// Rate limit for log-in attempts.
 #pragma once
 
 #include <map>
@@ -8,14 +8,14 @@
 
 namespace parhelion::station {
 
-/// Tries that fail cost a wait that doubles, for the name and for the address. Not thread-safe; instants of a
-/// clock that never goes back.
+/// Failed attempts cost a wait that doubles, for the name and for the address. Not thread-safe; instants of a
+/// monotonic clock.
 class LoginGuard {
  public:
-  /// Zero: go ahead, and the try counts as failed until succeeded(). Above zero: come back after so long;
-  /// asking meanwhile makes it no longer. `network`: of the other end (network_of).
+  /// Zero: go ahead; the attempt counts as failed until succeeded(). Above zero: time to wait; attempts
+  /// meanwhile do not extend it. `network`: of the peer (network_of).
   Duration admit(const std::string& network, const std::string& name, WallTime now);
-  /// The last try of both did not fail.
+  /// Clears the last failure of both.
   void succeeded(const std::string& network, const std::string& name);
 
  private:
@@ -23,8 +23,8 @@ class LoginGuard {
     unsigned failed = 0;
     WallTime last, until;
   };
-  /// A classroom shares an address and mistypes; a name is one person, who must not be locked out for long by
-  /// others.
+  /// A classroom shares an address and mistypes; a name is one person, whom others must not lock out for
+  /// long.
   struct Rule {
     unsigned free;
     Duration longest;

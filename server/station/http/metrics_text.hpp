@@ -1,4 +1,4 @@
-// Figures in Prometheus' text format, version 0.0.4.
+// Metrics in Prometheus' text format, version 0.0.4.
 #pragma once
 
 #include <map>
@@ -12,10 +12,10 @@ class MetricsText {
  public:
   using Labels = std::vector<std::pair<std::string, std::string>>;
 
-  /// `name`: letters, digits and '_', its unit last ("parhelion_scan_seconds"). Values of one name come under
-  /// one heading, in the order of the names' first coming.
+  /// `name`: letters, digits and '_', its unit last ("parhelion_scan_seconds"). Values of one name are
+  /// grouped under one heading; names are in the order of their first call.
   void gauge(const std::string& name, const std::string& help, double value, const Labels& labels = {});
-  /// Only grows; `name` ends in "_total".
+  /// Monotonic; `name` ends in "_total".
   void counter(const std::string& name, const std::string& help, double value, const Labels& labels = {});
 
   std::string text() const;

@@ -1,4 +1,4 @@
-// Passwords, kept as argon2id (RFC 9106) says: 19 MiB and two passes, about 30 ms of a core each time.
+// Passwords, hashed with argon2id (RFC 9106): 19 MiB and two passes, about 30 ms of a core each time.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@ namespace parhelion::station {
 /// Error: shorter than 8 or longer than 200 bytes.
 Status check_password(const std::string& password);
 
-/// "$argon2id$v=19$m=...": salt and parameters included. Takes long on purpose. Error: no memory.
+/// "$argon2id$v=19$m=...": includes salt and parameters. Slow on purpose. Error: no memory.
 Result<std::string> hash_password(const std::string& password);
 
-/// Takes as long, right or wrong. False also where `hash` is none.
+/// Takes the same time for right and wrong passwords. Also false if `hash` is not a hash.
 bool password_matches(const std::string& hash, const std::string& password);
 
 }  // namespace parhelion::station

@@ -1,4 +1,4 @@
-// Files that only their owner may read.
+// Files that only their owner can read.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace parhelion::station {
 
-/// Makes the folder, for its owner alone, where it is not there.
+/// Creates the folder, accessible to its owner alone, if it does not exist.
 Status make_private_folder(const std::filesystem::path& folder);
 
-/// Replaces `file` as a whole, mode 0600; it is on the disk when this returns. After an error it is as it
-/// was.
+/// Replaces `file` atomically, mode 0600; it is on the disk when this returns. After an error it is
+/// unchanged.
 Status write_private_file(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace parhelion::station

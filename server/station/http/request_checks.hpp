@@ -1,4 +1,4 @@
-// What of a request is checked before anything is done with it. Pure functions of text.
+// Checks of a request before it is processed. Pure functions of text.
 #pragma once
 
 #include <optional>
@@ -13,16 +13,16 @@ struct RequestTarget {
   std::string query;  ///< as sent
 };
 
-/// nullopt: not a path of this server: does not begin with '/', badly encoded, or with "..", '\\' or a
-/// control character in it, in whatever encoding.
+/// nullopt: not a valid path: does not begin with '/', is badly encoded, or contains "..", '\\' or a control
+/// character in any encoding.
 std::optional<RequestTarget> parse_target(std::string_view target);
 
-/// The host of a Host header or an authority, without its port, in lower case; brackets of IPv6 taken off.
-/// Empty: not one.
+/// The host of a Host header or an authority, without its port, in lower case; brackets of IPv6 removed.
+/// Empty: invalid.
 std::string host_name(std::string_view authority);
 
-/// Names under which a server may be asked for: any address, localhost, and those given. All others are names
-/// that someone else let point here (DNS rebinding).
+/// Host names that requests may use: any address, localhost, and those given. Other names could be DNS
+/// rebinding.
 class HostNames {
  public:
   explicit HostNames(const std::vector<std::string>& names);
@@ -32,10 +32,10 @@ class HostNames {
   std::vector<std::string> names_;
 };
 
-/// Whether the page that asks came from this server: `origin` and `host` are the headers.
+/// True if the requesting page came from this server: `origin` and `host` are the headers.
 bool same_origin(std::string_view origin, std::string_view host, bool encrypted);
 
-/// What counts as one neighbour in limits: an IPv4 address, or the first 64 bits of an IPv6 one.
+/// Unit of per-network limits: an IPv4 address, or the first 64 bits of an IPv6 address.
 std::string network_of(const std::string& address);
 
 }  // namespace parhelion::station

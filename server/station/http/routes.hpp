@@ -1,4 +1,4 @@
-// Which handler has which path.
+// Maps paths to handlers.
 #pragma once
 
 #include <string>
@@ -31,7 +31,7 @@ class Routes {
 
   struct Found {
     const Route* route = nullptr;  ///< nullptr: none
-    std::string methods;           ///< of the path, "GET, POST"; empty: there is no such path
+    std::string methods;           ///< of the path, "GET, POST"; empty: no such path
   };
   Found find(std::string_view method, std::string_view path) const;
 

@@ -1,4 +1,4 @@
-// Who is logged in, by the token in the browser's cookie. Kept in memory: a restart logs everybody out.
+// Log-in sessions, by the token in the browser's cookie. Kept in memory: a restart logs everybody out.
 #pragma once
 
 #include <map>
@@ -12,12 +12,12 @@
 namespace parhelion::station {
 
 struct SessionLimits {
-  Duration idle = seconds(2 * 3600.0);       ///< unused for so long; an open page uses it
-  Duration absolute = seconds(12 * 3600.0);  ///< used or not
-  std::size_t per_account = 16;              ///< the oldest one ends for a new one
+  Duration idle = seconds(2 * 3600.0);       ///< maximum time without use; an open page counts as use
+  Duration absolute = seconds(12 * 3600.0);  ///< maximum age
+  std::size_t per_account = 16;              ///< a new session ends the oldest one
 };
 
-/// Thread-safe. Instants of a clock that never goes back.
+/// Thread-safe. Instants of a monotonic clock.
 class Sessions {
  public:
   explicit Sessions(SessionLimits limits = {}) : limits_(limits) {}
@@ -26,10 +26,10 @@ class Sessions {
   std::string begin(const Identity& who, WallTime now);
   /// nullopt: unknown, ended or expired. Counts as use.
   std::optional<Identity> find(const std::string& token, WallTime now);
-  /// Is somebody logged in under this name?
+  /// True if somebody is logged in under this name.
   bool has(const std::string& name, WallTime now) const;
   void end(const std::string& token);
-  /// But the one of this token, if any.
+  /// Except the session of this token, if any.
   void end_all(const std::string& name, const std::string& but = {});
   std::size_t count() const;
 

@@ -28,7 +28,7 @@ bool SlowWork::take(std::function<void()> task) {
 }
 
 void SlowWork::work() {
-  // On Linux a niceness belongs to a thread.
+  // On Linux, niceness is a property of a thread.
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), 10);
   std::unique_lock lock(mutex_);
   while (true) {

@@ -1,4 +1,4 @@
-// A thread for what would hold up the server's: hashing passwords, writing accounts.
+// A worker thread for slow tasks: hashing passwords, writing accounts.
 #pragma once
 
 #include <condition_variable>
@@ -9,14 +9,14 @@
 
 namespace parhelion::station {
 
-/// Tasks one after the other, at a low priority.
+/// Runs tasks one after the other, at low priority.
 class SlowWork {
  public:
   explicit SlowWork(std::size_t most_waiting);
-  /// What waits is dropped; what runs is waited for.
+  /// Drops waiting tasks and waits for the running one.
   ~SlowWork();
 
-  /// false: too many wait already, and the task was not taken. Thread-safe.
+  /// False: too many tasks wait, and this one was rejected. Thread-safe.
   bool take(std::function<void()> task);
 
  private:

@@ -13,7 +13,7 @@ namespace parhelion::station {
 std::string random_token() {
   constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
   std::array<unsigned char, 43> bytes{};  // 6 bits of each
-  // Without randomness there are no secrets; OpenSSL fails here only where the machine has none.
+  // Without randomness there are no secrets. OpenSSL fails here only if the machine has no entropy source.
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) std::abort();
   std::string token;
   for (const unsigned char byte : bytes) token += alphabet[byte % 64];

@@ -1,4 +1,4 @@
-// Secrets that a person or a browser carries.
+// Random secret tokens for people and browsers.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace parhelion::station {
 /// 256 random bits, in letters, digits, '-' and '_'.
 std::string random_token();
 
-/// What is kept of a token, so that comparing says nothing about it: SHA-256, lower-case hex.
+/// Stored in place of a token, so that comparison leaks nothing about it: SHA-256, lower-case hex.
 std::string token_digest(std::string_view token);
 
 }  // namespace parhelion::station

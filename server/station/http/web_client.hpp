@@ -1,4 +1,4 @@
-// One open WebSocket or picture stream, as the code that feeds it sees it.
+// One open WebSocket or picture stream, as seen by the code that sends to it.
 #pragma once
 
 #include <cstddef>
@@ -12,11 +12,11 @@
 
 namespace parhelion::station {
 
-/// Who has opened what, fixed for the life of a client.
+/// Origin of a client, fixed for its life.
 struct WebClientOrigin {
-  std::uint64_t id = 0;  ///< never used twice by one server
-  Identity who;          ///< name empty: nobody is logged in (only where everyone may)
-  std::string remote;    ///< address of the other end
+  std::uint64_t id = 0;  ///< never reused by one server
+  Identity who;          ///< empty name: not logged in (only on routes open to everyone)
+  std::string remote;    ///< address of the peer
   std::string path, query;
 };
 
@@ -29,13 +29,13 @@ class WebClient {
   WebClient& operator=(const WebClient&) = delete;
 
   static constexpr int in_order = -1;
-  /// Never blocks. `slot` in_order: every message, one after the other; a client that lets too much of it
-  /// wait (HttpOptions::waiting_bytes) is closed with 1013. `slot` >= 0: newest wins, a waiting message of
-  /// the same slot is replaced where it waits.
+  /// Never blocks. `slot` in_order: every message, in order; a client with too much waiting
+  /// (HttpOptions::waiting_bytes) is closed with 1013. `slot` >= 0: newest wins, the new message replaces a
+  /// waiting one of the same slot in its place.
   virtual void send(std::shared_ptr<const std::string> bytes, bool binary, int slot = in_order) = 0;
-  /// Bytes of messages that the kernel has not taken yet, the one being written included.
+  /// Bytes that the kernel has not accepted yet, including those of the message that is being written.
   virtual std::size_t waiting_bytes() const = 0;
-  /// `code`: of RFC 6455, section 7.4, 1000 and above. What waits is not sent any more.
+  /// `code`: of RFC 6455, section 7.4, 1000 and above. Waiting messages are dropped.
   virtual void close(int code, std::string why) = 0;
 
   std::uint64_t id() const { return origin_.id; }
@@ -48,8 +48,8 @@ class WebClient {
   WebClientOrigin origin_;
 };
 
-/// Called on the server's thread, which must not be held up: opened, then received for each whole message,
-/// then closed, exactly once and last. Text has been checked to be UTF-8.
+/// Called on the server's thread and must not block: opened, then received for each whole message, then
+/// closed, exactly once and last. Text is valid UTF-8.
 struct SocketHandler {
   std::function<void(std::shared_ptr<WebClient>)> opened = {};
   std::function<void(WebClient&, std::string_view bytes, bool binary)> received = {};

@@ -10,7 +10,7 @@
 namespace parhelion::station {
 namespace {
 
-/// Under which name a person reaches what listens on `address`.
+/// The host name in links for people to a server that listens on `address`.
 std::string reachable(const std::string& address) {
   if (address != "0.0.0.0" && address != "::") {
     return address.find(':') == std::string::npos ? address : "[" + address + "]";

@@ -1,5 +1,4 @@
-// A web server with all that does not depend on what it is for: certificate, accounts, log-in, audit,
-// figures.
+// A web server with all application-independent parts: certificate, accounts, log-in, audit, metrics.
 #pragma once
 
 #include <filesystem>
@@ -17,15 +16,15 @@ namespace parhelion::station {
 
 struct WebSiteOptions {
   HttpOptions http =
-      {};  ///< without certificate and key one is made; identify and refused are the site's own
-  /// Accounts, certificate, audit log; made for its owner alone where it is not there.
+      {};  ///< without certificate and key one is created; identify and refused are set by the site
+  /// Accounts, certificate, audit log. Created for its owner alone if it does not exist.
   std::filesystem::path folder = {};
-  bool plain = false;  ///< no encryption: for this machine's own browser
-  /// Answers "/" and what nothing else has; empty: 404.
+  bool plain = false;  ///< no encryption: only for a browser on this machine
+  /// Handles "/" and all paths without a route; empty: 404.
   HttpServer::Handler page = {};
   SessionLimits sessions = {};
   std::function<WallTime()> clock = {};   ///< since the epoch; empty: the machine's
-  std::function<WallTime()> steady = {};  ///< never goes back; empty: the machine's
+  std::function<WallTime()> steady = {};  ///< monotonic; empty: the machine's
 };
 
 /// $XDG_STATE_HOME/parhelion, or ~/.local/state/parhelion.
@@ -36,22 +35,22 @@ class WebSite {
   static Result<std::unique_ptr<WebSite>> open(WebSiteOptions options);
   ~WebSite();
 
-  /// Register more on it before run().
+  /// Register further routes before run().
   HttpServer& server();
   Audit& audit();
-  /// Before run(); `add` is called on the server's thread for each GET /metrics.
+  /// Call before run(). `add` is called on the server's thread for each GET /metrics.
   void metrics(std::function<void(MetricsText&)> add);
   void run();
-  /// Closes everything; no handler is called any more. The audit stays.
+  /// Closes everything; no handler is called any more. The audit log stays open.
   void stop();
 
   /// "https://192.168.1.5:8443/": for people.
   std::string address() const;
-  /// Makes the first account, once; empty: there are accounts.
+  /// Creates the first account, once; empty: there are accounts.
   std::string setup_link() const;
   /// SHA-256 of the certificate; empty: plain.
   const std::string& fingerprint() const;
-  /// Logs in whoever opens it, as long as this process lives.
+  /// Logs in anybody who opens it, as long as this process lives.
   std::string link(Role role, const std::string& name);
 
  private:

@@ -1,4 +1,4 @@
-// The lessons that trainees' pictures are taught by.
+// Camera faults of the training that are applied to the trainee's video.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace parhelion::station {
 
-/// Lessons of one kind may overlap: the scenario's and those that an instructor begins.
+/// Faults of one kind may overlap: those of the scenario and those that an instructor starts.
 class CameraLessons {
  public:
-  /// False: not about them.
+  /// False: the event concerns no camera fault.
   bool hear(const Event& event);
-  double delay() const;  ///< s, the longest of those that hold
-  double loss() const;   ///< share of the pictures that all of them leave out together
+  double delay() const;  ///< s, maximum of the active faults
+  double loss() const;   ///< fraction of the pictures that all active faults drop together
 
  private:
   std::vector<std::pair<std::string, double>> held_;  ///< kind, amount

@@ -5,13 +5,13 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration ahead = milliseconds(20);  // of two clocks that agree as well as NTP makes them
-constexpr Duration slowest_way = seconds(1);  // no camera's fastest picture takes longer
+constexpr Duration ahead = milliseconds(20);  // clocks synchronized by NTP agree this well
+constexpr Duration slowest_way = seconds(1);  // bound on the delay of a camera's fastest picture
 
 }  // namespace
 
 Duration PictureAge::add(SensorTime stamp, SensorTime now, WallTime steady) {
-  // A robot's clock was set, or a recording begins again.
+  // The robot's clock was set, or a recording has restarted.
   if (stamp < last_) fastest_.forget();
   last_ = stamp;
   const Duration late = now - stamp;

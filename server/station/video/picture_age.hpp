@@ -1,5 +1,5 @@
-// How old a picture is. The camera's stamp is believed where its clock can be right; where it cannot, a
-// picture is as much older than the fastest one as it came later.
+// Age of a picture. The camera's stamp is used if its clock is plausible. Otherwise the age is the delay in
+// excess of the fastest recent picture.
 #pragma once
 
 #include "protocols/time.hpp"
@@ -10,10 +10,10 @@ namespace parhelion::station {
 /// Not thread-safe.
 class PictureAge {
  public:
-  /// Of a picture with this stamp that is here `now`, on the axis of the session (a recording's own, where
-  /// one is played); `steady`: for the window of the fastest.
+  /// For a picture with this stamp that arrived at `now`, on the axis of the session (or the playback);
+  /// `steady`: for the window of the minimum.
   Duration add(SensorTime stamp, SensorTime now, WallTime steady);
-  /// By which the camera's clock is taken to be behind; 0 where it can be right.
+  /// Estimated lag of the camera's clock; 0 if the clock is plausible.
   Duration clock_off() const { return off_; }
 
  private:

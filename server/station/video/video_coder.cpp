@@ -8,9 +8,9 @@ namespace parhelion::station {
 namespace {
 
 constexpr int jpeg_quality = 85;  // of raw images
-constexpr double worth_it = 0.1;  // a bit rate that differs by less is left alone
+constexpr double worth_it = 0.1;  // smaller relative changes of the bit rate are ignored
 
-/// 3 * width bytes a row.
+/// 3 * width bytes per row.
 Status to_bgr(const Image& image, std::vector<std::uint8_t>& bgr) {
   const bool gray = image.format == PixelFormat::gray, rgb = image.format == PixelFormat::rgb;
   const std::size_t width = static_cast<std::size_t>(std::max(image.width, 0));
@@ -56,7 +56,7 @@ Status VideoCoder::code_h264(const Image& image, const VideoWanted& wanted, Code
   auto picture = encoder_->encode(picture_, image.stamp, wanted.key);
   if (!picture) {
     coded.h264_fault = picture.error().message;
-    encoder_.reset();  // the next one begins afresh, with a key picture
+    encoder_.reset();  // the next encoder starts with a key frame
     return {};
   }
   coded.key = picture->key;

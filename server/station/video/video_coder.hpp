@@ -1,4 +1,4 @@
-// One robot's pictures, each coded once for all who look: H.264 and JPEG.
+// Encodes one robot's pictures, each once for all viewers: H.264 and JPEG.
 #pragma once
 
 #include <memory>
@@ -13,25 +13,25 @@
 
 namespace parhelion::station {
 
-/// What is wanted of a picture.
+/// Requested encodings of a picture.
 struct VideoWanted {
   bool h264 = false, jpeg = false;
-  bool key = false;          ///< of H.264: one that can be decoded by itself
+  bool key = false;          ///< of H.264: a key frame
   int bit_rate = 2'000'000;  ///< bit/s, of H.264
 };
 
 struct CodedPicture {
   int width = 0, height = 0;             ///< pixels
   bool key = false;                      ///< of `h264`
-  std::vector<std::uint8_t> h264, jpeg;  ///< empty: not wanted, or not possible; see `h264_fault`
+  std::vector<std::uint8_t> h264, jpeg;  ///< empty: not requested, or not possible; see `h264_fault`
   std::string h264_fault;
 };
 
-/// Keeps an encoder as long as H.264 is wanted. One thread at a time.
+/// Keeps an encoder as long as H.264 is requested. One thread at a time.
 class VideoCoder {
  public:
-  /// A JPEG image passes through untouched to `jpeg`, and is decoded only for H.264. Where a picture cannot
-  /// be H.264, `jpeg` is there in its place. Error: the image cannot be read.
+  /// A JPEG image is copied unchanged to `jpeg`, and decoded only for H.264. If H.264 is not possible, `jpeg`
+  /// is filled in its place. Error: the image cannot be decoded.
   Result<CodedPicture> code(const Image& image, const VideoWanted& wanted);
   int bit_rate() const { return bit_rate_; }
 

@@ -12,15 +12,15 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration key_period = milliseconds(300);  // they are large, and everybody's
-constexpr std::size_t most_waiting = 64;            // pictures that a lesson delays
+constexpr Duration key_period = milliseconds(300);  // key frames are large and sent to everybody
+constexpr std::size_t most_waiting = 64;            // pictures delayed by a fault
 constexpr int most_faults = 20;                     // of one page before it is closed
-constexpr int newest_wins = 0;                      // slot of pictures of which any may be left out
+constexpr int newest_wins = 0;                      // slot of pictures that may all be dropped
 constexpr int nice = 10;
 constexpr const char* boundary = "\r\n--frame\r\n";
 
-/// Ends with the boundary: a browser shows a part when it sees the next one's, which would be a picture
-/// later.
+/// Ends with the boundary: a browser shows a part only at the boundary after it, which would cost one picture
+/// of delay.
 std::shared_ptr<const std::string> stream_part(const std::vector<std::uint8_t>& jpeg) {
   auto part = std::make_shared<std::string>(
       "Content-Type: image/jpeg\r\nContent-Length: " + std::to_string(jpeg.size()) + "\r\n\r\n");
@@ -131,7 +131,7 @@ void VideoFeed::start() {
     while (true) {
       turn(milliseconds(100));
       std::unique_lock lock(mutex_);
-      // A bus that fails does so at once: it is tried again ten times a second.
+      // A failing bus returns at once: retry ten times a second.
       if (!bus_fault_.empty())
         ended_.wait_for(lock, std::chrono::milliseconds(100), [this] { return stop_; });
       if (stop_) return;

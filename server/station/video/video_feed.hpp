@@ -1,6 +1,6 @@
-// /ws/video and /video.mjpg: the picture of any robot, coded once for all who look, and the truth about its
-// age. The newest picture wins; a page that cannot follow is left out until the next key picture, which is
-// asked for.
+// /ws/video and /video.mjpg: the picture of any robot, encoded once for all viewers, with its true age. The
+// newest picture wins. A page that cannot keep up is skipped until the next key frame, which is requested for
+// it.
 #pragma once
 
 #include <condition_variable>
@@ -24,48 +24,49 @@ namespace parhelion::station {
 
 struct VideoOptions {
   std::string robot;                 ///< the trainee's
-  std::string camera = "MR_CAMERA";  ///< its channels on the bus: what the server makes of the picture,
-  std::string original = "CAMERA";   ///< and the camera's own, shown (and called so) where that does not come
-  bool simulated = false;            ///< the trainee's robot is
+  std::string camera = "MR_CAMERA";  ///< channel of the augmented picture on the bus
+  std::string original = "CAMERA";   ///< the camera's own channel, shown (and labelled) if `camera` delivers
+                                     ///< nothing
+  bool simulated = false;            ///< the trainee's robot is simulated
   /// The channel on the bus of an agent's camera.
   std::function<std::string(const std::string& agent)> agent_camera = agent_camera_channel;
   std::function<WallTime()> now;        ///< steady
   std::function<SensorTime()> stamp;    ///< wall clock
-  std::function<SensorTime()> session;  ///< where a recording is now; empty: the wall clock
+  std::function<SensorTime()> session;  ///< time of the playback; empty: the wall clock
   VideoLinkLimits limits = {};
 };
 
-/// What was done since the start.
+/// Counts since the start.
 struct VideoCounts {
-  std::uint64_t pictures = 0;                    ///< that came and somebody wanted
-  std::uint64_t refused = 0;                     ///< that could not be read
+  std::uint64_t pictures = 0;                    ///< received and requested by a viewer
+  std::uint64_t refused = 0;                     ///< could not be decoded
   std::uint64_t coded = 0, keys = 0, bytes = 0;  ///< of H.264
-  std::uint64_t sent = 0, left_out = 0;          ///< over all pages
-  double coding_s = 0;                           ///< in all, for `pictures`
+  std::uint64_t sent = 0, left_out = 0;          ///< over all viewers
+  double coding_s = 0;                           ///< total, for `pictures`
 };
 
-/// Thread-safe but for turn(), which belongs to the thread of start() where that is used.
+/// Thread-safe except turn(), which belongs to the thread of start() if that is used.
 class VideoFeed {
  public:
-  /// `bus`: an endpoint of its own; only received from.
+  /// `bus`: an endpoint of its own, used only to receive.
   VideoFeed(std::unique_ptr<Bus> bus, VideoOptions options);
   ~VideoFeed();
   VideoFeed(const VideoFeed&) = delete;
   VideoFeed& operator=(const VideoFeed&) = delete;
 
-  /// Query: `robot` (absent: the trainee's), `codec` "h264" or "jpeg". The feed outlives its server.
+  /// Query: `robot` (absent: the trainee's), `codec` "h264" or "jpeg". The feed must outlive its server.
   SocketHandler socket();
-  /// JPEG after JPEG, to be answered with `stream_type`.
+  /// A stream of JPEGs with media type `stream_type`.
   static constexpr const char* stream_type = "multipart/x-mixed-replace; boundary=frame";
   SocketHandler stream();
-  /// Receives, codes and sends in a thread of its own, at nice 10. Once.
+  /// Receives, encodes and sends in a thread of its own, at nice 10. Call once.
   void start();
-  /// One round: waits at most `timeout` for a picture, and shows what is due.
+  /// One round: waits at most `timeout` for a picture, and sends due pictures.
   void turn(Duration timeout);
 
-  /// Robots that may have a camera, the trainee's or agents.
+  /// Robots that may have a camera: the trainee's and agents.
   void set_robots(std::vector<std::string> robots);
-  /// The lessons camera_delay (s, 0..0.5) and camera_loss (share, 0..1).
+  /// The faults camera_delay (s, 0..0.5) and camera_loss (fraction, 0..1).
   void impair(double delay, double loss);
   VideoCounts counts() const;
 
@@ -87,17 +88,17 @@ class VideoFeed {
 
   const std::unique_ptr<Bus> bus_;
   const VideoOptions options_;
-  mutable std::mutex mutex_;  // of all below
+  mutable std::mutex mutex_;  // guards all members below
   std::vector<std::string> robots_;
   std::map<std::uint64_t, std::unique_ptr<Viewer>> viewers_;     // by client
-  std::map<std::string, std::unique_ptr<VideoSource>> sources_;  // by robot; somebody looks at each
+  std::map<std::string, std::unique_ptr<VideoSource>> sources_;  // by robot; each has a viewer
   double delay_ = 0, loss_ = 0;
   std::string bus_fault_;
   VideoCounts counts_;
   bool stop_ = false;
   std::condition_variable ended_;
 
-  std::set<std::string> channels_;  // subscribed; of the turning thread
+  std::set<std::string> channels_;  // subscribed; used by the thread of turn()
   std::thread thread_;
 };
 

@@ -5,12 +5,12 @@
 namespace parhelion::station {
 namespace {
 
-constexpr std::size_t most_on_their_way = 256;  // frames; the oldest is forgotten
-constexpr Duration late = milliseconds(120);    // beyond the fastest way: a queue is growing
+constexpr std::size_t most_on_their_way = 256;  // frames; older ones are forgotten
+constexpr Duration late = milliseconds(120);    // beyond the minimum: a queue is growing
 constexpr Duration much_too_late = milliseconds(400);
-constexpr Duration down_period = milliseconds(400);  // a lower rate shows after so long
-constexpr Duration up_period = seconds(2.0);         // without lateness, before more is tried
-constexpr Duration given_up = seconds(3.0);          // without a word from the page: it is tried afresh
+constexpr Duration down_period = milliseconds(400);             // time until a lower rate takes effect
+constexpr Duration up_period = seconds(2.0);                    // without delay before a higher rate is tried
+constexpr Duration given_up = seconds(3.0);                     // without an acknowledgement: start again
 constexpr double waiting_time = 0.15, much_waiting_time = 0.5;  // s of the bit rate
 
 }  // namespace

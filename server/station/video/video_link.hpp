@@ -1,5 +1,5 @@
-// What one page's link carries: from what waits to be sent and what the page says it has, the bit rate that
-// it can take, and whether it has fallen behind.
+// Congestion control for the link to one page: estimates the bit rate and congestion from the bytes waiting
+// to be sent and from the page's acknowledgements.
 #pragma once
 
 #include <cstddef>
@@ -16,24 +16,24 @@ struct VideoLinkLimits {
   int floor = 150'000, start = 2'000'000, most = 4'000'000;  ///< bit/s
 };
 
-/// Not thread-safe. Instants are one steady clock. A page that never says what it has is judged by what
-/// waits.
+/// Not thread-safe. Instants are of one steady clock. For a page without acknowledgements, only the waiting
+/// bytes count.
 class VideoLink {
  public:
   explicit VideoLink(VideoLinkLimits limits = {}) : limits_(limits), bit_rate_(limits.start) {}
 
   void sent(std::uint32_t sequence, WallTime now);
-  /// The page has this frame, and those before it.
+  /// The page has received this frame and all before it.
   void acknowledged(std::uint32_t sequence, WallTime now);
-  /// `waiting`: bytes that the kernel has not taken yet. Before each frame.
+  /// `waiting`: bytes that the kernel has not accepted yet. Call before each frame.
   void look(std::size_t waiting, WallTime now);
 
   int bit_rate() const { return bit_rate_; }
-  /// Frames come later than they could: whoever may leave some out does.
+  /// Frames are delayed: optional frames should be left out.
   bool congested() const { return congested_; }
-  /// Too far behind for any frame, until it has caught up.
+  /// Too far behind for any frame until it has caught up.
   bool lags() const { return lags_; }
-  /// The way there and back at its fastest; none: the page has acknowledged nothing.
+  /// Minimum round-trip time; none: no acknowledgement yet.
   std::optional<Duration> round_trip() const { return round_trip_; }
 
  private:
@@ -41,7 +41,7 @@ class VideoLink {
     std::uint32_t sequence;
     WallTime at;
   };
-  /// By how much the oldest frame that is on its way is late.
+  /// Delay of the oldest unacknowledged frame in excess of the expected one.
   Duration overdue(WallTime now) const;
   void follow(WallTime now);
 

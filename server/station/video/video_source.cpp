@@ -9,9 +9,9 @@
 namespace parhelion::station {
 namespace {
 
-constexpr Duration missing = milliseconds(500);  // nothing for so long: the camera's own is shown
+constexpr Duration missing = milliseconds(500);  // without a picture: the camera's own is shown
 constexpr Duration stale_after = milliseconds(500), longest_wait = seconds(3.0);
-constexpr int periods = 3;  // a slow camera's pictures are stale after so many
+constexpr int periods = 3;  // periods of a slow camera until its picture is stale
 
 std::string text_of(const ImageMetadata& entry) { return {entry.value.begin(), entry.value.end()}; }
 

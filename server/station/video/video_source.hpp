@@ -1,4 +1,4 @@
-// One robot's camera: which of its channels is shown, what is known of the picture, and when it is stale.
+// One robot's camera: selects the channel to show, and keeps the state and age of its picture.
 #pragma once
 
 #include <cstdint>
@@ -18,34 +18,34 @@ namespace parhelion::station {
 class VideoSource {
  public:
   struct Waiting {
-    WallTime due;  ///< to be shown from then, steady clock
+    WallTime due;  ///< earliest time to show it, steady clock
     Image image;
-    bool original = false;  ///< off the camera's own channel
-    ArrivalTime arrived;    ///< from the bus: drawn, not coded yet
+    bool original = false;  ///< from the camera's own channel
+    ArrivalTime arrived;    ///< from the bus, before encoding
   };
 
-  /// `original`: the camera's own channel, shown while nothing comes on `channel`; empty: there is none.
+  /// `original`: the camera's own channel, shown while `channel` delivers nothing; empty: none.
   VideoSource(std::string robot, std::string channel, std::string original, bool simulated);
 
   const std::string& robot() const { return robot_; }
   const std::string& channel() const { return channel_; }
   const std::string& original_channel() const { return original_; }
 
-  /// Whether a message on this channel, now, is to be shown.
+  /// True if a message on this channel is to be shown now.
   bool hears(const std::string& channel, WallTime now);
-  /// For a lesson: whether the next picture is one of the share that is lost. The same ones each time.
+  /// For a fault: true if the next picture belongs to the dropped fraction. Deterministic.
   bool is_lost(double share);
-  /// The newest that is due; those before it are dropped.
+  /// The newest due picture; older ones are dropped.
   std::optional<Waiting> take_due(WallTime now);
-  /// Its header, but for size and coding. `session`: now on the session's axis; `wall`: now.
+  /// Its header, without size and coding. `session`: now on the session's axis; `wall`: now.
   VideoFrame shown(const Waiting& picture, SensorTime session, SensorTime wall, WallTime now);
-  /// Live, none yet or stale, and why.
+  /// Live, none yet or stale, with the reason.
   VideoStatus status(WallTime now) const;
 
   VideoCoder coder;
   std::deque<Waiting> waiting;
   std::string fault;              ///< why the last picture could not be shown, or empty
-  std::optional<WallTime> keyed;  ///< when the last key picture was made
+  std::optional<WallTime> keyed;  ///< time of the last key frame
 
  private:
   std::string robot_, channel_, original_;
@@ -54,7 +54,7 @@ class VideoSource {
   std::uint32_t sequence_ = 0;
   std::uint64_t counted_ = 0;
   std::optional<WallTime> heard_, shown_;
-  Duration period_;  // between the last two that were shown
+  Duration period_;  // between the last two shown pictures
   std::string why_;
 };
 

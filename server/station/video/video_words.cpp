@@ -35,7 +35,7 @@ const char* to_string(VideoStatus::State state) {
 
 std::string dump(const Json& message) { return message.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// NaN: not there, or no finite number.
+/// NaN: missing, or not a finite number.
 double number(const Json& message, const char* key) {
   const auto found = message.find(key);
   return found != message.end() && found->is_number() ? found->get<double>() : std::nan("");

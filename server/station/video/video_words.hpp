@@ -1,4 +1,4 @@
-// What is said on /ws/video: frames with their header, the state of the picture, and what a page answers.
+// Messages on /ws/video: frames with their header, the state of the picture, and replies of a page.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +14,19 @@ namespace parhelion::station {
 
 enum class VideoCodec : std::uint8_t { h264, jpeg };
 enum class PictureState : std::uint8_t {
-  live,      ///< real, virtual bodies drawn in
-  original,  ///< real, as the camera gave it: nothing is drawn in
+  live,      ///< real, with virtual bodies drawn in
+  original,  ///< real, without virtual bodies
   simulated,
 };
 
 struct VideoFrame {
   VideoCodec codec = VideoCodec::h264;
-  bool key = true;  ///< can be decoded without those before it
+  bool key = true;  ///< a key frame: decodes without earlier frames
   PictureState state = PictureState::live;
   std::uint32_t sequence = 0;
   std::int64_t stamp_us = 0;   ///< of the exposure, the server's clock
-  std::int64_t server_us = 0;  ///< when it was sent, the server's clock
-  std::int64_t drawn_us = 0;   ///< when it came to be coded, the server's clock
+  std::int64_t server_us = 0;  ///< time of sending, the server's clock
+  std::int64_t drawn_us = 0;   ///< time before encoding, the server's clock
   int width = 0, height = 0;   ///< pixels
 };
 inline constexpr std::size_t kVideoHeader = 36;  // bytes
@@ -40,11 +40,11 @@ struct VideoStatus {
   enum class State : std::uint8_t { none, live, stale };
   std::string robot;
   State state = State::none;
-  std::string why;                  ///< of none and stale, and of a picture that is not composited
-  std::vector<std::string> robots;  ///< that there are
+  std::string why;                  ///< for none and stale, and for a picture that is not composited
+  std::vector<std::string> robots;  ///< available robots
   VideoCodec codec = VideoCodec::h264;
-  int bit_rate = 0;        ///< bit/s that are aimed at; 0: not said
-  double clock_off_s = 0;  ///< by which the robot's clock is behind the server's; 0: it is right
+  int bit_rate = 0;        ///< target, bit/s; 0: unknown
+  double clock_off_s = 0;  ///< lag of the robot's clock behind the server's; 0: none
   bool operator==(const VideoStatus&) const = default;
 };
 std::string video_status_text(const VideoStatus& status);
@@ -55,7 +55,7 @@ struct VideoRequest {
   std::uint32_t sequence = 0;
   double at_ms = 0;  ///< the page's clock
 };
-/// Error: not one of these; it says what was expected.
+/// Error: not one of these messages; it describes what was expected.
 Result<VideoRequest> read_video_request(std::string_view text);
 std::string clock_text(double at_ms, std::int64_t server_us);
 

@@ -7,7 +7,7 @@
 namespace parhelion::station {
 namespace {
 
-/// The length of what a gzip member holds is in its last four bytes (RFC 1952), little-endian.
+/// The last four bytes of a gzip member are the length of its content (RFC 1952), little-endian.
 std::string inflated(std::string_view gzip) {
   std::size_t size = 0;
   for (std::size_t i = 0; i < 4; ++i)
@@ -39,7 +39,7 @@ HttpResponse page_response(const HttpRequest& request) {
   if (!file) return refusal(404, "the page has no such file");
   HttpResponse response;
   response.type = file->type;
-  // Kept, but asked for again each time: names stay the same when a new version is installed.
+  // Cached, but revalidated each time: a new version has the same file names.
   response.headers = {
       {"ETag", std::string(file->etag)}, {"Cache-Control", "no-cache"}, {"Vary", "Accept-Encoding"}};
   if (request.if_none_match == file->etag) {

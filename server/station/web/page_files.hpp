@@ -1,4 +1,4 @@
-// The built page (`dist`), compiled in, as the web server's answers.
+// The built page (`dist`), compiled in, as HTTP responses.
 #pragma once
 
 #include <string_view>
@@ -11,14 +11,14 @@ struct PageFile {
   std::string_view path;  ///< as a URL's: "/assets/index.js"
   std::string_view type;  ///< media type
   std::string_view etag;  ///< with its quotes; changes with the content
-  std::string_view gzip;  ///< the content, compressed
+  std::string_view gzip;  ///< the compressed content
 };
 
-/// nullptr: there is none. "/" and "/setup" are index.html.
+/// nullptr: no such file. "/" and "/setup" are index.html.
 const PageFile* page_file(std::string_view path);
 
-/// The answer to a GET: the file compressed where the asker takes that, 304 where it has it, 404 where there
-/// is none.
+/// The response to a GET: the compressed file if the client accepts it, 304 if the client has it, 404 if
+/// there is no such file.
 HttpResponse page_response(const HttpRequest& request);
 
 }  // namespace parhelion::station

@@ -5,7 +5,7 @@ import { noViolation } from "../base_station.mjs";
 export async function accounts({ step, picture, address, link, password, admin }) {
   await step("the link that the server prints makes the first account, and works once", async () => {
     const { page } = admin;
-    // The form waits for no answer of the server: who types as soon as the page is there types into it.
+    // The form is usable before the server replies: users may type as soon as the page is loaded.
     let answer;
     const asked = new Promise((resolve) => { answer = resolve; });
     await page.route("**/api/v1/me", (route) => asked.then(() => route.continue()));

@@ -1,4 +1,4 @@
-// The task is done, the session graded, and its recording played.
+// Completes the task, grades the session, and plays its recording.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { noViolation, person, run, until } from "../base_station.mjs";
@@ -54,7 +54,7 @@ export async function end({ step, picture, program, scratch, address, browser, s
     await page.getByRole("button", { name: "Play (Space)" }).waitFor();
     await page.keyboard.press("ArrowUp");
     await page.getByText("× 1.1").waitFor();
-    // A recording that stands shows the picture of its moment, which grows no older.
+    // A paused recording shows the picture of its moment, whose age does not increase.
     await bar.fill((Number(await bar.getAttribute("max")) / 2).toFixed(1));
     await page.locator("[data-age]").filter({ hasText: "paused" }).waitFor();
     await page.evaluate(() => new Promise((older) => setTimeout(older, 1500)));

@@ -1,4 +1,4 @@
-// What is asked of every page: by keys alone, and nothing that axe finds.
+// Checks for every page: usable by keyboard alone, and no violations found by axe.
 import assert from "node:assert/strict";
 import { noViolation } from "../base_station.mjs";
 import { walkByKeys } from "../walk.mjs";
@@ -15,9 +15,9 @@ export async function everyone({ step, picture, roles, observer }) {
       for (const theme of role === "observer" ? [] : ["light", "dark", "contrast"]) {
         await page.keyboard.press("t");
         await page.locator(`html[data-theme="${theme}"]`).waitFor();
-        if (theme !== "light") await noViolation(page, `${role}, ${theme}`, "color-contrast");  // the system's is light
+        if (theme !== "light") await noViolation(page, `${role}, ${theme}`, "color-contrast");  // the system's theme is light
       }
-      if (role !== "observer") await page.keyboard.press("t");  // as the system again
+      if (role !== "observer") await page.keyboard.press("t");  // back to the system's theme
       await picture(page, role);
     }
     const { page } = observer;

@@ -1,4 +1,4 @@
-// Who only looks: back in the session, a picture of the page, and nothing that could be changed.
+// An observer: playback of the session, a screenshot, and no control that changes anything.
 import assert from "node:assert/strict";
 import { statSync } from "node:fs";
 import { join } from "node:path";
@@ -42,6 +42,6 @@ export async function observer({ step, picture, folder, observer }) {
       socket.onmessage = ({ data }) => { if (typeof data === "string" && JSON.parse(data).type === "reply") resolve(JSON.parse(data)); };
     }));
     assert.equal(reply.ok, false);
-    observer.wrong.length = 0;  // the browser says that the socket was refused
+    observer.wrong.length = 0;  // the browser reports the refused socket
   });
 }

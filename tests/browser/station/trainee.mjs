@@ -1,4 +1,4 @@
-// A trainee drives: keys, game pad, stick, a line that hangs, the emergency stop.
+// A trainee drives: keys, game pad, stick, a stalled connection, the emergency stop.
 import assert from "node:assert/strict";
 import { hold, noViolation, until } from "../base_station.mjs";
 

@@ -1,4 +1,4 @@
-// The page in a real browser: tests/browser/review.mjs says what is looked at.
+// The page in a real browser; the checks are in tests/browser/review.mjs.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -22,7 +22,7 @@ SessionReview reviewed(const test::WrittenSession& session, const std::string& p
 
 TEST(BrowserTest, ThePageWorksInChromiumByMouseByKeyboardAndOnPaper) {
   if (!std::filesystem::exists(browser_folder + "/node_modules/playwright-core")) {
-    // tools/test has installed it: there this is a failure.
+    // tools/test has installed it, so its absence is a failure there.
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
     GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
   }

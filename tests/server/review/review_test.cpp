@@ -1,4 +1,5 @@
-// One reading of the log gives all that the page shows, and the page is harmless whatever the log holds.
+// One pass over the log gives everything that the page shows, and the page is harmless for any content of the
+// log.
 #include "server/review/review.hpp"
 
 #include <gmock/gmock.h>
@@ -72,7 +73,7 @@ TEST_F(ReviewTest, WhatWasDrivenAndMeasuredIsThere) {
   EXPECT_NEAR(peak("pitch"), 0.05 * 180 / std::numbers::pi, 0.05);
   EXPECT_NEAR(peak("roll"), 0, 1e-6);
   EXPECT_NEAR(peak("given_forward"), 0.3, 1e-6);
-  // What a scan was late is over the fastest one, to the microsecond of the stamps.
+  // A scan's delay is relative to the fastest one, with the microsecond resolution of the stamps.
   EXPECT_NEAR(peak("delay_scan") - made.least_delay.at("delay_scan"), 0.08, 1e-5);
 }
 
@@ -133,7 +134,7 @@ TEST_F(ReviewTest, OneBrokenScanIsNotTheEndOfTheReview) {
 
 TEST_F(ReviewTest, OfWhatWasNeverMeasuredThereIsNoSeries) {
   test::WrittenSession session;
-  session.injected = false;  // the nearest of nothing is infinitely far
+  session.injected = false;  // without returns the nearest distance is infinite
   const SessionReview made = review(session);
   EXPECT_EQ(made.series.count("nearest"), 1U);
   EXPECT_EQ(made.series.count("nearest_injected"), 0U);

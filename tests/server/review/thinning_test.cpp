@@ -1,4 +1,4 @@
-// An hour fits a page, and no peak is lost on the way.
+// An hour of samples fits on a page, and no peak is lost.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 

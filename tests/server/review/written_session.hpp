@@ -1,4 +1,4 @@
-// A session log put together message by message, of known content and any length: nothing is simulated.
+// A session log written message by message, with known content and of any length, without a simulation.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ struct WrittenSession {
   int picture_width = 160;                          ///< pixels; three quarters as high
   double scan_rate = 10;                            ///< Hz
   bool injected = true;                             ///< barrel_1 is in every scan
-  double broken_scan = -1;  ///< s, of one that breaks off in the middle; negative: none
+  double broken_scan = -1;                          ///< s, time of a truncated scan; negative: none
 
   tick::Configuration configuration() const {
     Scenario made;
@@ -150,7 +150,7 @@ struct WrittenSession {
     }
     return made;
   }
-  /// The one after the other differ.
+  /// Consecutive pictures differ.
   Image picture(int number) const {
     Image image;
     image.width = picture_width;

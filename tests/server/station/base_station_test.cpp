@@ -1,5 +1,5 @@
-// A whole base station beside a live server, over real sockets: what each role may, and what one page can do
-// to the others.
+// A complete base station beside a live server, over real sockets: permissions of each role, and isolation
+// between pages.
 #include "server/station/base_station.hpp"
 
 #include <gmock/gmock.h>
@@ -70,7 +70,7 @@ class BaseStationTest : public ::testing::Test {
       ASSERT_TRUE(*witness_->receive(message, seconds(20)));
   }
 
-  /// The cookie of the account that is called as its role.
+  /// The cookie of the account that has its role as name.
   std::string cookie(const std::string& name) {
     const RawAnswer answer = RawClient(port_).post(
         "/api/v1/login", R"({"name":")" + name + R"(","password":")" + password + "\"}");
@@ -212,7 +212,7 @@ TEST_F(BaseStationTest, FilesAreSentPackedAndTheReportIsPromisedBeforeItIsThere)
   EXPECT_EQ(RawClient(port_).get("/report", admin).status, 200);
 }
 
-/// MB of memory that is in use on the heap.
+/// MB of heap memory in use.
 double heap() {
   const struct mallinfo2 use = mallinfo2();
   return static_cast<double>(use.uordblks + use.hblkhd) / 1e6;
@@ -224,7 +224,7 @@ TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
   const auto page = open_page("instructor");
   std::vector<std::uint8_t> payload;
   int number = 0;
-  // Half a megabyte of events, in order to every page; this one reads them.
+  // Half a megabyte of in-order events to every page; this page reads them.
   const auto round = [&] {
     Event event;
     event.kind = EventKind::agent_spawned;
@@ -235,14 +235,14 @@ TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
       encode(event, payload);
       ASSERT_TRUE(publisher->publish(channel::mr_events, payload).ok());
     }
-    commands();  // the witness keeps nothing
+    commands();  // the witness discards them
     for (int last = 0; last < number;) {
       const Json events = next(*page, "events");
       ASSERT_FALSE(events.is_null()) << "the page that reads is not closed";
       for (const Json& each : events["list"]) last = std::max(last, each["value"].get<int>());
     }
   };
-  for (int i = 0; i < 22; ++i) round();  // those that are kept for pages that come later
+  for (int i = 0; i < 22; ++i) round();  // events that are stored for pages that connect later
   RawClient deaf(port_);
   const int little = 4096;
   setsockopt(deaf.descriptor(), SOL_SOCKET, SO_RCVBUF, &little, sizeof little);
@@ -259,7 +259,7 @@ TEST_F(BaseStationTest, APageThatNeverReadsCostsNobodyElseAnything) {
     Message answer;
     ASSERT_TRUE(*robot->receive(answer, seconds(20))) << "scan " << i;
   }
-  // Who reads at last learns that it was closed.
+  // A client that reads at last receives the close frame.
   std::optional<RawClient::Frame> frame = deaf.frame();
   while (frame && frame->opcode != 8) frame = deaf.frame();
   ASSERT_TRUE(frame);

@@ -1,5 +1,4 @@
-// An emergency stop from a page to the robot's wheels, and whoever tries to drive against it: the desk, a
-// bus, the tick.
+// An emergency stop from a page to the robot's wheels while others try to drive: the desk, a bus, the tick.
 #include <gmock/gmock.h>
 
 #include "server/station/teleop_desk.hpp"
@@ -31,7 +30,8 @@ class EmergencyStopTest : public test::TickTest {
   }
   ArrivalTime stamp() const { return ArrivalTime::from_utime(test::start_us) + Duration{steady_ns_}; }
 
-  /// Time passes; each 20 ms the desk has its turn, the server hears the bus, and the desk the server.
+  /// Advances time; each 20 ms runs the desk, passes the bus's messages to the server, and the server's to
+  /// the desk.
   void pass(double s) {
     for (int i = 0; i < static_cast<int>(s / 0.02 + 0.5); ++i) {
       steady_ns_ += 20'000'000;
@@ -74,7 +74,7 @@ class EmergencyStopTest : public test::TickTest {
       }
     }
   }
-  /// m; commands that went out meanwhile are in wheels_ and arm_.
+  /// Distance in m; commands sent meanwhile are in wheels_ and arm_.
   double way_in(double s) {
     wheels_ = arm_ = 0;
     const auto place = [this] {
@@ -89,7 +89,7 @@ class EmergencyStopTest : public test::TickTest {
     encode(item, payload);
     EXPECT_TRUE(console_->publish(channel, payload).ok());
   }
-  /// A console on LCM, or a joystick, that is held all the time.
+  /// A console on LCM, or a joystick, held all the time.
   void hold_stick(double vx) {
     foreign_ = [this, vx] {
       say(channel::teleop, TwistCommand{{stamp().ns}, {vx, 0, 0.2 * vx}});
@@ -108,7 +108,7 @@ class EmergencyStopTest : public test::TickTest {
   std::function<void()> foreign_;
   std::int64_t steady_ns_ = 1'000'000'000;
   int drop_orders_ = 0;
-  double wheels_ = 0, arm_ = 0;  ///< the fastest that went out
+  double wheels_ = 0, arm_ = 0;  ///< maxima of the published commands
 };
 
 TEST_F(EmergencyStopTest, NoConsoleDrivesAgainstItWhateverItSays) {
@@ -116,7 +116,7 @@ TEST_F(EmergencyStopTest, NoConsoleDrivesAgainstItWhateverItSays) {
   EXPECT_GT(way_in(2), 0.2);
   EXPECT_GT(arm_, 0);
   ASSERT_TRUE(desk_->stop("trainee", "ada").ok());
-  pass(0.5);  // it brakes
+  pass(0.5);  // braking
   EXPECT_LT(way_in(2), 0.002);
   EXPECT_EQ(wheels_ + arm_, 0);
   hold_stick(std::nan(""));
@@ -124,7 +124,7 @@ TEST_F(EmergencyStopTest, NoConsoleDrivesAgainstItWhateverItSays) {
   say(channel::mr_freeze, AgentFreeze{.request = 77, .all = true, .frozen = false});
   say(channel::mr_freeze, AgentFreeze{.request = 78, .agent = "trainee", .frozen = false});
   EXPECT_TRUE(console_->publish(channel::teleop, std::vector<std::uint8_t>{1, 2, 3}).ok());
-  hold_stick(0);  // let go and pressed again, as often as he likes
+  hold_stick(0);  // released and pressed again repeatedly
   pass(0.2);
   hold_stick(0.4);
   EXPECT_LT(way_in(2), 0.002);
@@ -148,7 +148,7 @@ TEST_F(EmergencyStopTest, AStopThatIsTakenBackAtOnceStillWantsTheStickLetGo) {
   ASSERT_TRUE(desk_->reset("", "ada").ok());
   pass(0.5);
   EXPECT_LT(way_in(2), 0.002);
-  foreign_ = {};  // silence is letting go, too
+  foreign_ = {};  // silence counts as a release, too
   pass(1);
   hold_stick(0.4);
   EXPECT_GT(way_in(2), 0.2);
@@ -185,7 +185,7 @@ TEST_F(EmergencyStopTest, WhatAnotherConsoleStopsOrLetsGoThePagesAreTold) {
   EXPECT_TRUE(desk_->stops().empty());
   EXPECT_THAT(page->texts("estop").back(), testing::HasSubstr(R"("on":false)"));
   EXPECT_FALSE(state_->robots.front().command.emergency_stop);
-  order("nobody", true, 7);  // refused, and no stop
+  order("nobody", true, 7);  // refused, no effect
   pass(0.5);
   EXPECT_TRUE(desk_->stops().empty());
   order("", true, 8);  // every robot

@@ -1,4 +1,4 @@
-// A feed in the synthetic room, with a page that listens: bus and clock are the test's.
+// A feed in the synthetic room with a receiving page. The test controls bus and clock.
 #pragma once
 
 #include "server/station/state_feed.hpp"

@@ -1,4 +1,4 @@
-// What pages may ask for, and what comes of it.
+// Requests of pages and their effects.
 #include "server/station/instructor_desk.hpp"
 
 #include <gmock/gmock.h>
@@ -62,7 +62,7 @@ TEST_F(InstructorDeskTest, ACommandGoesToTheBusAndItsAnswerToThePageThatAsked) {
   ASSERT_EQ(sent.size(), 1U);
   EXPECT_EQ(std::get<AgentSpawn>(sent[0]).agent.name, "box_1");
   EXPECT_NE(request_of(sent[0]), 0U);
-  EXPECT_TRUE(page->newest("reply").is_null());  // nothing is done until the server says so
+  EXPECT_TRUE(page->newest("reply").is_null());  // no effect until the server confirms it
   answer(sent[0], EventKind::command_accepted);
   const auto reply = page->newest("reply");
   EXPECT_EQ(reply["request"], 5);

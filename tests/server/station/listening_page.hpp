@@ -1,4 +1,4 @@
-// A page that keeps what it is sent: the other end of a WebClient, without a socket.
+// A page that stores received messages: a WebClient without a socket.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class ListeningPage : public station::WebClient {
   std::size_t waiting_bytes() const override { return 0; }
   void close(int code, std::string) override { closed = code; }
 
-  /// All texts of a type, in order.
+  /// All received texts of a type, in order.
   std::vector<nlohmann::json> heard(const std::string& type) const {
     std::vector<nlohmann::json> all;
     for (const Sent& each : sent) {
@@ -40,7 +40,7 @@ class ListeningPage : public station::WebClient {
     }
     return all;
   }
-  /// The newest text of a type; null: none came.
+  /// The newest received text of a type; null: none.
   nlohmann::json newest(const std::string& type) const {
     const auto all = heard(type);
     return all.empty() ? nlohmann::json() : all.back();

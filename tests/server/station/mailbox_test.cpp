@@ -1,4 +1,4 @@
-// A worker that is held up holds up nobody else, and what waits for it is bounded.
+// A blocked worker blocks nobody else, and its queue is bounded.
 #include "server/station/mailbox.hpp"
 
 #include <gtest/gtest.h>

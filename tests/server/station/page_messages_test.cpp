@@ -1,4 +1,4 @@
-// What a page says is checked before anything is done about it.
+// Messages of pages are validated before they take effect.
 #include "server/station/page_messages.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Which robots pages may drive and watch, as the world and the instructor's commands change them.
+// The robots that pages may drive and watch, as the world and the instructor's commands change them.
 #include "server/station/robot_watch.hpp"
 
 #include <chrono>
@@ -32,7 +32,7 @@ class RobotWatchTest : public TeleopDeskTest {
     encode(item, payload);
     EXPECT_TRUE(server_->publish(channel, payload).ok());
   }
-  /// Shows the watch a world with the agent until a page is told of it with `video`.
+  /// Passes a world with the agent to the watch until a page gets it with `video`.
   bool told(bool video) {
     WorldMessage world;
     WorldMessage::Entry body;
@@ -55,7 +55,7 @@ class RobotWatchTest : public TeleopDeskTest {
     }
     return false;
   }
-  /// The instructor's command, answered by the server with `answer`.
+  /// The instructor's command and the server's reply `answer`.
   void order_camera(double rate, EventKind answer) {
     const CameraRate command{.request = ++requests_, .agent = "robot_2", .rate = rate};
     publish(channel::mr_camera_rate, command);

@@ -8,7 +8,7 @@
 namespace parhelion::station {
 namespace {
 
-/// What is said of a sensor with these stamps, s.
+/// The state of a sensor with these stamps, s.
 SensorState state_of(const std::vector<double>& stamps) {
   SensorWatch watch;
   watch.watch("IMU", SensorWatch::Clock::server);

@@ -13,7 +13,7 @@ namespace {
 constexpr Duration soon = seconds(5.0), at_once = Duration{0};
 using Bytes = std::vector<std::uint8_t>;
 
-/// Hands out what it is given, with the stamps that it is given; remembers what is asked of it.
+/// Delivers given messages with their stamps; records subscriptions and publications.
 class ScriptedBus : public Bus {
  public:
   struct Script {

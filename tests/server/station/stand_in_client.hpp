@@ -1,4 +1,4 @@
-// A page without a socket: keeps what it is sent.
+// A page without a socket that stores received messages.
 #pragma once
 
 #include <memory>
@@ -30,7 +30,7 @@ class StandInClient : public WebClient {
   std::size_t waiting_bytes() const override { return waiting; }
   void close(int code, std::string) override { closed_with = code; }
 
-  /// Texts that hold `part`, in order.
+  /// Received texts that contain `part`, in order.
   std::vector<std::string> texts(const std::string& part = "") const {
     std::vector<std::string> found;
     for (const Sent& each : sent) {

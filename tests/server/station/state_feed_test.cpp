@@ -1,4 +1,4 @@
-// What pages are told of a session.
+// Messages about a session to pages.
 #include "server/station/state_feed.hpp"
 
 #include <gmock/gmock.h>
@@ -87,7 +87,7 @@ TEST_F(FeedTest, ATableThatChangesOftenIsToldFourTimesASecondAndFramesKeepToIt) 
   start(configuration({}));
   const auto page = open();
   std::vector<WorldMessage::Entry> bodies;
-  for (int i = 0; i < 30; ++i) {  // one more each frame, for a second
+  for (int i = 0; i < 30; ++i) {  // one more per frame, for a second
     bodies.push_back(body("box_" + std::to_string(i), "box", AgentKind::box, i));
     world(bodies);
     pass(1.0 / 30);
@@ -152,7 +152,7 @@ TEST_F(FeedTest, PointsOfTheDepthCameraLieInTheMapForThoseWhoAsk) {
   set(1, 9000);  // beyond the range
   set(7, 1000);  // u 3: a quarter of its depth to the right
   take(channel::depth, image);
-  take(channel::depth, image);  // sooner than anybody looks
+  take(channel::depth, image);  // before any page subscribes
   EXPECT_TRUE(other->frames(3).empty());
   const auto frames = asks->frames(3);
   ASSERT_EQ(frames.size(), 1U);

@@ -16,7 +16,7 @@ class TappedBusTest : public testing::Test {
   void come(const std::string& channel, std::uint8_t byte) {
     ASSERT_TRUE(other_->publish(channel, Bytes{byte}).ok());
   }
-  /// All that waits.
+  /// All waiting messages.
   static std::vector<int> heard(Bus& bus) {
     std::vector<int> bytes;
     Message message;
@@ -78,7 +78,7 @@ TEST_F(TappedBusTest, WhatATapSaysTheOwnerHearsAlsoWithoutTheOther) {
   EXPECT_TRUE(heard(*tap_).empty());
 }
 
-/// Subscribing to SLOW holds up whoever does it until `go`.
+/// Blocks subscribers of SLOW until `go`.
 class SlowToSubscribe : public Bus {
  public:
   SlowToSubscribe(std::unique_ptr<Bus> bus, std::latch& asked, std::latch& go)
@@ -112,7 +112,7 @@ TEST_F(TappedBusTest, TheOwnerWaitsForNoLockThatAThreadOfTheTapHolds) {
   come("SCAN", 1);
   EXPECT_EQ(heard(bus), std::vector{1});
   std::thread station([&] { EXPECT_TRUE(tap->subscribe("SLOW", 1).ok()); });
-  asked.wait();  // it is in the middle of it, with all locks that it takes
+  asked.wait();  // it is subscribing, with all its locks held
   come("SCAN", 2);
   EXPECT_EQ(heard(bus), std::vector{2}) << "the server's receiver stood still for a page";
   go.count_down();

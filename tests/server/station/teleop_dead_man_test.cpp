@@ -1,4 +1,4 @@
-// What can move a robot fails to a stop: a dead-man that is not held, or not heard.
+// Fail-safe behaviour: a robot stops when the dead-man is released or its messages do not arrive.
 #include "tests/server/station/teleop_fixture.hpp"
 
 namespace parhelion::station {

@@ -1,4 +1,4 @@
-// What a page asks goes to the robot that it drives, within what that may.
+// A page's commands reach the robot that it drives, within the robot's limits.
 #include "server/station/operator_name.hpp"
 #include "tests/server/station/teleop_fixture.hpp"
 

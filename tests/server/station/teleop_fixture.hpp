@@ -1,4 +1,4 @@
-// A teleop desk between pages and a bus, on a clock that the test turns.
+// A teleop desk between pages and a bus, on a clock that the test controls.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ class TeleopDeskTest : public testing::Test {
   }
   void say(StandInClient& page, const std::string& text) { handler_.received(page, text, false); }
   void close(StandInClient& page) { handler_.closed(page); }
-  /// The page's clock runs with ours, `left_before` s ahead of the arrival.
+  /// The page's clock equals ours; the message was sent `left_before` s before its arrival.
   void twist(StandInClient& page, double vx, double wz = 0, double left_before = 0) {
     char text[160];
     std::snprintf(text, sizeof text, R"({"type":"twist","seq":%llu,"at_ms":%.3f,"vx":%g,"vy":0,"wz":%g})",
@@ -55,7 +55,7 @@ class TeleopDeskTest : public testing::Test {
                   (Duration{now_.ns}.seconds() - left_before) * 1e3, vx, wz);
     say(page, text);
   }
-  /// Drives `robot`, its dead-man let go.
+  /// Drives `robot` with the dead-man released.
   void drive(StandInClient& page, const std::string& robot = "trainee") {
     say(page, R"({"type":"drive","robot":")" + robot + "\"}");
     say(page, R"({"type":"release"})");
@@ -67,7 +67,7 @@ class TeleopDeskTest : public testing::Test {
       desk_->turn();
     }
   }
-  /// What went out since the last call, by channel; of twists vx.
+  /// Messages published since the last call, by channel; of twists vx.
   std::map<std::string, std::vector<double>> heard() {
     std::map<std::string, std::vector<double>> all;
     Message message;

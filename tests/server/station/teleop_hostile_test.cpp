@@ -1,4 +1,4 @@
-// A page that says what it should not stops the robot, and hurts nobody else.
+// Malformed or hostile messages of a page stop its robot and affect nobody else.
 #include <cmath>
 
 #include "tests/server/station/teleop_fixture.hpp"

@@ -1,4 +1,4 @@
-// What comes late moves nothing.
+// Late commands move nothing.
 #include <deque>
 
 #include "tests/server/station/teleop_fixture.hpp"
@@ -14,7 +14,7 @@ TEST_F(TeleopDeskTest, NeverReplaysWhatComesLate) {
     pass(0.05);
   }
   heard();
-  // The link hangs for a second; what the page said meanwhile comes at once.
+  // The link stalls for a second; messages sent meanwhile arrive together.
   const WallTime hung = now_;
   pass(1);
   EXPECT_FALSE(moves(heard()[channel::teleop]));
@@ -69,11 +69,11 @@ TEST_F(TeleopDeskTest, LeavesOutWhatIsOutOfOrder) {
   EXPECT_TRUE(heard().empty());
 }
 
-/// A link that loses: what is lost comes again after a while, and all behind it waits for it, as in TCP.
+/// A lossy link: lost packets are retransmitted after a while, and later ones wait for them, as in TCP.
 class LossyWay {
  public:
   explicit LossyWay(double loss) : loss_(loss) {}
-  /// When what leaves at `t` s arrives.
+  /// Arrival time of a message sent at `t` s.
   double arrival(double t) {
     double at = t + 0.002;
     for (double again = 0.2; next() < loss_; again *= 2) at += again;
@@ -89,7 +89,7 @@ class LossyWay {
   std::uint64_t state_ = 1;
 };
 
-/// A key is held for a minute, pressed anew whenever the page is told to.
+/// A key is held for a minute, and pressed anew whenever the page is requested to.
 
 TEST_F(TeleopDeskTest, StopsOnALossyLinkRatherThanReplayingOldCommands) {
   for (const double loss : {0.02, 0.1}) {

@@ -1,4 +1,4 @@
-// Who drives what: one operator a robot, whoever else asks.
+// Allocation of robots: one operator per robot.
 #include "tests/server/station/teleop_fixture.hpp"
 
 namespace parhelion::station {

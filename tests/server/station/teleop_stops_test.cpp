@@ -1,4 +1,4 @@
-// An emergency stop holds until it is taken back.
+// An emergency stop is active until it is reset.
 #include "tests/server/station/teleop_fixture.hpp"
 
 namespace parhelion::station {

@@ -1,4 +1,4 @@
-// The newest picture to each page that can follow, coded once; never a frozen one that looks live.
+// The newest picture for each page that keeps up, encoded once; a frozen picture never looks live.
 #include "server/station/video/video_feed.hpp"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ class VideoFeedTest : public testing::Test {
     return client;
   }
   void say(StandInClient& page, const std::string& text) { feed_->socket().received(page, text, false); }
-  /// A picture that was taken `ago` s before; the feed has its turn.
+  /// Publishes a picture taken `ago` s before, and runs the feed once.
   Image show(const char* channel = channel::mr_camera, double ago = 0.02, const std::string& reason = "") {
     Image image = picture_;
     image.stamp = wall() - seconds(ago);
@@ -337,7 +337,7 @@ TEST_F(VideoFeedTest, AnswersClocksAndClosesWhoTalksNonsense) {
   EXPECT_EQ(page->closed_with, 1008);
 }
 
-/// 10 s over a link that loses a tenth of its packets and catches up as TCP does: acknowledged late, never
+/// 10 s over a link that loses a tenth of its packets and retransmits like TCP: acknowledged late, never
 /// lost.
 TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
   for (const double loss : {0.02, 0.1}) {
@@ -365,7 +365,7 @@ TEST_F(VideoFeedTest, GoesOnOverALossyLink) {
         }
         link_free = std::max(link_free + milliseconds(1), now_ + way);
         acks.push_back({get<std::uint32_t>(bytes, 4), link_free});
-        // What a decoder can show: key pictures, and what follows without a gap.
+        // What a decoder can show: key frames, and frames that follow without a gap.
         const auto sequence = get<std::uint32_t>(bytes, 4);
         EXPECT_TRUE(bytes[2] != 0 || sequence == last + 1) << "a gap that no key picture follows";
         last = sequence;

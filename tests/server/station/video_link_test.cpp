@@ -12,7 +12,7 @@ namespace {
 
 WallTime at(double s) { return WallTime{} + seconds(s + 1); }
 
-/// A link of `rate` bit/s and 20 ms there and back: what waits, and what comes back when.
+/// A link of `rate` bit/s with 20 ms round trip: its queue and its acknowledgements.
 class Pipe {
  public:
   explicit Pipe(double rate) : rate_(rate) {}
@@ -52,7 +52,7 @@ class Pipe {
   std::deque<Ack> acks_;
 };
 
-/// 30 frames a second through the pipe; `hidden`: what waits lies where the server does not see it.
+/// 30 frames a second through the pipe; `hidden`: the queue is where the server cannot see it.
 int run(VideoLink& link, Pipe& pipe, double from, double to, bool hidden = false) {
   static std::uint32_t sequence = 0;
   int left_out = 0;

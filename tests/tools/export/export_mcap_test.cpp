@@ -1,4 +1,4 @@
-// A session as MCAP, read by Foxglove's own reader (tests/browser/mcap.mjs), is the session.
+// A session exported as MCAP and read by Foxglove's own reader (tests/browser/mcap.mjs) equals the session.
 #include "tools/export/export_mcap.hpp"
 
 #include <gtest/gtest.h>
@@ -35,17 +35,17 @@ class ExportMcapTest : public ::testing::Test {
     EXPECT_FALSE(report.ok());
     return report ? "" : report.error().message;
   }
-  /// What Foxglove's reader finds.
+  /// The result of Foxglove's reader.
   json read_back() {
     const auto ran = test::run({browser_folder + "/mcap.mjs", options_.output, folder_ / "summary.json"},
                                folder_ / "node.txt", "/usr/bin/node");
     EXPECT_EQ(ran.exit, 0) << ran.output;
     return json::parse(test::text_of(folder_ / "summary.json"), nullptr, false);
   }
-  /// False, and a message, where the reader's packages are not there.
+  /// False, with a message, if the reader's packages are not installed.
   static bool can_read_back() {
     if (std::filesystem::exists(browser_folder + "/node_modules/@mcap/core")) return true;
-    // tools/test has installed it: there this is a failure.
+    // tools/test has installed it, so its absence is a failure there.
     EXPECT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
     return false;
   }
@@ -111,7 +111,8 @@ TEST_F(ExportMcapTest, ScansBodiesAndTouchesAreThoseOfTheLog) {
   ASSERT_EQ(scan["ranges"].size(), injected["ranges"].size());
   const std::size_t middle = scan["ranges"].size() / 2;
   for (std::size_t i = 0; i < scan["ranges"].size(); ++i) {
-    EXPECT_EQ(injected["ranges"][i].is_null(), i != middle) << i;  // an infinity is null once more written
+    EXPECT_EQ(injected["ranges"][i].is_null(), i != middle) << i;  // an infinity becomes null when written
+                                                                   // again
     EXPECT_EQ(injected["intensities"][i], i == middle ? 1 : 0);
   }
   EXPECT_EQ(injected["ranges"][middle], scan["ranges"][middle]);

@@ -1,4 +1,4 @@
-// The keys of `play`, and what of a recording goes out on a network where robots listen.
+// The keys of `play`, and the messages of a recording that are published on a network with robots.
 #include <gtest/gtest.h>
 
 #include <algorithm>

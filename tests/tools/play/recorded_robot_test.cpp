@@ -1,4 +1,4 @@
-// A recorded robot speaks as if it drove now, and stands when its recording is over.
+// A recorded robot behaves like a live one, and stands still after the end of its recording.
 #include "tools/demo/recorded_robot.hpp"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@ namespace {
 const ArrivalTime kNow{1'800'000'000'000'000'000};
 constexpr int scans = 20;
 
-/// Ten scans a second, an odometry 3 ms before each, one IMU sample at the start, a command and a picture
-/// that is none between.
+/// Ten scans a second, odometry 3 ms before each, one IMU sample at the start, and between them a command and
+/// an invalid picture.
 void write_robot(const std::string& path) {
   auto log = LogWriter::create(path, true);
   ASSERT_TRUE(log.ok());

@@ -1,4 +1,4 @@
-// Everything that an attacker would try, at once, against the real server, while a robot asks it for scans.
+// All attacks at once against the real server, while a robot sends it scans.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ class AttackTest : public ::testing::Test {
         port_ = static_cast<std::uint16_t>(std::stoi(said.substr(at + before.size())));
     }
     ASSERT_NE(port_, 0) << test::text_of(folder_ / "serve.txt");
-    // From the first pose on the barrel is in the robot's scans.
+    // From the first pose on, the barrel is in the robot's scans.
     for (int tries = 0; tries < 200 && injected_ == 0; ++tries) {
       (void)answered(milliseconds(100));
       ASSERT_TRUE(server_->running()) << test::text_of(folder_ / "serve.txt");
@@ -79,7 +79,7 @@ class AttackTest : public ::testing::Test {
          {station::Role::admin, station::Role::instructor, station::Role::trainee, station::Role::observer})
       ASSERT_TRUE((*accounts)->put(std::string(station::role_word(role)), role, *hash));
   }
-  /// Of the account that is called as its role.
+  /// Of the account that has its role as name.
   std::string cookie(const std::string& name) const {
     const RawAnswer answer = RawClient(port_).post(
         "/api/v1/login", R"({"name":")" + name + R"(","password":")" + password + "\"}");
@@ -88,9 +88,8 @@ class AttackTest : public ::testing::Test {
     return header.substr(0, header.find(';'));
   }
 
-  /// Sends a scan of a robot that stands in the room, and where it stands; whether MR_SCAN
-  /// brings the scan back. One without the barrel that stands ahead is counted: the server must own to it in
-  /// its report.
+  /// Sends a scan and the pose of a robot that stands in the room; true if MR_SCAN returns the scan. A scan
+  /// without the barrel ahead is counted: the server must list it in its report.
   bool answered(Duration patience) {
     scan_.stamp = SensorTime::from_utime(runtime::wall_now().ns / 1000);
     const Transform<Map, Base> T_map_base = test::pose_at(0);
@@ -122,7 +121,7 @@ class AttackTest : public ::testing::Test {
     const Message message = test::message(channel, 0, item);
     EXPECT_TRUE(bus_->publish(message.channel, message.payload).ok());
   }
-  /// Every beam is the robot's own, or ends at the barrel where there is one.
+  /// Every beam is unchanged, or ends at the barrel.
   void take(const Scan& scan) {
     ASSERT_EQ(scan.ranges.size(), scan_.ranges.size());
     const double from_laser = kBarrelDistance - test::robot().laser->T_base_laser.translation().x();
@@ -146,7 +145,7 @@ class AttackTest : public ::testing::Test {
   std::uint16_t port_ = 0;
   Scan scan_ = test::scan_at(0);
   std::size_t injected_ = 0, untouched_ = 0;  ///< scans
-  int commands_ = 0;                          ///< on the channels on which somebody is told to do something
+  int commands_ = 0;                          ///< on all channels with commands
 };
 
 TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswered) {
@@ -156,7 +155,7 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
 
   struct Attack {
     std::function<void(const attack::Attacker&, const attack::Cookies&)> commit;
-    std::vector<std::string> noted;  ///< what the audit log says of it, among others
+    std::vector<std::string> noted;  ///< expected entries of the audit log, among others
   };
   const auto words_to = [](const char* path) {
     return [path](const attack::Attacker& attacker, const attack::Cookies& known) {
@@ -178,7 +177,7 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
       {words_to("/ws/teleop"), {"message on /ws/teleop"}},
       {words_to("/ws/video"), {"message on /ws/video"}}};
   const auto address_of = [](std::size_t attack) { return "127.0.0." + std::to_string(10 + attack); };
-  // For as long as the others: requests that never end, and a page that never reads.
+  // While the other attacks last: requests that never end, and a page that never reads.
   std::vector<std::unique_ptr<RawClient>> slow;
   for (int i = 0; i < 200; ++i) {
     slow.push_back(std::make_unique<RawClient>(port_));
@@ -206,7 +205,7 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
   EXPECT_EQ(commands_, 0) << "nobody was told to move, or to come";
   EXPECT_EQ(RawClient(port_).get("/healthz").status, 200);
 
-  // Each is on record, by where it came from.
+  // Each is recorded with its source address.
   const Json log = Json::parse(RawClient(port_).get("/api/v1/audit", cookies.admin).body)["entries"];
   for (std::size_t i = 0; i < attacks.size(); ++i) {
     for (const std::string& noted : attacks[i].noted) {
@@ -222,8 +221,7 @@ TEST_F(AttackTest, EverythingAtOnceIsRefusedAndWrittenDownWhileEachScanIsAnswere
   const Json report = Json::parse(test::text_of(folder_ / "report.json"));
   EXPECT_EQ(report["scans"]["in"], report["scans"]["out"]) << report["scans"];
   EXPECT_GE(report["scans"]["in"].get<std::size_t>(), scans);
-  // Injection went on: a scan without the barrel is one that the server owns to (late, or before the first
-  // pose).
+  // Injection continued: the report lists each scan without the barrel (late, or before the first pose).
   std::printf("%zu scans while it was attacked, %zu of them with the barrel\n", scans,
               injected_ - injected_before);
   EXPECT_GE(injected_ - injected_before, scans * 9 / 10) << report["scans"];

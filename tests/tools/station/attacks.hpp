@@ -1,4 +1,4 @@
-// What an attacker tries on a base station's port; each expects to be refused.
+// Attacks on a base station's port; each expects to be refused.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@ using testing::RawClient;
 
 inline const std::string markup = "</script><script>alert(1)</script>";
 
-/// One attacker's client. Each has an address of its own, which the audit log names.
+/// One attacker's client. Each has its own address, which the audit log contains.
 class Attacker {
  public:
   Attacker(std::uint16_t port, std::string address) : port_(port), address_(std::move(address)) {}
@@ -34,7 +34,7 @@ class Attacker {
   std::string address_;
 };
 
-/// The closing code after `commit`; 0: it was just cut off.
+/// The closing code after `commit`; 0: closed without one.
 inline int closed_after(const Attacker& attacker, const std::string& path, const std::string& cookie,
                         const std::function<void(RawClient&)>& commit) {
   RawClient client = attacker.client();
@@ -45,7 +45,7 @@ inline int closed_after(const Attacker& attacker, const std::string& path, const
   return frame ? frame->code() : 0;
 }
 
-/// The answer to what a page asks for.
+/// The reply to a page's request.
 inline Json reply(RawClient& page, const std::string& text) {
   page.send_text(text);
   while (const auto frame = page.frame()) {

@@ -1,5 +1,5 @@
-// The base station's page in a real browser, as each role uses it: tests/browser/station.mjs, crawler.mjs and
-// demo.mjs say what is done.
+// The base station's page in a real browser for each role; the steps are in tests/browser/station.mjs,
+// crawler.mjs and demo.mjs.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -15,7 +15,7 @@ const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/b
 
 bool has_packages() { return std::filesystem::exists(browser_folder + "/node_modules/playwright-core"); }
 
-/// Runs the script to its last step; pictures are left beside what it said.
+/// Runs the script to its last step; pictures are stored beside its output.
 void play(const std::string& script, std::vector<std::string> options) {
   const char* kept = std::getenv("PARHELION_BROWSER_PICTURES");
   const std::string pictures = kept ? std::string(kept) : testing::TempDir();
@@ -26,7 +26,7 @@ void play(const std::string& script, std::vector<std::string> options) {
   EXPECT_NE(ran.output.find("ok  nothing went wrong in any page"), std::string::npos) << ran.output;
 }
 
-/// tools/test has installed them: there it is a failure that they are not here.
+/// tools/test has installed them, so their absence is a failure there.
 #define PARHELION_NEEDS_BROWSER_PACKAGES()                                                       \
   if (!has_packages()) {                                                                         \
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder; \

@@ -1,4 +1,4 @@
-// Open WebSockets and picture streams: what their queues hold goes out, what comes in is handed on.
+// Open WebSockets and picture streams: sends the content of their queues and passes on received messages.
 #pragma once
 
 #include <sstream>
@@ -8,7 +8,7 @@
 
 namespace parhelion::station::net {
 
-/// What became of a request that opens one.
+/// Result of a request that opens one.
 struct ClientStart {
   HttpRequest request;
   std::string host;
@@ -16,7 +16,7 @@ struct ClientStart {
   WebClientOrigin origin;
 };
 
-/// What both kinds have in common. Kept alive by the server's list until finish(), then by its last handler.
+/// Common part of both kinds. Kept alive by the server's list until finish(), then by its last handler.
 class ClientSession : public OpenClient, public std::enable_shared_from_this<ClientSession> {
  public:
   ClientSession(ServerCore& core, ClientStart start, const SocketHandler& handler)
@@ -55,7 +55,7 @@ class ClientSession : public OpenClient, public std::enable_shared_from_this<Cli
     if (handler_.opened) handler_.opened(queue_);
   }
 
-  /// Sends what is next, where nothing is being sent.
+  /// Sends the next message, unless one is being sent.
   void pump() {
     if (stuck_since_ || closing_ || !core_.open.contains(shared_from_this())) return;
     ClientQueue::Next next = queue_->take();
@@ -63,7 +63,7 @@ class ClientSession : public OpenClient, public std::enable_shared_from_this<Cli
     stuck_since_ = std::chrono::steady_clock::now();
     if (next.closing) {
       closing_ = true;
-      // Who is sent away for what it said or did not take is on record.
+      // Clients closed for a violation or for not reading are recorded.
       if (next.closing->code == 1008 || next.closing->code == 1013) refuse(next.closing->why);
       write_close(next.closing->code, next.closing->why);
     } else {
@@ -102,7 +102,7 @@ class SocketSession : public ClientSession {
   SocketSession(ServerCore& core, ClientStart start, const SocketHandler& handler, NetStream&& stream)
       : ClientSession(core, std::move(start), handler), socket_(std::move(stream)) {}
 
-  /// `request` and `protocol` (may be empty) are what the client asked for and gets.
+  /// `request` and `protocol` (may be empty): what the client requested and gets.
   void accept(const http::request<http::string_body>& request, const std::string& protocol) {
     socket_.next_layer().connection().expires_never();
     websocket::stream_base::timeout times;
@@ -132,7 +132,7 @@ class SocketSession : public ClientSession {
 
   void received(error_code error, std::size_t bytes) {
     if (error) {
-      // Beast has told the other end. What it did wrong, not that it left, is worth a line.
+      // Beast has informed the peer. Only protocol errors are logged, not disconnections.
       if (error.category() == websocket::make_error_code(websocket::error::closed).category() &&
           error != websocket::error::closed) {
         refuse(error.message());
@@ -164,7 +164,7 @@ class SocketSession : public ClientSession {
 
   void write_close(int code, const std::string& why) override {
     websocket::close_reason reason(static_cast<websocket::close_code>(code));
-    // 125 bytes are all that a control frame takes; two are the code.
+    // A control frame has at most 125 bytes; the code takes two.
     reason.reason.assign(why.substr(0, std::min<std::size_t>(why.size(), reason.reason.max_size())));
     socket_.async_close(reason, [self = me()](error_code) { self->finish(); });
   }
@@ -201,7 +201,7 @@ class StreamSession : public ClientSession {
  private:
   std::shared_ptr<StreamSession> me() { return std::static_pointer_cast<StreamSession>(shared_from_this()); }
 
-  /// Nothing is to come in; that the other end leaves shows here.
+  /// No input is expected; a read detects that the peer has disconnected.
   void watch() {
     stream_.async_read_some(asio::buffer(ignored_), [self = me()](error_code error, std::size_t) {
       if (error) return self->finish();

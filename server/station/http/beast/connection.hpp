@@ -1,4 +1,4 @@
-// One connection: its requests one after the other, each checked, then handed to whose path it is.
+// One connection: handles its requests one after the other, checks each and passes it to its route.
 #pragma once
 
 #include "server/station/http/beast/client_session.hpp"
@@ -13,7 +13,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void start() {
     allow(core_.options.request_time);
     if (!core_.encrypted) return read_header();
-    // The first byte tells whether the other end knows that this is TLS.
+    // The first byte shows whether the peer speaks TLS.
     stream_.async_read_some(buffer_.prepare(1024),
                             [self = shared_from_this()](error_code error, std::size_t bytes) {
                               if (error) return self->lost();
@@ -111,7 +111,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     stream_.connection().expires_never();
     if (const auto* handler = std::get_if<HttpServer::Handler>(&route_->target))
       return answer((*handler)(request_));
-    // Whoever answers holds no connection: there may be no server any more.
+    // Late replies hold no reference to the connection, since the server may have ended.
     struct Late {
       std::shared_ptr<Mailbox> mailbox;
       std::weak_ptr<Connection> connection;
@@ -166,7 +166,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     return "";
   }
 
-  /// Who speaks plain HTTP to an encrypted port is told where to go.
+  /// Redirects a client that speaks plain HTTP to an encrypted port.
   void send_elsewhere(const std::string& target) {
     keep_alive_ = false;
     answer({.status = 308, .body = "", .headers = {{"Location", "https://" + host_ + target}}});
@@ -178,7 +178,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     answer(refusal(status, why));
   }
 
-  /// What came in is no request, or it did not come in time.
+  /// The input is not a request, or did not arrive in time.
   void unreadable(error_code error) {
     if (error == http::error::end_of_stream || error == asio::error::connection_reset) return lost();
     keep_alive_ = false;
@@ -191,7 +191,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       status = 413;
       why = "the body is longer than " + std::to_string(core_.options.body_bytes) + " bytes";
     } else if (error.category() != make_error_code(http::error::bad_method).category()) {
-      // Nobody waits for an answer, or the time is over.
+      // No reply is pending, or the timeout has passed.
       if (parser_->got_some()) core_.refuse({admission_->remote(), "", "a request", why, 0});
       return stream_.close();
     }
@@ -199,13 +199,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
     answer(refusal(status, why));
   }
 
-  /// Browsers leave like this, too: connections kept in reserve, certificates not believed yet.
+  /// Normal for browsers, too: reserved connections, untrusted certificates.
   void lost() { stream_.close(); }
 
   void answer(HttpResponse response) {
     const auto self_kept = shared_from_this();
     core_.waiting.erase(self_kept);
-    // A body that nobody has read is in the way of the next request.
+    // An unread body would precede the next request.
     if (!parser_->is_done()) keep_alive_ = false;
     content_ = std::move(response);
     const std::string& body = content_.shared_body ? *content_.shared_body : content_.body;
@@ -213,7 +213,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     set_page_rules(out, core_.hosts.knows(host_) ? host_ : "", core_.encrypted);
     out.set(http::field::cache_control, "no-store");
     for (const auto& [name, value] : content_.headers) {
-      // set() would fold several of these into one.
+      // set() would merge several of these into one.
       if (name == "Set-Cookie") {
         out.insert(name, value);
       } else {
@@ -249,7 +249,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       allow(core_.options.request_time);
       return read_header();
     }
-    // The next request has its full time from its first byte on.
+    // The timeout of the next request starts with its first byte.
     stream_.async_read_some(buffer_.prepare(1024),
                             [self = shared_from_this()](error_code idle, std::size_t bytes) {
                               if (idle) return self->stream_.close();
@@ -259,7 +259,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
                             });
   }
 
-  /// Reads on for a moment: closing with bytes unread takes the answer from the other end.
+  /// Reads for a moment longer: closing with unread bytes would discard the reply at the peer.
   void drain(std::size_t bytes_left) {
     buffer_.clear();
     stream_.async_read_some(buffer_.prepare(4096),
@@ -272,7 +272,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   static constexpr Duration linger_time = seconds(2.0);
   static constexpr std::size_t linger_bytes = 1 << 20;
 
-  /// For the log: queries hold tokens.
+  /// For the log, since queries contain tokens.
   static std::string path_of(boost::string_view target) {
     return text(target.substr(0, std::min<std::size_t>(target.find('?'), 200)));
   }

@@ -1,4 +1,4 @@
-// A connection with or without TLS as one type, so that what is built on it is compiled once. Headers of this
+// A connection with or without TLS as one type, so that code built on it is compiled once. Headers of this
 // folder are included by http_server.cpp alone.
 #pragma once
 
@@ -28,7 +28,7 @@ class NetStream {
   beast::tcp_stream& connection() { return tls_.next_layer(); }
   tcp::socket& socket() { return connection().socket(); }
 
-  /// `begun`: what the other end has sent already. Calls handler(error_code, bytes of `begun` used).
+  /// `begun`: bytes already received from the peer. Calls handler(error_code, bytes of `begun` used).
   template <class Buffers, class Handler>
   void handshake(const Buffers& begun, Handler&& handler) {
     encrypted_ = true;
@@ -61,7 +61,7 @@ class NetStream {
         handler, buffers);
   }
 
-  /// What was sent still arrives.
+  /// Data already sent still arrives.
   void shut_down() {
     error_code ignored;
     socket().shutdown(tcp::socket::shutdown_send, ignored);
@@ -76,8 +76,7 @@ class NetStream {
   bool encrypted_ = false;
 };
 
-// What Beast asks of a stream under a WebSocket. The closing handshake has been done by then, or is not
-// wanted.
+// Required by Beast of a stream under a WebSocket. The closing handshake is done or not wanted at this point.
 inline void teardown(beast::role_type, NetStream& stream, error_code& error) {
   stream.close();
   error = {};

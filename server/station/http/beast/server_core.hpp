@@ -1,4 +1,5 @@
-// What all connections of one server share. Used on the server's thread, but for the mailbox and the counts.
+// State shared by all connections of one server. Used on the server's thread, except the mailbox and the
+// counts.
 #pragma once
 
 #include <atomic>
@@ -11,7 +12,7 @@
 
 namespace parhelion::station::net {
 
-/// Brings work from any thread to the server's, and drops it when the server has ended.
+/// Posts work from any thread to the server's thread, and drops it when the server has ended.
 class Mailbox {
  public:
   explicit Mailbox(asio::io_context& io) : io_(&io) {}
@@ -33,9 +34,9 @@ class Mailbox {
 class OpenClient {
  public:
   virtual ~OpenClient() = default;
-  /// Once a second: is it still allowed, is the other end still taking?
+  /// Called once a second: checks that it is still allowed and that the peer still reads.
   virtual void check(std::chrono::steady_clock::time_point now) = 0;
-  /// Closes it at once; its handler is told.
+  /// Closes it at once and notifies its handler.
   virtual void finish() = 0;
 };
 
@@ -57,7 +58,7 @@ struct ServerCore {
   asio::ssl::context tls{asio::ssl::context::tls_server};
   std::shared_ptr<Mailbox> mailbox;
   std::set<std::shared_ptr<OpenClient>> open;
-  std::set<std::shared_ptr<void>> waiting;  ///< connections whose answer comes later
+  std::set<std::shared_ptr<void>> waiting;  ///< connections with a pending late reply
 
   void refuse(WebRefusal refusal) {
     ++refused;
@@ -69,7 +70,7 @@ struct ServerCore {
   }
 };
 
-/// One of the connections that a server and an address may have, held as long as it lives.
+/// Counts one connection against the limits of the server and of its address, as long as it lives.
 class Admission {
  public:
   Admission(ServerCore& core, std::string remote, std::string network)
@@ -94,7 +95,7 @@ class Admission {
 
 inline std::chrono::nanoseconds span(Duration duration) { return std::chrono::nanoseconds(duration.ns); }
 
-/// What each answer says of what its page may do.
+/// Security headers of each reply.
 template <class Fields>
 void set_page_rules(Fields& fields, const std::string& host, bool encrypted) {
   const std::string sockets = host.empty() ? "" : (encrypted ? " wss://" : " ws://") + host;

@@ -1,4 +1,4 @@
-/** Every word that the page shows. Another language is a file like this one. One object per panel. */
+/** All strings of the page. Another language is a file like this one. One object per panel. */
 export const strings = {
   product: "Parhelion",
   roles: { observer: "Observer", trainee: "Trainee", instructor: "Instructor", admin: "Administrator" },

@@ -1,4 +1,4 @@
-// The defaults that the schema of a joystick mapping states are those of the program.
+// The defaults in the schema of joystick mappings equal those of the program.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

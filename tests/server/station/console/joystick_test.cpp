@@ -1,9 +1,9 @@
-// Sticks and buttons to commands, and SDL's own virtual joystick plugged in and out.
+// Sticks and buttons to commands, and hot plugging of SDL's virtual joystick.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 #include <rapidcheck/gtest.h>
 
-// Else SDL renames main.
+// Otherwise SDL renames main.
 #define SDL_MAIN_HANDLED
 #include <SDL2/SDL.h>
 

@@ -1,4 +1,4 @@
-// Bytes of a terminal to keys, keys to a twist: a key holds while it repeats, and no longer.
+// Bytes of a terminal to keys, keys to a twist: a key counts as held while it repeats, and no longer.
 #include "server/station/console/keyboard.hpp"
 
 #include <gtest/gtest.h>

@@ -17,7 +17,7 @@ namespace {
 
 const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/browser";
 
-/// Says a log again and again, until it goes.
+/// Publishes a log repeatedly until it is destroyed.
 class Talker {
  public:
   Talker(const std::string& log, std::unique_ptr<Bus> bus)
@@ -57,7 +57,7 @@ class FoxgloveServerTest : public ::testing::Test {
 
 TEST_F(FoxgloveServerTest, FoxglovesClientIsToldOfEveryTopicAndGetsItsMessages) {
   if (!std::filesystem::exists(browser_folder + "/node_modules/@foxglove/ws-protocol")) {
-    // tools/test has installed it: there this is a failure.
+    // tools/test has installed it, so its absence is a failure there.
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
     GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
   }
@@ -76,7 +76,7 @@ TEST_F(FoxgloveServerTest, FoxglovesClientIsToldOfEveryTopicAndGetsItsMessages) 
   EXPECT_NE(ran.output.find("ok  none is refused"), std::string::npos) << ran.output;
 }
 
-/// Opcode and time of a binary message; those of a text are 0.
+/// Opcode and time of a binary message; 0 for a text.
 struct Heard {
   int opcode = 0;
   std::int64_t time = 0;  ///< ns
@@ -131,7 +131,7 @@ TEST_F(FoxgloveServerTest, ATimeThatGoesBackIsToldBeforeWhatIsOfIt) {
   EXPECT_EQ(heard(*frame).opcode, 1);
   EXPECT_EQ(heard(*frame).time, late);
 
-  // As a recording does that begins again.
+  // As in a recording that restarts.
   clock = early;
   ASSERT_TRUE(hub_.connect()->publish((*first)->channel, (*first)->payload).ok());
   std::vector<Heard> all;

@@ -13,7 +13,7 @@ using nlohmann::json;
 
 class WorldSceneTest : public ::testing::Test {
  protected:
-  /// The names that a message deletes.
+  /// The names of entities that a message deletes.
   std::vector<std::string> deleted_in(const std::vector<std::string>& bodies) {
     WorldMessage world;
     world.stamp = SensorTime{1'000'000'000};

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Foxglove refuses a channel, and shows an error, where an object does not name its members.
+/// Foxglove refuses a channel with an error if the schema of an object does not name its members.
 void expect_readable(const json& schema, const std::string& where) {
   if (schema.contains("oneOf")) return;  // an enumeration
   ASSERT_TRUE(schema.contains("type")) << where;

@@ -1,4 +1,4 @@
-// What a server does with requests, good, bad and malicious.
+// The server's response to valid, invalid and malicious requests.
 #include "server/station/http/http_server.hpp"
 
 #include <future>
@@ -97,7 +97,7 @@ TEST_F(Server, ClosesWhoSendsARequestLittleByLittle) {
   open({.request_time = milliseconds(300)});
   RawClient slow(port());
   slow.send("GET /healthz HTTP/1.1\r\n");
-  // A header line now and then does not give it more time.
+  // Header lines now and then do not extend its timeout.
   int lines = 0;
   while (slow.send("X-" + std::to_string(lines) + ": y\r\n") && lines < 10'000) {
     pollfd end{slow.descriptor(), POLLIN, 0};
@@ -125,7 +125,7 @@ TEST_F(Server, TakesNoMoreConnectionsThanItMayAndTakesOthersAfterwards) {
     EXPECT_EQ(clients.front()->get("/healthz").status, 200);
   }
   EXPECT_NE(audit().find("too many are open"), std::string::npos);
-  // The server sees that they left soon, not at once.
+  // The server detects their disconnection soon, not at once.
   RawAnswer answer;
   for (int i = 0; i < 10'000 && answer.status == 0; ++i) answer = RawClient(port()).get("/healthz");
   EXPECT_EQ(answer.status, 200);

@@ -1,4 +1,4 @@
-// Logging in, and what goes without it or with another's rights.
+// Log-in, and the routes available without it or with other roles.
 #include <fstream>
 
 #include "tests/server/station/http/site_fixture.hpp"
@@ -84,7 +84,7 @@ TEST_F(LogIn, EndsWithLogOutAndItsCookieIsWorthNothingAfterwards) {
   EXPECT_NE(out.headers.at("set-cookie").find("Max-Age=0"), std::string::npos);
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 401);
   EXPECT_EQ(RawClient(port()).open_socket("/ws/echo", cookie).status, 401);
-  // What was open is closed, too.
+  // Open sockets are closed, too.
   const auto frame = socket.frame();
   ASSERT_TRUE(frame);
   EXPECT_EQ(frame->opcode, 8);
@@ -146,7 +146,7 @@ TEST_F(LogIn, OfOthersPagesIsRefused) {
   }
   EXPECT_EQ(opened, 0);
   EXPECT_EQ(RawClient(port()).get("/api/v1/me", cookie).status, 200) << "nobody was logged out";
-  // A name that someone else lets point here.
+  // DNS rebinding: a name of an attacker that resolves to this machine.
   RawClient rebound(port());
   rebound.send("GET /healthz HTTP/1.1\r\nHost: evil.example:" + std::to_string(port()) + "\r\n\r\n");
   EXPECT_EQ(rebound.answer().status, 421);
@@ -173,7 +173,7 @@ TEST_F(LogIn, TenThousandTriesCostNothingAndAreRefused) {
   EXPECT_EQ(log_in("anna", password).status, 429);
   pass(seconds(60.0));
   EXPECT_EQ(log_in("anna", password).status, 204);
-  // On record, but not ten thousand times.
+  // Recorded, but not ten thousand times.
   site_.reset();
   std::ifstream log(folder_ / "audit.jsonl");
   int lines = 0;

@@ -1,4 +1,4 @@
-// A client that sends whatever bytes a test wants, over loopback.
+// A client that sends arbitrary bytes over loopback.
 #pragma once
 
 #include <arpa/inet.h>
@@ -20,17 +20,17 @@
 namespace parhelion::testing {
 
 struct RawAnswer {
-  int status = 0;                              ///< 0: the server closed without an answer
+  int status = 0;                              ///< 0: the server closed without a response
   std::map<std::string, std::string> headers;  ///< names in lower case
   std::string body;
 };
 
-/// Waits at most this long for what must come; longer is a failure.
+/// Timeout for expected data; exceeding it is a failure.
 constexpr int patience_ms = 20'000;
 
 class RawClient {
  public:
-  /// `from`: the address of this machine that the server sees; null: 127.0.0.1.
+  /// `from`: this machine's address to connect from; null: 127.0.0.1.
   explicit RawClient(std::uint16_t port, bool encrypted = false, const char* from = nullptr) {
     socket_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (from) bind_to(from);
@@ -121,7 +121,7 @@ class RawClient {
     return answer();
   }
 
-  /// Status 101: it is open.
+  /// Status 101: the socket is open.
   RawAnswer open_socket(const std::string& target, const std::string& cookie = "",
                         const std::string& more = "") {
     return open_socket_from(origin_, target, cookie, more);
@@ -146,7 +146,7 @@ class RawClient {
                  : static_cast<unsigned char>(payload[0]) * 256 + static_cast<unsigned char>(payload[1]);
     }
   };
-  /// `size`: what the header claims; the payload's own where not given.
+  /// `size`: claimed by the header; default: the payload's own size.
   bool send_frame(int first_byte, std::string_view payload, std::optional<std::uint64_t> size = {},
                   bool masked = true) {
     const std::uint64_t claimed = size.value_or(payload.size());
@@ -158,11 +158,11 @@ class RawClient {
       frame += static_cast<char>(mask_bit | (claimed < 65536 ? 126 : 127));
       for (int i = (claimed < 65536 ? 1 : 7); i >= 0; --i) frame += static_cast<char>(claimed >> (8 * i));
     }
-    if (masked) frame += std::string(4, '\0');  // a mask of zeros leaves the bytes as they are
+    if (masked) frame += std::string(4, '\0');  // a mask of zeros leaves the bytes unchanged
     return send(frame + std::string(payload));
   }
   bool send_text(std::string_view text) { return send_frame(0x81, text); }
-  /// nullopt: the server closed the connection. Answers pings itself.
+  /// nullopt: the server closed the connection. Replies to pings.
   std::optional<Frame> frame() {
     while (true) {
       const auto head = take(2);

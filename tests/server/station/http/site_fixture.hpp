@@ -1,4 +1,4 @@
-// A web site of its own for a test: folder, clock, accounts, a WebSocket that echoes.
+// A web site for a test: folder, clock, accounts, a WebSocket that echoes.
 #pragma once
 
 #include <atomic>
@@ -65,7 +65,7 @@ class SiteTest : public ::testing::Test {
     return RawClient(port()).post("/api/v1/login",
                                   R"({"name":")" + name + R"(","password":")" + with + "\"}");
   }
-  /// "name=value" of the cookie that a log-in gives.
+  /// "name=value" of the cookie set by a log-in.
   std::string cookie_of(const std::string& name) {
     const RawAnswer answer = log_in(name, password);
     EXPECT_EQ(answer.status, 204) << answer.body;
@@ -85,7 +85,7 @@ class SiteTest : public ::testing::Test {
 
   std::filesystem::path folder_;
   std::unique_ptr<station::WebSite> site_;
-  std::shared_ptr<station::WebClient> client_;  ///< the last that was opened
+  std::shared_ptr<station::WebClient> client_;  ///< the last one opened
   std::atomic<int> opened{0}, closed{0};
   std::atomic<std::int64_t> now_ns{1'000'000'000'000};
 };

@@ -1,4 +1,4 @@
-// The parts of a web site, each alone.
+// The parts of a web site, each in isolation.
 #include <fstream>
 
 #include "server/station/http/certificate.hpp"

@@ -70,7 +70,7 @@ TEST_F(Socket, ClosesWhoBreaksTheProtocolAndSaysWhy) {
     EXPECT_EQ(frame->opcode, 8) << offence.what;
     EXPECT_EQ(frame->code(), offence.code) << offence.what;
   }
-  // The server goes on, and it is on record.
+  // The server continues, and it is recorded.
   const auto client = connect();
   client->send_text("still there");
   EXPECT_EQ(client->frame()->payload, "still there");
@@ -116,7 +116,7 @@ TEST_F(Socket, ClosesAClientThatLetsTooMuchWait) {
   const auto client = connect();
   client->send_text("here");
   ASSERT_EQ(client->frame()->payload, "here");
-  // Far more than kernels take: the client reads nothing meanwhile.
+  // Far more than the kernel buffers, while the client does not read.
   const auto message = std::make_shared<const std::string>(std::string(50'000, 'x'));
   for (int i = 0; i < 1000; ++i) client_->send(message, true);
   std::optional<RawClient::Frame> frame;

@@ -5,7 +5,7 @@ type Point = [number, number, number];
 interface Attribute { array: ArrayLike<number> }
 interface Drawn { geometry: { getAttribute(name: string): Attribute; getIndex(): Attribute; drawRange: { count: number } } }
 
-/** Full lengths 2, 1 and 0.5, turned a quarter about z, at (3, 4, 5). */
+/** Full lengths 2, 1 and 0.5, rotated by 90 degrees about z, at (3, 4, 5). */
 const place = Float64Array.of(0, 2, 0, -1, 0, 0, 0, 0, 0.5, 3, 4, 5);
 const middle: Point = [3, 4, 5];
 const minus = (a: Point, b: Point): Point => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -37,7 +37,7 @@ describe("solids that are moved and lit by the page", () => {
       let seen = 0;
       for (const [a, b, c] of triangles) {
         const out = cross(minus(b, a), minus(c, a));
-        if (Math.hypot(...out) < 1e-6) continue;  // four corners of which two are one
+        if (Math.hypot(...out) < 1e-6) continue;  // degenerate: two of the four corners coincide
         expect(dot(out, minus(a, middle))).toBeGreaterThan(0);
         if (dot(out, minus(eye, a)) > 0) ++seen;
       }

@@ -1,4 +1,4 @@
-// The built page in a real browser: tests/browser/headset.mjs says what is looked at.
+// The built page in a real browser; the checks are in tests/browser/headset.mjs.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +13,7 @@ const std::string browser_folder = std::string(PARHELION_SOURCE_DIR) + "/tests/b
 
 TEST(BrowserTest, VirtualThingsStandInAHeadsetWhereTheControllerSaid) {
   if (!std::filesystem::exists(browser_folder + "/node_modules/iwer")) {
-    // tools/test has installed it: there this is a failure.
+    // tools/test has installed it, so its absence is a failure there.
     ASSERT_EQ(std::getenv("PARHELION_BROWSER"), nullptr) << "no packages in " << browser_folder;
     GTEST_SKIP() << "needs `npm ci` in " << browser_folder;
   }

@@ -63,7 +63,7 @@ function pad(axes: number[], ...down: number[]): PadState {
 describe("game pad", () => {
   test("drives only while the left shoulder button is held, which was seen let go before", () => {
     const drive = new PadDrive();
-    expect(drive.command(pad([0, -1, 0, 0], 4)).drive.held).toBe(false);  // held as it was plugged in
+    expect(drive.command(pad([0, -1, 0, 0], 4)).drive.held).toBe(false);  // held when it was plugged in
     drive.command(pad([0, -1, 0, 0]));
     expect(drive.command(pad([0, -1, 0, 0], 4)).drive).toEqual({ held: true, forward: 1, left: 0, turn: 0 });
     expect(drive.command(pad([-1, 0, 0, 0], 4)).drive.turn).toBe(1);
@@ -124,7 +124,7 @@ describe("sender", () => {
   const types = (messages: { type: string }[]) => messages.map((each) => each.type);
   test("says at once what is new, repeats it, and lets go once", () => {
     const sender = new DriveSender(), forward = { vx: 1, vy: 0, wz: 0 };
-    expect(types(sender.step(0, false, still, none))).toEqual(["release"]);  // the server waits for one
+    expect(types(sender.step(0, false, still, none))).toEqual(["release"]);  // the server waits for a release
     expect(sender.step(1, false, still, none)).toEqual([]);
     expect(sender.step(100, true, forward, none)).toEqual([{ type: "twist", seq: 1, at_ms: 100, ...forward }]);
     expect(sender.step(100 + beat - 1, true, forward, none)).toEqual([]);

@@ -67,7 +67,7 @@ describe("the server's clock", () => {
   test("is unknown until an exchange, and then that of the quickest one", () => {
     const clock = new ServerClock();
     expect(clock.serverUs(0)).toBeUndefined();
-    clock.answer(1000, 5_000_000, 1100);  // 100 ms there and back: somewhere in them
+    clock.answer(1000, 5_000_000, 1100);  // 100 ms round trip: somewhere within it
     clock.answer(2000, 6_012_000, 2004);  // 4 ms
     clock.answer(3000, 9_000_000, 3500);
     expect(clock.offset()!.roundTripMs).toBe(4);

@@ -1,15 +1,15 @@
-/** What administrators ask of the server about accounts. Each resolves to what went wrong in words, or null. */
+/** Account requests of administrators. Each resolves to an error text, or null. */
 import { reason } from "../session/account.svelte";
 import type { Role } from "../session/protocol";
 import { strings } from "../strings.en";
 
 export interface AccountRow { name: string; role: Role }
-/** `time`: ISO 8601, UTC. `from`: the address it came from. */
+/** `time`: ISO 8601, UTC. `from`: client address. */
 export interface AuditEntry { time: string; who: string; from: string; what: string; outcome: string; detail: string }
 
 const path = "api/v1/accounts";
 
-/** Makes an account, or changes what is said of one that there is. */
+/** Creates an account, or changes the given fields of one. */
 export const putAccount = (account: { name: string; role?: Role; password?: string }) =>
   asked(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(account) });
 export const removeAccount = (name: string) => asked(`${path}?name=${encodeURIComponent(name)}`, { method: "DELETE" });
@@ -20,7 +20,7 @@ async function asked(url: string, request: RequestInit): Promise<string | null> 
   return answer.ok ? null : ((await reason(answer)) ?? strings.login.failed(answer.status));
 }
 
-/** null: the server does not say. */
+/** null: no reply of the server. */
 export async function accountRows(): Promise<AccountRow[] | null> {
   const said = (await read(path)) as { accounts?: AccountRow[] } | null;
   return Array.isArray(said?.accounts) ? said.accounts : null;

@@ -1,5 +1,5 @@
-/** The operator's hands: keyboard, game pad and the stick on the screen, and what of them goes to the robot. Whatever takes the
- * page from the operator (another window, a hidden tab, a lost connection) lets go of everything. */
+/** Input devices of the operator: keyboard, game pad and on-screen stick, and the commands made from them. When the
+ * page loses the operator (another window, a hidden tab, a lost connection), all inputs are released. */
 import { dialogues } from "../parts/dialogue.svelte";
 import { plan } from "../plan/tool.svelte";
 import { askedOf, jointCommand, movables } from "./joints";
@@ -12,7 +12,7 @@ import { emergencyStop, stopState } from "./stop.svelte";
 import { teleop } from "./teleop.svelte";
 import { chosen, clampStep, firstStep, twistOf, type Twist } from "./twist";
 
-/** ms between looks at the pad; keys do not wait for it. */
+/** ms between polls of the pad; keys are handled at once. */
 const lookEvery = 10;
 
 class Driving {
@@ -20,13 +20,13 @@ class Driving {
   /** A dead-man is held. */
   held = $state(false);
   twist = $state.raw<Twist>({ vx: 0, vy: 0, wz: 0 });
-  /** Of the game pad that is looked at; empty: none. */
+  /** Name of the game pad in use; empty: none. */
   pad = $state("");
   /** Name of the joint, or of those (`movables`), that R and F move. */
   joint = $state("");
-  /** The stick on the screen, -1..1 right and down; null: no thumb on it. */
+  /** The on-screen stick, -1..1 right and down; null: not touched. */
   stick = $state.raw<{ x: number; y: number } | null>(null);
-  /** What buttons of the panel ask of joints, -1..1. */
+  /** Joint commands of the panel's buttons, -1..1. */
   jointButtons = $state.raw<Map<string, number>>(new Map());
 
   #keys = new HeldKeys();
@@ -57,7 +57,7 @@ class Driving {
     teleop.stop();
   }
 
-  /** Everything must be pressed anew, and the server hears of a release. */
+  /** All inputs must be pressed again, and the server receives a release. */
   letGo() {
     this.#releaseHands();
     this.#sender.restart();
@@ -68,7 +68,7 @@ class Driving {
     this.stick = at;
     this.#look();
   }
-  /** A button of the panel is held (-1 or 1) or let go (0). */
+  /** A button of the panel is held (-1 or 1) or released (0). */
   moveJoint(name: string, way: number) {
     const buttons = new Map(this.jointButtons);
     if (way) buttons.set(name, way);
@@ -105,13 +105,13 @@ class Driving {
   }
 
   #look() {
-    // Stopped: nobody drives on with what was held before.
+    // After a stop, inputs held before it no longer drive.
     if (stopState.latched) this.#releaseHands();
     const pad = this.#lookAtPad();
     const input = chosen([this.#keys.input(), pad.drive, stickInput(this.stick)]);
     const robot = teleop.robot;
     const held = input.held && robot !== undefined && !plan.tool && !dialogues.open;
-    if (held && session.back !== null) session.lookBack(null);  // nobody drives by what was
+    if (held && session.back !== null) session.lookBack(null);  // nobody drives by a past view
     const twist = robot && held ? twistOf(input, robot.most, this.step) : { vx: 0, vy: 0, wz: 0 };
     const joints = robot ? jointCommand(robot.joints, askedOf(robot.joints, pad.joints, this.#jointsAsked())) : { names: [], velocities: [] };
     if (robot) teleop.send(this.#sender.step(performance.now(), held, twist, joints));

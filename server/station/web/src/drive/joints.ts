@@ -1,4 +1,4 @@
-/** The joints of a robot by what they do, and how fast each may go. */
+/** The joints of a robot by function, and their maximum speeds. */
 import { strings } from "../strings.en";
 import type { PadJoints } from "./pad";
 
@@ -20,7 +20,7 @@ export function roleOf(joint: string): JointRole {
   return roles.find(([pattern]) => pattern.test(joint.toLowerCase()))?.[1] ?? "other";
 }
 
-/** What a press moves: one joint, or both flippers as one, which stairs ask for. */
+/** The joints that one key moves: a single joint, or both flippers together, as for stairs. */
 export interface Movable { name: string; joints: RobotJoint[] }
 
 export function movables(joints: RobotJoint[]): Movable[] {
@@ -29,13 +29,13 @@ export function movables(joints: RobotJoint[]): Movable[] {
   return flippers.length > 1 ? [{ name: strings.joints.bothFlippers, joints: flippers }, ...single] : single;
 }
 
-/** rad/s of a joint that turns, m/s of one that slides, where the robot does not say. */
+/** Default speed: rad/s of a revolute joint, m/s of a prismatic one. */
 export function speedOf(joint: RobotJoint): number {
   if (joint.speed && Number.isFinite(joint.speed)) return joint.speed;
   return joint.kind === "prismatic" ? 0.05 : 0.5;
 }
 
-/** Speeds asked of joints; those that stand are left out. `step`: share of their speed. */
+/** Commanded joint speeds, without zeros. `step`: fraction of the maximum speed. */
 export function jointCommand(joints: RobotJoint[], asked: Map<string, number>): { names: string[]; velocities: number[] } {
   const moving = joints.filter((joint) => asked.get(joint.name));
   return {
@@ -44,13 +44,14 @@ export function jointCommand(joints: RobotJoint[], asked: Map<string, number>): 
   };
 }
 
-/** What the pad asks of each joint; the first asked for wins over `also`, what the keyboard and the panel hold. */
+/** Joint commands of the pad; they have priority over `also`, those of keyboard and panel. */
 export function askedOf(joints: RobotJoint[], pad: PadJoints, also: Map<string, number>): Map<string, number> {
   const asked = new Map(also);
   for (const { name } of joints) {
     const role = roleOf(name);
     if (role === "other" || role === "head" || !pad[role]) continue;
-    // Closing brings both fingers together; the second is geared to the first where the robot has one joint for both.
+    // Closing moves both fingers together; if the robot has one joint for both, the second is geared to the
+    // first.
     if (!asked.get(name)) asked.set(name, pad[role]);
   }
   return asked;

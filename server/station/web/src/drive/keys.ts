@@ -1,5 +1,5 @@
-/** A keyboard as a console. A key that drives is its own dead-man: letting it go stops. Keys are named by their place
- * (KeyboardEvent.code), so that WASD lie together on every layout. */
+/** A keyboard as a console. A driving key is its own dead-man: releasing it stops. Keys are identified by position
+ * (KeyboardEvent.code), so that WASD are adjacent on every layout. */
 import { type DriveInput, letGo } from "./twist";
 
 export type DriveKey =
@@ -26,11 +26,11 @@ export function keyOf(press: Pick<KeyPress, "code">): DriveKey | undefined {
 
 const drives = new Set<DriveKey>(["forward", "backward", "left", "right", "jointUp", "jointDown"]);
 
-/** The keys that are down. */
+/** The keys that are held. */
 export class HeldKeys {
   private held = new Set<string>();
 
-  /** What the press means, once: a repeat means nothing new, nor does a shortcut of the browser. */
+  /** The action of a press, once: repeats and browser shortcuts have none. */
   press(press: KeyPress): DriveKey | undefined {
     if (press.ctrlKey || press.altKey || press.metaKey || press.repeat) return undefined;
     const key = keyOf(press);
@@ -41,7 +41,7 @@ export class HeldKeys {
   release(code: string): boolean {
     return this.held.delete(code);
   }
-  /** The page lost the keyboard: whoever holds a key must press it anew. */
+  /** The page lost the focus: held keys must be pressed again. */
   releaseAll(): void {
     this.held.clear();
   }
@@ -55,10 +55,10 @@ export class HeldKeys {
     if (!any) return letGo;
     const forward = this.isHeld("forward") - this.isHeld("backward");
     const turn = this.isHeld("left") - this.isHeld("right");
-    // Backwards the wheel turns as a car's does.
+    // In reverse, the wheel turns as in a car.
     return { held: true, forward, left: 0, turn: forward < 0 ? -turn : turn };
   }
-  /** -1, 0 or 1: the chosen joint. */
+  /** -1, 0 or 1: the selected joint. */
   joint(): number {
     return this.isHeld("jointUp") - this.isHeld("jointDown");
   }
@@ -66,14 +66,14 @@ export class HeldKeys {
 
 interface Focused { tagName: string; type?: string; isContentEditable?: boolean; role?: string | null }
 
-/** Whether what has the focus is written into. */
+/** True if the focus is in a text field. */
 export function isTyping(target: Focused | null): boolean {
   if (!target) return false;
   if (target.isContentEditable || target.tagName === "TEXTAREA") return true;
   return target.tagName === "INPUT" && !["checkbox", "radio", "range", "button", "submit"].includes(target.type ?? "text");
 }
 
-/** Whether it takes letters or arrows for itself. */
+/** True if it handles letters or arrows itself. */
 export function takesKeys(target: Focused | null): boolean {
   if (!target) return false;
   return isTyping(target) || target.tagName === "SELECT" || (target.tagName === "INPUT" && ["radio", "range"].includes(target.type ?? ""))

@@ -1,8 +1,9 @@
-/** A game pad (Gamepad API, standard mapping) as a console: the same hands as server/station/console/mappings. The left shoulder button is
- * the dead-man and must have been seen released since the pad came, or came back, before it counts. */
+/** A game pad (Gamepad API, standard mapping) as a console, mapped as in server/station/console/mappings. The left
+ * shoulder button is the dead-man. It counts only after it was seen released since the pad was plugged in or the
+ * page regained the focus. */
 import { type DriveInput, letGo, shaped } from "./twist";
 
-/** The part of the browser's Gamepad that is read. */
+/** The part of the browser's Gamepad that is used. */
 export interface PadState {
   axes: readonly number[];
   buttons: readonly { pressed: boolean; value: number }[];
@@ -11,7 +12,7 @@ export interface PadState {
 const button = { a: 0, b: 1, x: 2, y: 3, leftShoulder: 4, rightShoulder: 5, back: 8, start: 9, up: 12, down: 13, left: 14, right: 15 };
 const slowShare = 1 / 3;
 
-/** Joints by what they do, -1..1 of their speed. */
+/** Joints by function, -1..1 of their speed. */
 export interface PadJoints { turret: number; shoulder: number; elbow: number; wrist: number; gripper: number; flippers: number }
 
 export interface PadCommand { drive: DriveInput; joints: PadJoints; nextRobot: boolean; stop: boolean }

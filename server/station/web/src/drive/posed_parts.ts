@@ -1,11 +1,11 @@
-/** Where the solids of an entity are, by the newest world frame. */
+/** Poses of an entity's solids in the newest world frame. */
 import { product, turned } from "../plan/outline";
 import type { WorldFrame } from "../session/frames";
 import { rowOf } from "../session/poses";
 import type { Entity, Part, Shape } from "../session/protocol";
 import type { Pose, PosedPart } from "./side_view";
 
-/** `base`: its first part; null and nothing else while the frame does not tell of it. */
+/** `base`: its first part; null, without solids, if the frame does not contain it. */
 export function posesOf(entity: Entity | undefined, world: WorldFrame | null, shapesOf: (part: Part) => Shape[]): { base: Pose | null; parts: PosedPart[] } {
   let base: Pose | null = null;
   const parts: PosedPart[] = [];

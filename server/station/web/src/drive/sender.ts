@@ -1,6 +1,6 @@
-/** When what is asked for goes to the server: at once when it changes, 20 times a second while a dead-man is held, and one `release`
- * when all are let go. The server has a watch on wheels and on joints: once joints were moved, both are said until the release.
- * Pure: instants (ms) come from outside. */
+/** When commands are sent to the server: at once on a change, at 20 Hz while a dead-man is held, and one `release`
+ * when all are released. The server has a timeout on wheels and on joints: after a joint command, both are sent
+ * until the release. Pure: instants (ms) are arguments. */
 import type { Twist } from "./twist";
 
 export interface JointSpeeds { names: string[]; velocities: number[] }
@@ -10,9 +10,9 @@ export type TeleopMessage =
   | ({ type: "joints"; seq: number; at_ms: number } & JointSpeeds)
   | { type: "release" };
 
-/** command_period of protocols/driving_timing.hpp: the server takes 300 ms of silence for a release. */
+/** command_period of protocols/driving_timing.hpp: the server treats 300 ms of silence as a release. */
 export const beat = 50;
-/** Between two changes: a thumb on a stick changes at each frame of a fast screen. */
+/** Between two changes, because a thumb on a stick changes in each frame of a fast screen. */
 const soonest = 10;
 
 const same = (a: Twist, b: Twist): boolean => a.vx === b.vx && a.vy === b.vy && a.wz === b.wz;
@@ -35,13 +35,13 @@ class Beat<Value> {
 export class DriveSender {
   private seq = 0;
   private held = false;
-  /** The server waits for a release before it lets anything move. */
+  /** The server waits for a release before anything moves. */
   private owesRelease = true;
   private moved = new Map<string, number>();
   private twists = new Beat<Twist>(same);
   private joints = new Beat<string>((a, b) => a === b);
 
-  /** What is to be sent now. `held`: a dead-man is; `asked`: joints that are to move. */
+  /** The messages to send now. `held`: a dead-man is held; `asked`: joint commands. */
   step(now: number, held: boolean, twist: Twist, asked: JointSpeeds): TeleopMessage[] {
     if (!held && asked.names.length === 0) return this.release();
     this.held = true;
@@ -53,7 +53,7 @@ export class DriveSender {
       messages.push({ type: "joints", seq: ++this.seq, at_ms: now, names: [...this.moved.keys()], velocities: [...this.moved.values()] });
     return messages;
   }
-  /** The connection or the robot is new, or the server stopped it. */
+  /** The connection or the robot is new, or the server stopped the robot. */
   restart(): void {
     this.owesRelease = true;
   }

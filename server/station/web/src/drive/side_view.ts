@@ -1,8 +1,9 @@
-/** A robot from its right side, upright as gravity has it: each part's outline in metres forward and up of the robot's origin. */
+/** A robot from its right side, upright with respect to gravity: each part's outline in metres forward and up from
+ * the robot's origin. */
 import type { ShapeKind } from "../session/protocol";
 
 export interface Pose { x: number; y: number; z: number; qx: number; qy: number; qz: number; qw: number }
-/** A simple solid; `pose` is of its centre. Sizes as a `Shape` has them. */
+/** A simple solid; `pose` is that of its centre. Sizes as in `Shape`. */
 export interface PosedPart { name: string; shape: ShapeKind; size: readonly number[]; colour: readonly number[]; pose: Pose }
 export interface Outline { name: string; points: [number, number][]; colour: readonly number[]; lateral: number }
 
@@ -10,7 +11,7 @@ type Point = [number, number, number];
 
 const circle = Array.from({ length: 16 }, (_, i) => [Math.cos((i * Math.PI) / 8), Math.sin((i * Math.PI) / 8)] as const);
 
-/** Points whose hull is the shape, in its own frame. */
+/** Points whose convex hull is the shape, in its own frame. */
 function surface({ shape, size }: PosedPart): Point[] {
   const [a = 0, b = 0, c = 0] = size;
   switch (shape) {
@@ -53,7 +54,7 @@ export function headingOf({ qx, qy, qz, qw }: Pose): number {
   return Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz));
 }
 
-/** `base`: the robot's own part, whose place is the origin and whose heading is forward. The farthest comes first. */
+/** `base`: the robot's own part; its position is the origin, and its heading is forward. Farthest first. */
 export function sideView(parts: PosedPart[], base: Pose): Outline[] {
   const heading = headingOf(base), c = Math.cos(heading), s = Math.sin(heading);
   return parts
@@ -69,7 +70,7 @@ export function sideView(parts: PosedPart[], base: Pose): Outline[] {
     .sort((a, b) => b.lateral - a.lateral);
 }
 
-/** What is drawn, in metres: left, bottom, width, height, with a margin. */
+/** Extent of the drawing in metres: left, bottom, width, height, with a margin. */
 export function viewBox(outlines: Outline[], margin = 0.1): [number, number, number, number] {
   const points = outlines.flatMap((outline) => outline.points);
   if (points.length === 0) return [-0.5, 0, 1, 1];

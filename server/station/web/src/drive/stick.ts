@@ -1,9 +1,9 @@
-/** The stick on the screen: a thumb's way from the middle of its well. The thumb on it is the dead-man. */
+/** The on-screen stick: a thumb's distance from its centre. The thumb on it is the dead-man. */
 import { type DriveInput, letGo, shaped } from "./twist";
 
 export interface Well { x: number; y: number; radius: number }
 
-/** Where the knob is drawn, -1..1 right and down, within the well. */
+/** Position of the knob within the stick, -1..1 right and down. */
 export function knob(well: Well, x: number, y: number): { x: number; y: number } {
   const dx = (x - well.x) / well.radius, dy = (y - well.y) / well.radius;
   const length = Math.hypot(dx, dy);

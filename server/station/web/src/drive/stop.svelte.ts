@@ -1,5 +1,5 @@
-/** The emergency stop: on every screen of every role that may, by a button, Escape and Space. It goes out on both connections,
- * so that one that is lost does not matter. */
+/** The emergency stop: on every screen of every permitted role, by a button, Escape and Space. It is sent on both
+ * connections, so that the loss of one does not matter. */
 import { dialogues } from "../parts/dialogue.svelte";
 import { inPopup } from "../parts/popup";
 import { plan } from "../plan/tool.svelte";
@@ -8,7 +8,7 @@ import { isTyping, takesKeys } from "./keys";
 import { teleop } from "./teleop.svelte";
 
 class StopState {
-  /** Neither connection took the last one; who stands by the robot must be told. */
+  /** Neither connection accepted the last one; somebody beside the robot must be told. */
   failed = $state(false);
   latched = $derived(teleop.stops.size > 0 || (session.control?.estop ?? false));
   by = $derived([...new Set(teleop.stops.values())].join(", "));
@@ -20,7 +20,7 @@ export function emergencyStop() {
   stopState.failed = !overTeleop && !overState;
 }
 
-/** Space presses what has the focus only where Tab brought the focus there; after a click or a driving key it stops. */
+/** Space activates the focused control only if Tab moved the focus there; after a click or a driving key it stops. */
 class StopKeys {
   private tabbed = false;
 
@@ -29,7 +29,7 @@ class StopKeys {
     if (event.ctrlKey || event.altKey || event.metaKey) return false;
     if (event.code === "Tab") this.tabbed = true;
     else if (/^(Key[WASD]|Arrow)/.test(event.code) && !takesKeys(event.target as HTMLElement | null)) this.tabbed = false;
-    // Nothing is driven while a dialogue is open or the focus is in a menu: Escape closes them.
+    // Driving is disabled while a dialogue is open or the focus is in a menu: Escape closes them.
     if (event.code === "Escape") return plan.tool === null && dialogues.open === null && !inPopup(event.target);
     return event.code === "Space" && !this.tabbed && !isTyping(event.target as HTMLElement | null);
   }
@@ -38,7 +38,8 @@ class StopKeys {
   }
 }
 
-/** Until the returned function is called. Before all others, so that no panel can take the key away. */
+/** Active until the returned function is called. Runs before all other handlers, so that no panel can intercept the
+ * key. */
 export function listenForStop(): () => void {
   const keys = new StopKeys();
   const listening = new AbortController(), options = { signal: listening.signal, capture: true };
@@ -50,7 +51,7 @@ export function listenForStop(): () => void {
     event.stopPropagation();
     if (!event.repeat) emergencyStop();
   }, options);
-  // The release of Space is what presses a button.
+  // A button is activated when Space is released.
   addEventListener("keyup", (event) => {
     if (event.code === "Space" && swallow) event.preventDefault();
     if (event.code === "Space") swallow = false;

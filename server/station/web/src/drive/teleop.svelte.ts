@@ -1,10 +1,10 @@
-/** What /ws/teleop says, and what goes out on it. Open only while somebody who may drive is logged in. */
+/** Client of /ws/teleop. Open only while a user who may drive is logged in. */
 import { Link, type LinkState } from "../session/link";
 import type { RobotJoint } from "./joints";
 import type { TeleopMessage } from "./sender";
 import type { Twist } from "./twist";
 
-/** `drivable` false: it is there, and `why` says in words why nobody can drive it. */
+/** `drivable` false: `why` is the reason why nobody can drive it. */
 export interface TeleopRobot { name: string; joints: RobotJoint[]; most: Twist; video: boolean; drivable: boolean; why: string }
 
 interface Said {
@@ -12,7 +12,7 @@ interface Said {
   list?: { name: string; joints?: (string | RobotJoint)[]; max?: Partial<Twist>; video?: boolean; drivable?: boolean; why?: string }[];
 }
 
-/** Where a robot does not say: slow. */
+/** Slow defaults for a robot without stated limits. */
 const modest: Twist = { vx: 0.3, vy: 0, wz: 0.5 };
 const pingEvery = 1000;
 
@@ -21,13 +21,13 @@ class Teleop {
   robots = $state.raw<TeleopRobot[]>([]);
   /** Name of the robot that this page drives; empty: none. */
   driven = $state("");
-  /** Who drives each robot. */
+  /** The operator of each robot. */
   drivers = $state.raw<ReadonlyMap<string, string>>(new Map());
-  /** Why the last thing that was asked for was refused; empty: it was not. */
+  /** Why the last request was refused; empty: it was not. */
   refusal = $state("");
-  /** The emergency stops that hold: who pressed the one of each robot. */
+  /** The active emergency stops: who pressed the stop of each robot. */
   stops = $state.raw<ReadonlyMap<string, string>>(new Map());
-  /** ms there and back, of the last ping; null: none yet. */
+  /** Round trip of the last ping in ms; null: none yet. */
   roundTrip_ms = $state<number | null>(null);
   robot = $derived(this.robots.find((each) => each.name === this.driven));
 
@@ -41,7 +41,7 @@ class Teleop {
     state: (state) => this.#changed(state),
   });
 
-  /** `rearm`: the connection or the robot is new, or the server stopped it: the dead-man must be taken anew. */
+  /** `rearm`: the connection or the robot is new, or the server stopped it: the dead-man must be released first. */
   start(rearm: () => void) {
     this.#rearm = rearm;
     this.#link.open();
@@ -54,7 +54,7 @@ class Teleop {
     this.driven = "";
   }
 
-  /** Name of the robot that was asked for, given or not; empty: none, or it was lost to somebody. */
+  /** Name of the requested robot, granted or not; empty: none, or taken by somebody else. */
   get wanted(): string {
     return this.#wanted;
   }
@@ -121,7 +121,8 @@ class Teleop {
       this.#rearm();
     } else if (robot === this.driven) {
       this.driven = "";
-      // Let go for silence alone, it is taken again: nothing moves before the dead-man is. Two pages would take it from each other for ever.
+      // If control was released only because of silence, it is taken again: nothing moves before the dead-man
+      // is pressed. Otherwise two pages could take it from each other forever.
       if (silent && !by) this.drive(robot);
       else this.#wanted = "";
     }

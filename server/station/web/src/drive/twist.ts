@@ -1,14 +1,14 @@
-/** What the operator's hands ask for, and the twist that it makes for a robot. */
+/** The commands of the operator's inputs, and the resulting twist of a robot. */
 
 /** m/s forward and left, rad/s counter-clockwise, in the robot's frame. */
 export interface Twist { vx: number; vy: number; wz: number }
 
-/** Shares of the robot's most, -1..1; `held`: the dead-man of this device is held, else all is zero. */
+/** Fractions of the robot's maximum, -1..1; `held`: the dead-man of this device is held, otherwise all are zero. */
 export interface DriveInput { held: boolean; forward: number; left: number; turn: number }
 
 export const letGo: DriveInput = { held: false, forward: 0, left: 0, turn: 0 };
 
-/** Steps of speed as the terminal's keyboard has; it starts at half. */
+/** Speed steps as in the terminal's keyboard console; the initial step is half of them. */
 export const speedSteps = 10;
 export const firstStep = speedSteps / 2;
 
@@ -33,7 +33,7 @@ export function twistOf(input: DriveInput, most: Twist, step: number): Twist {
   return { vx: way(input.forward, most.vx), vy: way(input.left, most.vy), wz: way(input.turn, most.wz) };
 }
 
-/** The first device that is held drives: two hands on two devices do not add up. */
+/** The first device whose dead-man is held drives; commands of two devices are not added. */
 export function chosen(inputs: DriveInput[]): DriveInput {
   return inputs.find((input) => input.held) ?? letGo;
 }

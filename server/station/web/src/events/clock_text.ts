@@ -1,4 +1,4 @@
-/** Seconds of a session as people read them. */
+/** Formats seconds of a session for people. */
 
 /** 75.31 -> "1:15.3"; negative or unknown: "–". */
 export function clockText(seconds: number | undefined, digits = 1): string {
@@ -10,7 +10,7 @@ export function clockText(seconds: number | undefined, digits = 1): string {
   return `${minutes}:${rest.padStart(digits ? 3 + digits : 2, "0")}`;
 }
 
-/** What is left of a limit, rounded up: "0:00" only when it is over. */
+/** Remaining time, rounded up: "0:00" only when it is over. */
 export function leftText(seconds: number | undefined | null): string {
   if (seconds === undefined || seconds === null || !Number.isFinite(seconds)) return "";
   return clockText(Math.ceil(Math.max(0, seconds)), 0);

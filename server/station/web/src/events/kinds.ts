@@ -1,4 +1,4 @@
-/** What the kinds of events (protocols/event.hpp) are about, and how much each matters. */
+/** Topic and importance of the event kinds (protocols/event.hpp). */
 import type { SessionEvent } from "../session/protocol";
 import { strings } from "../strings.en";
 
@@ -35,16 +35,16 @@ export function weightOf(kind: string): Weight {
   return bad.has(kind) ? "bad" : warning.has(kind) ? "warning" : good.has(kind) ? "good" : "plain";
 }
 
-/** Said so often that a list without them reads better. */
+/** So frequent that the list hides them by default. */
 const chatter = new Set(["collision_continued", "command_accepted", "score_changed", "movement_started", "movement_stopped", "deadman_pressed",
   "deadman_released", "collision_stopped", "command_restored"]);
 
-/** Nor is it news that a robot is held back while nobody drives it. */
+/** A limited speed is no news while nobody drives the robot. */
 const idle = (event: SessionEvent) => event.kind === "command_reduced" && event.text === "silence";
 
 export interface EventFilter { groups: ReadonlySet<EventGroup>; all: boolean; text: string }
 
-/** Those that pass, the newest first. `all`: with what is said often. */
+/** Events that pass the filter, newest first. `all`: includes frequent kinds. */
 export function filtered(events: readonly SessionEvent[], filter: EventFilter): SessionEvent[] {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const passes = (event: SessionEvent): boolean => {
@@ -55,7 +55,7 @@ export function filtered(events: readonly SessionEvent[], filter: EventFilter): 
   return events.filter(passes).reverse();
 }
 
-/** The marks of a seek bar: what matters, thinned so that no two of a weight lie closer than `apart` s. */
+/** The marks of a seek bar: important events, thinned so that no two of equal weight are closer than `apart` s. */
 export function seekMarks(events: readonly SessionEvent[], apart: number): SessionEvent[] {
   const last = new Map<Weight, number>();
   return events.filter((event) => {

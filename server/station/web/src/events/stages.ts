@@ -1,10 +1,10 @@
-/** MR_STATUS as stages of latency and counts. */
+/** Converts MR_STATUS to latency stages and counts. */
 
 export interface Stage { name: string; p50?: number; p99?: number }
 
 const percentile = /^(.*_(us|ms))_p(50|99)$/;
 
-/** Milliseconds; what was never measured (not a number) is left out. */
+/** Milliseconds; stages that were never measured (NaN) are left out. */
 export function stagesOf(values: Record<string, number | null>): Stage[] {
   const stages = new Map<string, Stage>();
   for (const [key, value] of Object.entries(values)) {

@@ -1,4 +1,4 @@
-/** An event in words for a list. */
+/** Text of an event for a list. */
 import type { SessionEvent } from "../session/protocol";
 import { groupOf } from "./kinds";
 import { strings } from "../strings.en";
@@ -7,18 +7,18 @@ export function nameOfEvent(event: Pick<SessionEvent, "kind">): string {
   return strings.eventKinds[event.kind] ?? event.kind.replaceAll("_", " ");
 }
 
-/** Nothing personal goes on the bus: of somebody at a page it has the role and a number. */
+/** The bus carries no personal names: a user of a page appears with role and number. */
 function personOf(name: string): string {
   const role = /^(trainee|instructor|observer|admin)_[0-9a-f]{6}$/.exec(name)?.[1] as keyof typeof strings.roles | undefined;
   return role ? strings.roles[role] : name;
 }
 
-/** Who, whom, how hard and what else was said. */
+/** Subject, object, strength and further text. */
 export function detailOf(event: SessionEvent): string {
   const object = (strings.instruct.lessonKinds as Record<string, string>)[event.object] ?? event.object;
   const whom = (groupOf(event.kind) === "task" ? [event.object] : [personOf(event.subject), object]).filter(Boolean).join(" – ");
   const impulse = event.impulse > 0 ? `${event.impulse.toFixed(1)}\u00a0N\u00a0s` : "";
-  // The server's words are a sentence or one of its own names.
+  // The server's text is a sentence or an identifier.
   const text = event.text?.replaceAll("_", event.kind === "command_reduced" ? " " : "_");
   return [whom, impulse, text].filter(Boolean).join(" · ");
 }

@@ -1,16 +1,16 @@
-/** Doors by hand: what they can be told, and which one is meant by a place on the plan. */
+/** Manual control of doors: their commands, and the door at a position on the plan. */
 import type { MapPoint } from "./palette";
 
 export type DoorState = "closed" | "ajar" | "open" | "unknown";
-/** How far open, rad; undefined: what the sensors say. */
+/** Opening angle, rad; undefined: from the sensors. */
 export const openings: Record<DoorState, number | undefined> = { closed: 0, ajar: 0.5, open: 1.5, unknown: undefined };
 export const doorStates = Object.keys(openings) as DoorState[];
 
 export interface DoorPlace { name: string; x: number; y: number }
-/** m from the press to the middle of the leaf. */
+/** m from the click to the middle of the leaf. */
 const reach = 1.5;
 
-/** The nearest within reach; null: none is meant. */
+/** The nearest door within reach; null: none. */
 export function doorAt(doors: readonly DoorPlace[], at: MapPoint): DoorPlace | null {
   let found: DoorPlace | null = null, best = reach;
   for (const door of doors) {

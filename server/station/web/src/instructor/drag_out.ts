@@ -1,9 +1,9 @@
-/** A button of a palette: pressed, it takes its tool or puts it away; dragged on to the plan, what it stands for is put there. */
+/** A button of a palette: a click selects or deselects its tool; dragging it onto the plan places the object there. */
 import { plan, toMap, type MapPoint } from "../plan/tool.svelte";
 
 export interface DragOut {
   taken: boolean;
-  /** Takes the tool, or puts it away where it is taken. */
+  /** Selects the tool, or deselects it if it is selected. */
   take(): void;
   drop(at: MapPoint): void;
 }
@@ -31,7 +31,8 @@ export function dragOut(button: HTMLElement, use: DragOut) {
     now.drop(at);
   }, { signal });
   button.addEventListener("click", (event) => {
-    // A press has taken it already; Enter and Space come without one. A second press puts it down.
+    // A pointer press has handled it already; Enter and Space arrive without one. A second press deselects
+    // it.
     if (event.detail === 0 || !fresh) now.take();
     fresh = false;
   }, { signal });

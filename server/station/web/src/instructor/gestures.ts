@@ -1,4 +1,4 @@
-/** Hands on the plan: a press sets the place, a drag turns the heading. Pure: metres in map. */
+/** Gestures on the plan: a press sets the position, a drag the heading. Pure: metres in map. */
 import type { MapPoint } from "./palette";
 
 export interface Placement { at: MapPoint; yaw: number }
@@ -6,13 +6,13 @@ export interface Placement { at: MapPoint; yaw: number }
 /** m: a shorter drag than this is a click. */
 const leastDrag = 0.15;
 
-/** Where a press and a drag put a thing; without a drag it keeps `yaw`. */
+/** Pose from a press and a drag; without a drag the heading is `yaw`. */
 export function placement(from: MapPoint, to: MapPoint, yaw: number): Placement {
   const dx = to.x - from.x, dy = to.y - from.y;
   return { at: from, yaw: Math.hypot(dx, dy) < leastDrag ? yaw : Math.atan2(dy, dx) };
 }
 
-/** The outline of a thing of this size. */
+/** The outline of an object of this size. */
 export function outline({ at, yaw }: Placement, size: readonly number[]): [number, number][] {
   const [length = 0.5, width = 0.5] = size, c = Math.cos(yaw), s = Math.sin(yaw);
   const corners: [number, number][] = [[1, 1], [-1, 1], [-1, -1], [1, -1]];
@@ -22,7 +22,7 @@ export function outline({ at, yaw }: Placement, size: readonly number[]): [numbe
   });
 }
 
-/** The way with one more point; null: the point lies on the last one, which ends the way. */
+/** The path with one more point; null: the point equals the last one, which ends the path. */
 export function wayWith(way: readonly [number, number][], point: MapPoint): [number, number][] | null {
   const last = way.at(-1);
   if (last && Math.hypot(point.x - last[0], point.y - last[1]) < leastDrag) return null;

@@ -1,4 +1,4 @@
-/** Commands of the instructor: each is answered, and what the server says of it is shown. */
+/** Commands of the instructor: each gets a reply, which is shown. */
 import { hints } from "../layout/hints.svelte";
 import { notices } from "../session/notices.svelte";
 import type { Ask } from "../session/protocol";
@@ -13,7 +13,7 @@ export async function instruct(command: Ask, done = ""): Promise<boolean> {
   return reply.ok;
 }
 
-/** A message without an answer. */
+/** A message without a reply. */
 export function tell(message: Parameters<typeof session.say>[0], notConnected: string, done = ""): void {
   if (!session.say(message)) notices.say(notConnected, "wrong");
   else if (done) notices.say(done);

@@ -1,11 +1,11 @@
-/** What goes wrong on purpose: how much of it is asked for, in the units that people choose and those that are sent. */
+/** Faults for training: their amounts, in the units of the form and of the message. */
 
 export const lessonKinds = ["camera_delay", "camera_loss", "laser_dropouts", "low_battery", "dead_wheel"] as const;
 export type LessonKind = (typeof lessonKinds)[number];
 
 export interface LessonChoice { kind: LessonKind; amount: number; side: "left" | "right"; lasting: number }
 
-/** What a person enters: ms of delay, % of the others. */
+/** The value in the form: ms of delay, otherwise %. */
 export const ranges: Record<LessonKind, { least: number; most: number; usual: number; step: number } | null> = {
   camera_delay: { least: 50, most: 500, usual: 200, step: 50 },
   camera_loss: { least: 1, most: 90, usual: 10, step: 1 },

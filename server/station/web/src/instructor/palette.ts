@@ -1,4 +1,5 @@
-/** What an instructor can put into the session, and the commands that do it (in the words of a scenario file). */
+/** The objects and faults that an instructor can add to the session, and their commands (in the terms of a scenario
+ * file). */
 
 export type MapPoint = { x: number; y: number };
 export type AgentKind = "person" | "robot" | "box" | "barrel" | "container" | "cable";
@@ -6,7 +7,7 @@ export type AgentKind = "person" | "robot" | "box" | "barrel" | "container" | "c
 export interface PaletteItem {
   kind: AgentKind;
   model?: string;  // of a robot; none: the simple one
-  size: [number, number, number];  // m; of persons and robots for the drawing alone
+  size: [number, number, number];  // m; of persons and robots only for the drawing
 }
 
 export const obstacles: PaletteItem[] = [
@@ -25,7 +26,7 @@ export function palette(robotModels: readonly string[]): PaletteItem[] {
   ];
 }
 
-/** `person_3` where `person_1` and `person_2` are. */
+/** `person_3` if `person_1` and `person_2` exist. */
 export function freeName(item: PaletteItem, taken: ReadonlySet<string>): string {
   const stem = item.model ?? item.kind;
   for (let number = 1; ; ++number) if (!taken.has(`${stem}_${number}`)) return `${stem}_${number}`;
@@ -80,6 +81,6 @@ export const removeAll = (): AgentAction => ({ type: "agent", action: "remove_al
 /** `name` empty: all. */
 export const freeze = (frozen: boolean, name = ""): AgentAction =>
   ({ type: "agent", action: frozen ? "freeze" : "unfreeze", ...(name ? { name } : {}) });
-/** `open`: rad from where the leaf closes its opening; undefined: what the sensors say. */
+/** `open`: rad from the closed position; undefined: from the sensors. */
 export const door = (name: string, open: number | undefined): AgentAction =>
   open === undefined ? { type: "agent", action: "door_unknown", name } : { type: "agent", action: "door", name, opening: round(open, 4) };

@@ -1,10 +1,10 @@
-/** Places that a form begins with. */
+/** Initial poses of a form. */
 import { poseOf } from "../session/poses";
 import type { WorldFrame } from "../session/frames";
 import type { Entity } from "../session/protocol";
 import type { MapPoint } from "./palette";
 
-/** `metres` before an entity; null: nobody knows where it is. */
+/** `metres` in front of an entity; null: its pose is unknown. */
 export function ahead(entity: Entity | undefined, world: WorldFrame | null, metres: number): (MapPoint & { yaw: number }) | null {
   const pose = poseOf(entity, world);
   if (!pose) return null;

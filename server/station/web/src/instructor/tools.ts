@@ -1,11 +1,12 @@
-/** Tools for the plan: put something somewhere, or draw a way. Each lasts until it is done or something else takes over. */
+/** Tools for the plan: place an object, or draw a path. Each is active until it is done or another one takes over. */
 import { plan, type MapPoint, type PlanTool } from "../plan/tool.svelte";
 import { doorAt, type DoorPlace } from "./doors";
 import { outline, placement, wayWith, type Placement } from "./gestures";
 
 interface Placing { label: string; size: readonly number[]; yaw: number; done(placement: Placement): void }
 
-/** A press says where, a drag which way, the release does it; the tool then waits for the next. */
+/** A press sets the position, a drag the heading, the release places the object; the tool then waits for the next
+ * one. */
 export function placeTool({ label, size, yaw, done }: Placing): PlanTool {
   let from: MapPoint | null = null;
   const draw = (at: MapPoint): Placement => {
@@ -33,7 +34,7 @@ export function placeTool({ label, size, yaw, done }: Placing): PlanTool {
   };
 }
 
-/** A press says which door is meant: the one that is marked while the pointer is near. */
+/** A press selects a door: the one that is highlighted while the pointer is near. */
 export function doorTool(label: string, how: string, places: () => DoorPlace[], done: (at: MapPoint) => void): PlanTool {
   const show = (at: MapPoint): void => {
     const found = doorAt(places(), at);
@@ -52,7 +53,7 @@ export function doorTool(label: string, how: string, places: () => DoorPlace[], 
   };
 }
 
-/** Point by point; a second press on the last point, or Enter, ends it. */
+/** Point by point; a second press on the last point, or Enter, ends the path. */
 export function wayTool(label: string, done: (way: [number, number][]) => void): PlanTool & { finish(): void } {
   let way: [number, number][] = [];
   const draw = (next?: MapPoint): void => {

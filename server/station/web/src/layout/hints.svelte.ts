@@ -1,4 +1,4 @@
-/** What a newcomer is told once: kept by this browser, for each role. */
+/** Hints for new users, shown once: stored by this browser, for each role. */
 
 class Hints {
   #seen = $state.raw<ReadonlySet<string>>(new Set(read()));
@@ -6,7 +6,7 @@ class Hints {
   seen(of: string): boolean {
     return this.#seen.has(of);
   }
-  /** It was done, or put away. */
+  /** It was followed or dismissed. */
   see(of: string) {
     if (this.#seen.has(of)) return;
     this.#seen = new Set([...this.#seen, of]);

@@ -1,10 +1,10 @@
-/** Arrangements of panels, by role, and how a URL says which: `#role/layout?robot=NAME&layers=a,b`. */
+/** Arrangements of panels by role, and their representation in the URL: `#role/layout?robot=NAME&layers=a,b`. */
 import type { Role } from "../session/protocol";
 import type { strings } from "../strings.en";
 import type { PanelName } from "./panels";
 
 export type LayoutName = keyof typeof strings.layouts;
-/** Shares of width and height are relative to the others'; panels of one cell are tabs, the first shown. */
+/** Width and height fractions are relative to the others'; panels of one cell are tabs, the first one is shown. */
 export interface Cell { share: number; panels: PanelName[] }
 export interface Column { share: number; cells: Cell[]; upright?: number }  // its share where columns are rows
 export type Layout = Column[];
@@ -33,7 +33,7 @@ export const layout = (name: LayoutName): Layout => all[name];
 
 export interface Address { layout: LayoutName; robot: string; layers: string[] | null }
 
-/** What a URL's hash asks for, as far as this role has it; the role's first layout otherwise. */
+/** The layout in a URL's hash, if this role has it; otherwise the role's first layout. */
 export function parseAddress(hash: string, role: Role): Address {
   const [path = "", query = ""] = hash.replace(/^#/, "").split("?", 2);
   const asked = path.split("/")[1] ?? "";

@@ -1,11 +1,11 @@
-/** Every panel by its name in layouts and URLs. A panel fills its slot and draws no title: the layout does. */
+/** Every panel by its name in layouts and URLs. A panel fills its slot; the layout draws its title. */
 import type { Component } from "svelte";
 import { strings } from "../strings.en";
 
 export type PanelName = keyof typeof strings.panels;
 type Loader = () => Promise<{ default: Component }>;
 
-/** Panels that are not named here are not built in; a layout leaves them out. */
+/** Panels that are not listed here are not built in, and layouts leave them out. */
 const loaders: Partial<Record<PanelName, Loader>> = {
   video: () => import("../panels/VideoPanel.svelte"),
   drive: () => import("../panels/DrivePanel.svelte"),
@@ -23,5 +23,5 @@ const loaders: Partial<Record<PanelName, Loader>> = {
 export const panelTitle = (name: PanelName) => strings.panels[name];
 export const panelLoader = (name: PanelName): Loader | undefined => loaders[name];
 export const isPanel = (name: string): name is PanelName => name in strings.panels;
-/** Nothing in it can be pressed: what scrolls must be reached by keys all the same. */
+/** Panels without controls: their scrollable content must still be reachable by keyboard. */
 export const isRead = (name: PanelName) => ["score", "status", "briefing"].includes(name);

@@ -1,4 +1,4 @@
-/** What stands outside the panels, in every layout. */
+/** Parts of every layout outside the panels. */
 import type { Component } from "svelte";
 import EmergencyStop from "../panels/EmergencyStop.svelte";
 import FirstSteps from "../panels/FirstSteps.svelte";
@@ -7,11 +7,11 @@ import Letters from "../panels/Letters.svelte";
 import LookBack from "../panels/LookBack.svelte";
 import PlayBar from "../panels/PlayBar.svelte";
 
-/** In the top bar, after the session's name and before the user's menu: the emergency stop is the last of them. */
+/** In the top bar, after the session's name and before the user's menu: the emergency stop is the last one. */
 export const topBar: Component[] = [EmergencyStop];
-/** Above all panels: what a newcomer can do, and how it ended. */
+/** Above all panels: hints for new users, and the result. */
 export const strip: Component[] = [FirstSteps];
-/** Below all panels: the seek bar of a recording, or of a live session so far. */
+/** Below all panels: the seek bar of a recording, or of the live session. */
 export const bottomBar: Component[] = [PlayBar, LookBack];
-/** Mounted once, wherever they draw: dialogues, and what listens to keys and game pads. */
+/** Mounted once, wherever they draw: dialogues, and handlers of keys and game pads. */
 export const background: Component[] = [Hands, Letters];

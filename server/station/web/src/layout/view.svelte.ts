@@ -1,4 +1,4 @@
-/** What is shown where, kept in the URL so that a view can be sent to someone else. */
+/** The current view, stored in the URL so that it can be sent to others. */
 import type { Role } from "../session/protocol";
 import { selection } from "../session/selection.svelte";
 import { defaultLayers, layerNames, type LayerName } from "./layers";
@@ -6,13 +6,13 @@ import { formatAddress, parseAddress, type LayoutName } from "./layouts";
 
 class View {
   layout = $state<LayoutName>("watch");
-  /** The URL named it, or somebody chose it. */
+  /** Named by the URL, or selected by the user. */
   asked = false;
   layers = $state.raw<ReadonlySet<LayerName>>(new Set(defaultLayers));
-  /** That the address names; the browser's Back leads to it once another one is chosen. */
+  /** The layout in the address; the browser's Back returns to it after another one was selected. */
   #written: LayoutName | null = null;
 
-  /** Without a step back from there. */
+  /** Without an entry in the browser's history. */
   open(layout: LayoutName) {
     this.layout = this.#written = layout;
   }

@@ -1,9 +1,9 @@
-/** Which messages of others somebody here has not had before them yet. */
+/** Unread messages of others. */
 import { notices } from "../session/notices.svelte";
 import { session } from "../session/session.svelte";
 
 class Letters {
-  /** Panels that show messages now. */
+  /** Number of panels that show messages now. */
   #open = $state(0);
   #read = $state(0);
   unread = $derived(this.#open ? 0 : session.chat.slice(this.#read).filter((each) => each.from !== session.hello?.who.name).length);
@@ -11,7 +11,7 @@ class Letters {
   get shown(): boolean {
     return this.#open > 0;
   }
-  /** A panel shows them until the function that comes back is called. */
+  /** A panel shows them until the returned function is called. */
   show(): () => void {
     ++this.#open;
     notices.dropSaid();

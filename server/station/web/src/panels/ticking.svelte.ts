@@ -1,4 +1,5 @@
-/** A count that goes up each second while a component shows it: for what the page's clock carries on between two messages. */
+/** A counter that increments each second while a component is mounted: for values that the page extrapolates between
+ * two messages. */
 export function secondsTick(every_ms = 1000): { readonly count: number } {
   let count = $state(0);
   $effect(() => {

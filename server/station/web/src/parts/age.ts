@@ -1,4 +1,4 @@
-/** How old something is, in words of few letters. */
+/** An age as short text. */
 export function ageText(seconds: number): string {
   if (seconds < 10) return `${seconds.toFixed(1)} s`;
   if (seconds < 120) return `${Math.round(seconds)} s`;

@@ -1,4 +1,4 @@
-/** Which dialogue is open: one at a time, over everything. */
+/** The open dialogue: one at a time, above everything. */
 export type DialogueName = "keys" | "password" | "accounts";
 
 class Dialogues {

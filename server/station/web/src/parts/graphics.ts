@@ -1,5 +1,5 @@
-/** Does WebGL run on the processor here? Then smooth edges cost too much, and a picture comes to the screen sooner by way
- * of a plain canvas that lies in memory (Chromium). Asked once. */
+/** True if WebGL is rendered in software. Then antialiasing costs too much, and a frame is displayed sooner through
+ * a plain canvas in memory (Chromium). Evaluated once. */
 let known: boolean | undefined;
 
 export function drawsBySoftware(): boolean {

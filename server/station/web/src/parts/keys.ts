@@ -1,11 +1,11 @@
-/** Keys of the page: one list, so that none is taken twice and `?` can show them. */
+/** Shortcuts of the page in one list, so that none is used twice and `?` can show them. */
 import { dialogues } from "./dialogue.svelte";
 
 export interface KeyUse { key: string; what: string; run(): void }
 
 const uses = new Map<string, KeyUse>();
 
-/** Returns what takes it back. Keys are not heard while something is typed. Those that drive (drive/keys.ts) are none of these. */
+/** Returns a function that removes it. Disabled during text input. Driving keys are in drive/keys.ts. */
 export function useKey(use: KeyUse): () => void {
   const key = use.key.toLowerCase();
   uses.set(key, use);

@@ -1,9 +1,9 @@
-/** A menu that hangs from its button: it is open only while somebody is in it. Escape closes it and means nothing else. */
+/** A menu attached to its button: open only while the focus is in it. Escape only closes it. */
 
-/** As the page stands now: a `details`, or what holds a button that says it has expanded. */
+/** State of the DOM: an open `details`, or an element with a button that is expanded. */
 const isOpen = (root: Element): boolean => (root instanceof HTMLDetailsElement ? root.open : root.querySelector("[aria-expanded=true]") !== null);
 
-/** What has the focus is in an open one: its Escape is not the emergency stop. */
+/** The focus is in an open one: its Escape is not the emergency stop. */
 export function inPopup(target: EventTarget | null): boolean {
   const root = target instanceof Element ? target.closest("[data-popup]") : null;
   return root !== null && isOpen(root);
@@ -11,7 +11,7 @@ export function inPopup(target: EventTarget | null): boolean {
 
 const drives = /^Key[WASD]$/;
 
-/** On the element that holds the button and what hangs from it. */
+/** For the element that contains the button and the menu. */
 export function popup(root: HTMLElement, close: () => void) {
   const listening = new AbortController(), { signal } = listening;
   const inside = (target: EventTarget | null) => target instanceof Node && root.contains(target);
@@ -20,7 +20,7 @@ export function popup(root: HTMLElement, close: () => void) {
   addEventListener("pointerdown", ({ target }) => { if (isOpen(root) && !inside(target)) close(); }, { signal });
   root.addEventListener("keydown", (event) => {
     if (!isOpen(root)) return;
-    if (drives.test(event.code)) return close();  // whoever drives is no more in a menu
+    if (drives.test(event.code)) return close();  // a driving key closes the menu
     if (event.key !== "Escape") return;
     event.preventDefault();
     event.stopPropagation();

@@ -1,8 +1,10 @@
-/** The page as a picture: its elements with their styles in an SVG, canvases as what they show. Nothing is asked of the server. */
+/** The page as a picture: its elements with their styles in an SVG, canvases as images. Makes no request to the
+ * server. */
 
 const redraws = new Set<() => void>();
 
-/** For canvases that forget what they drew: called just before the picture is taken. Returns what takes it back. */
+/** For canvases that do not keep their content: called just before the picture is taken. Returns a function that
+ * removes it. */
 export function drawsForPicture(redraw: () => void): () => void {
   redraws.add(redraw);
   return () => { redraws.delete(redraw); };
@@ -17,7 +19,7 @@ export async function pageAsPng(): Promise<Blob> {
   const style = document.createElement("style");
   style.textContent = sheets();
   clone.querySelector("head")?.append(style);
-  // XML has no control characters, HTML may.
+  // XML allows no control characters, HTML does.
   const text = new XMLSerializer().serializeToString(clone).replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f]/g, "");
   const svg = `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}"><foreignObject width="100%" height="100%">${text}</foreignObject></svg>`;
   const image = new Image();
@@ -30,13 +32,13 @@ export async function pageAsPng(): Promise<Blob> {
   return new Promise((done, fail) => canvas.toBlob((blob) => (blob ? done(blob) : fail(new Error("no picture"))), "image/png"));
 }
 
-/** Within an SVG the root is the SVG: what is said of :root is said of html there. */
+/** Within an SVG the root is the SVG, so rules for :root are applied to html there. */
 function sheets(): string {
   const rules = [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules].map((rule) => rule.cssText));
   return `${rules.join("\n").replaceAll(":root", "html")}\n* { scrollbar-width: none !important; }`;
 }
 
-/** What a copy of the elements leaves behind: what was typed and chosen, how far lists are scrolled, what canvases show. */
+/** State that a copy of the elements lacks: input values, selections, scroll positions, canvas content. */
 function keepState(from: Element, to: Element) {
   const pairs = (selector: string) => [...from.querySelectorAll(selector)].map((each, i) => [each, to.querySelectorAll(selector)[i]] as const);
   for (const [input, copy] of pairs("input")) {

@@ -1,4 +1,4 @@
-/** What moves on the plan: robots and agents, their ways, scans, events, and what is just being drawn by hand. */
+/** Moving content of the plan: robots and agents, their paths, scans, events, and the current draft. */
 import { FLAG_UNSENSED, type ScanFrame, type WorldFrame } from "../session/frames";
 import { flatPose, rowOf } from "../session/poses";
 import type { Entity, Part, Plan, SessionEvent, Shape } from "../session/protocol";
@@ -13,12 +13,13 @@ export const liveInk = ["canvas", "real", "virtual", "robot", "planned", "predic
 
 type Context = CanvasRenderingContext2D;
 const TURN = Math.PI * 2;
-/** More names, or smaller ones beside each other, than this many or at fewer pixels a metre are a blur. */
+/** Limits for name labels: number of names, and minimum pixels per metre. */
 const NAMED = 40, NAMED_SCALE = 11;
 
-/** Below so many pixels a metre a body is its widest shape; below the second a dart that points ahead, or a dot. */
+/** Below this many pixels per metre a body is drawn as its widest shape; below the second value as a dart that
+ * points ahead, or a dot. */
 const DETAIL_SCALE = 24, DART_SCALE = 12;
-/** Length of a dart; of a crowd of this many they are smaller, so that it is not one blot. */
+/** Length of a dart; they are smaller in a crowd of this many. */
 const DART_PX = 9, CROWD = 150, CROWDED_PX = 5;
 const widestOf = new WeakMap<Shape[], Shape>();
 function widest(shapes: Shape[]): Shape {
@@ -34,12 +35,12 @@ export const inkOf = (entity: Entity, ink: LiveInk) => (entity.owner === "agent"
 
 const heads = (entity: Entity) => entity.kind === "robot" || entity.kind === "person";
 
-/** `footprintOf`: corners in the frame of the robot, m; empty where nobody said them. */
+/** `footprintOf`: corners in the frame of the robot, m; empty if unknown. */
 export interface Crowd {
   entities: Entity[]; world: WorldFrame; shapesOf(part: Part): Shape[]; footprintOf(name: string): readonly [number, number][]; selected: string; follows: string;
 }
 
-/** All of one owner are one path: a thousand of them are three fills. */
+/** All entities of one owner are one path, so that a thousand of them need three fills. */
 export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) {
   const { entities, world } = crowd;
   const bodies = { agent: new Path2D(), robot: new Path2D(), building: new Path2D() };
@@ -60,7 +61,7 @@ export function drawEntities(g: Context, c: Camera, crowd: Crowd, ink: LiveInk) 
       const pose = flatPose(world, row);
       const [px, py] = toScreen(c, pose.x, pose.y);
       if (px < -50 || py < -50 || px > c.width + 50 || py > c.height + 50) continue;
-      // A real robot may be known by the panels of its hull alone, seen from above mere lines.
+      // The shape of a real robot may consist of hull panels only, which are mere lines from above.
       if (!small && entity.owner === "robot") trace(bodies.robot, c, { polygon: placed(crowd.footprintOf(entity.name), pose) });
       shown.push({ entity, x: pose.x, y: pose.y, px, py });
       if (small && heads(entity)) dart(bodies[entity.owner], px, py, pose.yaw, length);
@@ -125,12 +126,12 @@ function ring(g: Context, x: number, y: number, radius: number, ink: string, das
   g.setLineDash([]);
 }
 
-/** A sweep that is old is pale; after three seconds it is no more shown. */
+/** An old sweep is pale; after three seconds it is hidden. */
 export function scanStrength(scan: ScanFrame, now: number): number {
   return Math.min(1, Math.max(0, (3 - (now - scan.t)) / 2.5));
 }
 
-/** Which returns: those of real things, of agents, or all. */
+/** Returns of real objects, of agents, or all. */
 export function drawScan(g: Context, c: Camera, scan: ScanFrame, which: "real" | "virtual", ink: string, strength: number) {
   if (!scan.pose || strength <= 0) return;
   const { x, y, yaw } = scan.pose;
@@ -147,7 +148,7 @@ export function drawScan(g: Context, c: Camera, scan: ScanFrame, which: "real" |
   g.globalAlpha = 1;
 }
 
-/** What the laser sees free, faintly. */
+/** Free space seen by the laser, faintly. */
 export function drawSweep(g: Context, c: Camera, scan: ScanFrame, ink: string, strength: number) {
   if (!scan.pose || strength <= 0) return;
   const { x, y, yaw } = scan.pose;
@@ -201,9 +202,9 @@ function line(g: Context, c: Camera, points: number[]) {
 }
 
 const RECENT_S = 60;
-/** What a debriefing comes back to: that an agent was put somewhere is seen by itself. */
+/** Events that matter in a debriefing: the placing of an agent is visible without a mark. */
 const grave = /collision_(started|predicted)|fell|tipp|hazard|limit|dropped|unhinged|penalty/;
-/** Those with a place, of the last minute. */
+/** Events of the last minute with a place. */
 export function drawEvents(g: Context, c: Camera, events: SessionEvent[], now: number, ink: LiveInk) {
   for (let i = events.length - 1; i >= 0 && now - (events[i] as SessionEvent).t < RECENT_S; --i) {
     const event = events[i] as SessionEvent;

@@ -1,4 +1,4 @@
-/** What stands still on the plan: grid, map, floors, walls, doors, stairs, zones, names. */
+/** Static content of the plan: grid, map, floors, walls, doors, stairs, zones, names. */
 import type { LayerName } from "../layout/layers";
 import type { Zone } from "../session/protocol";
 import type { Element, MapPicture, Model } from "../session/site.svelte";
@@ -41,7 +41,7 @@ export function drawGround(g: Context, c: Camera, map: MapPicture | null, layers
   }
 }
 
-/** Low things first, so that walls and doors stay whole. */
+/** Low parts first, so that walls and doors are not covered. */
 const order = ["floor", "stairs", "unknown", "window", "pillar", "wall", "door"];
 
 export function drawModel(g: Context, c: Camera, model: Model, liveDoors: ReadonlySet<string>, ink: Ink) {
@@ -78,7 +78,8 @@ export function trace(path: Path2D, c: Camera, outline: ReturnType<typeof shapeO
     return;
   }
   const p = outline.polygon;
-  // Back to the first corner rather than closePath(), which takes the longer the longer a path is (Chromium).
+  // Returns to the first corner explicitly, because closePath() gets slower with the length of a path
+  // (Chromium).
   for (let i = 0; i <= p.length; i += 2) {
     const k = i % p.length;
     const [x, y] = toScreen(c, p[k] as number, p[k + 1] as number);

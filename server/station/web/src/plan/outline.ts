@@ -1,7 +1,7 @@
 /** Shapes seen from above. */
 import type { Quaternion, Shape, Triple } from "../session/protocol";
 
-/** q turns v. */
+/** Rotates v by q. */
 export function turned(q: ArrayLike<number>, v: ArrayLike<number>): Triple {
   const qx = q[0] as number, qy = q[1] as number, qz = q[2] as number, qw = q[3] as number;
   const x = v[0] as number, y = v[1] as number, z = v[2] as number;
@@ -18,7 +18,7 @@ export function product(a: ArrayLike<number>, b: ArrayLike<number>): Quaternion 
 
 export interface Placed { at: ArrayLike<number>; turn: ArrayLike<number> }
 
-/** Either a circle or a convex polygon (x, y after another), in the frame that `place` leads to. */
+/** Either a circle or a convex polygon (x, y alternating), in the target frame of `place`. */
 export type Outline = { circle: [x: number, y: number, radius: number] } | { polygon: number[] };
 
 export function shapeOutline(shape: Shape, place: Placed): Outline {
@@ -31,7 +31,7 @@ export function shapeOutline(shape: Shape, place: Placed): Outline {
   const half = shape.size[2] / 2;
   const axis = turned(q, [0, 0, half]);
   if (Math.hypot(axis[0], axis[1]) < 0.02) return { circle: [x, y, radius] };
-  // Lying or leaning: a box around it is near enough from above.
+  // Lying or inclined: a bounding box is accurate enough from above.
   return { polygon: hull(corners(q, radius, radius, half + (shape.shape === "capsule" ? radius : 0), x, y)) };
 }
 

@@ -1,4 +1,4 @@
-/** One picture of the plan, from below to above. */
+/** Draws one frame of the plan from bottom to top. */
 import { view } from "../layout/view.svelte";
 import { drawsBySoftware } from "../parts/graphics";
 import { selection } from "../session/selection.svelte";
@@ -13,7 +13,7 @@ import { plan, type MapPoint } from "./tool.svelte";
 
 let inks: { of: string; site: Ink; live: LiveInk } | null = null;
 
-/** Colours are read from the sheet once a scheme. */
+/** Colours are read from the style sheet once for each scheme. */
 function inksNow() {
   if (inks?.of !== theme.shown) inks = { of: theme.shown, site: colours(...siteInk), live: colours(...liveInk) };
   return inks;
@@ -63,7 +63,7 @@ function drawCross(g: CanvasRenderingContext2D, [x, y]: [number, number], ink: s
   g.stroke();
 }
 
-/** What is old must not look live. */
+/** Old data must not look live. */
 function pale(g: CanvasRenderingContext2D, camera: Camera, ink: string) {
   g.globalAlpha = 0.55;
   g.fillStyle = ink;

@@ -1,4 +1,4 @@
-/** Which entity is under a point of the plan. */
+/** Finds the entity at a point of the plan. */
 import type { WorldFrame } from "../session/frames";
 import { poseOf } from "../session/poses";
 import type { Entity } from "../session/protocol";

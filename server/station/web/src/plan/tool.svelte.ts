@@ -1,10 +1,10 @@
-/** What other panels do on the plan: a tool takes the pointer, drafts are drawn on top. Metres in map. */
+/** Tools of other panels on the plan: a tool takes the pointer, drafts are drawn on top. Metres in map. */
 
 export interface MapPoint { x: number; y: number }
 export interface PlanTool {
-  /** What the pointer does now, in a few words; shown over the plan and read out. */
+  /** Short description of the pointer's function; shown over the plan and read by screen readers. */
   label: string;
-  /** What to do, where that is not to press, and drag to turn. */
+  /** Instruction, if it is not to press, and drag to turn. */
   how?: string;
   cursor: string;
   down(p: MapPoint, event: PointerEvent | KeyboardEvent): void;
@@ -28,11 +28,11 @@ class PlanState {
 
 export const plan = new PlanState();
 
-/** Where on the map a point of the window is; null: not in this view. */
+/** Map position of a window point; null: not in this view. */
 type Converter = (clientX: number, clientY: number) => MapPoint | null;
 const converters = new Set<Converter>();
 
-/** Said by each view of the site while it is shown; returns what takes it back. */
+/** Registered by each view of the site while it is shown; returns a function that removes it. */
 export function showsSite(convert: Converter): () => void {
   converters.add(convert);
   return () => { converters.delete(convert); };

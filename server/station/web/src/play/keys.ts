@@ -1,5 +1,5 @@
-/** The keys of `ros2 bag play`, as `parhelion play` has them: space pauses and goes on, right arrow one message on while it is paused, up and
- * down a tenth faster and slower. */
+/** The keys of `ros2 bag play`, as in `parhelion play`: space pauses and resumes, right arrow steps by one message
+ * while paused, up and down change the speed by a tenth. */
 
 export interface PlayCommand { action: "pause" | "resume" | "step" | "rate" | "seek"; value?: number }
 
@@ -8,7 +8,7 @@ export interface PlayState { paused: boolean; rate: number; position: number; du
 export const slowest = 0.1;
 export const fastest = 10;
 
-/** s, of an arrow while it plays. */
+/** s, jump of an arrow key during playback. */
 const leap = 10;
 const seek = (value: number): PlayCommand => ({ action: "seek", value });
 

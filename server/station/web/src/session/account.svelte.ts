@@ -1,14 +1,14 @@
-/** Who is logged in, and how one gets in and out. */
+/** The logged-in user, log-in and log-out. */
 import { strings } from "../strings.en";
 import type { Who } from "./protocol";
 
 class Account {
-  /** Of the one-time link that makes the first account; null: this page was not opened by it, or it is used. */
+  /** Token of the one-time link that creates the first account; null: this page was not opened by it, or it is used. */
   setUpToken = $state(location.pathname.endsWith("/setup") ? new URLSearchParams(location.search).get("token") : null);
-  /** undefined: not asked yet; null: nobody, as it is while there is no account. */
+  /** undefined: not requested yet; null: nobody, also while there is no account. */
   who = $state.raw<Who | null | undefined>(this.setUpToken ? null : undefined);
 
-  /** Who this browser is since another tab logged in; null: still `who`. Nobody becomes someone else unasked. */
+  /** The user after a log-in in another tab; null: still `who`. The user never changes without confirmation. */
   other = $state.raw<Who | null>(null);
   #looks = 0;
 
@@ -18,18 +18,18 @@ class Account {
     if (!this.who || !found) this.who = found;
     else this.other = this.who.name === found.name && this.who.role === found.role ? null : found;
   }
-  /** Everything is connected anew, as whom this browser is logged in now. */
+  /** Reconnects everything as the user who is logged in now. */
   goOn() {
     this.who = this.other ?? (this.who && { ...this.who });
     this.other = null;
   }
 
-  /** What went wrong in words, or null. */
+  /** Error text, or null. */
   async logIn(name: string, password: string): Promise<string | null> {
     return this.#post("api/v1/login", { name, password });
   }
 
-  /** The first account. The link leaves the address with it, before the page writes there what it shows. */
+  /** Creates the first account. Removes the link's token from the address before the page stores its view there. */
   async setUp(name: string, password: string): Promise<string | null> {
     return this.#post("api/v1/setup", { token: this.setUpToken, name, password }, () => {
       this.setUpToken = null;
@@ -37,7 +37,7 @@ class Account {
     });
   }
 
-  /** All other log-ins of this account end with it. */
+  /** Ends all other sessions of this account. */
   async changePassword(old: string, fresh: string): Promise<string | null> {
     return this.#post("api/v1/password", { old, new: fresh });
   }
@@ -72,7 +72,7 @@ async function me(): Promise<Who | null> {
   }
 }
 
-/** The server's own words for why it refused. */
+/** The server's text for a refusal. */
 export async function reason(answer: Response): Promise<string | null> {
   try {
     const { error } = (await answer.json()) as { error?: unknown };

@@ -3,20 +3,21 @@
 export const SCAN_REAL = 0, SCAN_MIXED = 1, SCAN_AGENT = 2;
 export const FLAG_NO_ATTITUDE = 1, FLAG_UNSENSED = 2, FLAG_COLOURED = 1;
 
-/** Where every part was at session time `t`: seven floats each, x, y, z, qx, qy, qz, qw in map. */
+/** Pose of every part at session time `t`: seven floats each, x, y, z, qx, qy, qz, qw in map. */
 export interface WorldFrame { kind: "world"; table: number; t: number; count: number; ids: Uint16Array; flags: Uint16Array; poses: Float32Array }
-/** A sweep; x, y, yaw are the laser in map at the stamp, null where nobody knows. agent[i]: entity id or -1 for a real return. */
+/** A sweep; x, y, yaw are the laser's pose in map at the stamp, null if unknown. agent[i]: entity id or -1 for a
+ * real return. */
 export interface ScanFrame {
   kind: "scan"; source: number; entity: number; t: number; pose: { x: number; y: number; yaw: number } | null;
   rad0: number; radstep: number; ranges: Float32Array; agents: Int16Array;
 }
-/** Points in map: positions three floats each, colours three bytes each; null: they have none. */
+/** Points in map: positions three floats each, colours three bytes each; null: without colours. */
 export interface PointsFrame { kind: "points"; cloud: boolean; t: number; count: number; positions: Float32Array; colours: Uint8Array | null }
 export type Frame = WorldFrame | ScanFrame | PointsFrame;
 
 const WORLD_ROW = 32, POINT_ROW = 16, MAX_ROWS = 4_000_000;
 
-/** Throws where the buffer is not what its header says. */
+/** Throws if the buffer does not match its header. */
 export function parseFrame(buffer: ArrayBuffer): Frame {
   const view = new DataView(buffer);
   if (view.byteLength < 16) throw new Error(`a frame of ${view.byteLength} bytes has no header`);

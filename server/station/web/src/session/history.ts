@@ -1,12 +1,13 @@
-/** What was seen since this page opened, so that one can look back while the session goes on. Bounded: the oldest goes first. */
+/** Session content since this page was opened, for playback while the session goes on. Bounded: the oldest content
+ * is dropped. */
 import type { ScanFrame, WorldFrame } from "./frames";
 import type { Entity, Shape } from "./protocol";
 
-/** Who there is: a world frame's rows are of one such table. */
+/** The entities; rows of a world frame refer to one such table. */
 export interface Roster { table: number; entities: Entity[]; forms: Shape[][] }
 export interface Moment extends Roster { world: WorldFrame | null; scans: Record<string, ScanFrame> }
 
-/** s between what is kept of one source, and how long a sweep is worth showing. */
+/** s between stored samples of one source, and the time that a sweep is shown. */
 const APART_S = 0.1, SWEEP_S = 3;
 const bytesOf = (frame: WorldFrame | ScanFrame) => (frame.kind === "world" ? frame.count * 32 : frame.ranges.byteLength + frame.agents.byteLength) + 200;
 
@@ -18,7 +19,7 @@ export class History {
 
   constructor(private readonly most = 48e6) {}
 
-  /** Session time of the first that is kept; undefined: nothing is. */
+  /** Session time of the first stored sample; undefined: none. */
   get from(): number | undefined {
     return this.#worlds[0]?.t;
   }
@@ -40,7 +41,7 @@ export class History {
     if (!list) this.#scans.set(key, (list = []));
     this.#keep(list, frame);
   }
-  /** The newest that was there at `t`; null: that is forgotten, or was never seen. */
+  /** The newest sample at `t`; null: dropped, or never received. */
   at(t: number): Moment | null {
     const world = newest(this.#worlds, t), roster = world && this.#rosters.get(world.table);
     if (!roster) return null;
@@ -58,7 +59,7 @@ export class History {
     list.push(frame);
     this.#bytes += bytesOf(frame);
   }
-  /** The oldest tenth, of all. */
+  /** Drops the oldest tenth of each source. */
   #forget() {
     const before = this.#worlds[Math.ceil(this.#worlds.length / 10)]?.t ?? Infinity;
     for (const list of [this.#worlds, ...this.#scans.values()]) {

@@ -1,4 +1,4 @@
-/** One WebSocket that comes back by itself, with growing pauses, and says how long it has been silent. */
+/** One WebSocket that reconnects with growing pauses and reports how long it has been silent. */
 
 export type LinkState = "connecting" | "open" | "lost" | "refused";
 export interface LinkHandlers {
@@ -7,7 +7,7 @@ export interface LinkHandlers {
   state(state: LinkState, retryAt: number): void;
 }
 export const FIRST_PAUSE_MS = 300, LONGEST_PAUSE_MS = 8000;
-/** Close codes after which coming back is no use until someone logs in again. */
+/** Close codes after which reconnecting is useless until someone logs in again. */
 const REFUSALS = [4401, 4403, 1008];
 
 export const pauseAfter = (failures: number) => Math.min(LONGEST_PAUSE_MS, FIRST_PAUSE_MS * 2 ** failures);
@@ -17,7 +17,7 @@ export class Link {
   #timer: ReturnType<typeof setTimeout> | undefined;
   #failures = 0;
   #wanted = false;
-  /** performance.now() when something last came; 0: nothing yet. */
+  /** performance.now() of the last message; 0: none yet. */
   heard = 0;
 
   constructor(private readonly path: string, private readonly handlers: LinkHandlers) {}
@@ -36,7 +36,7 @@ export class Link {
     socket?.close(1000);
   }
 
-  /** false: not connected, nothing was sent. */
+  /** False: not connected, nothing was sent. */
   send(message: string | ArrayBuffer): boolean {
     if (this.#socket?.readyState !== WebSocket.OPEN) return false;
     this.#socket.send(message);

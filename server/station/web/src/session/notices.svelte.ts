@@ -1,4 +1,4 @@
-/** Short words to the user that go away by themselves; read out by screen readers. */
+/** Short notices that disappear by themselves; read by screen readers. */
 
 export interface Notice { id: number; text: string; kind: "done" | "wrong" | "said" }
 const SHOWN_MS = { done: 4000, wrong: 9000, said: 15_000 };
@@ -13,7 +13,7 @@ class Notices {
     setTimeout(() => this.drop(notice.id), SHOWN_MS[kind]);
   }
 
-  /** What somebody said stands elsewhere now. */
+  /** The message is displayed elsewhere now. */
   dropSaid() {
     this.list = this.list.filter((each) => each.kind !== "said");
   }

@@ -1,4 +1,4 @@
-/** Looking things up in a world frame. */
+/** Look-ups in a world frame. */
 import type { WorldFrame } from "./frames";
 import type { Entity } from "./protocol";
 
@@ -17,7 +17,7 @@ export function rowOf(world: WorldFrame, part: number): number {
 
 export interface FlatPose { x: number; y: number; z: number; yaw: number; flags: number }
 
-/** Of a row: place and heading. */
+/** Position and heading of a row. */
 export function flatPose(world: WorldFrame, row: number): FlatPose {
   const p = world.poses, k = row * 7;
   const qx = p[k + 3] as number, qy = p[k + 4] as number, qz = p[k + 5] as number, qw = p[k + 6] as number;
@@ -27,7 +27,7 @@ export function flatPose(world: WorldFrame, row: number): FlatPose {
   };
 }
 
-/** Of an entity, by its first part; null where the frame does not tell of it. */
+/** Of an entity, by its first part; null if the frame does not contain it. */
 export function poseOf(entity: Entity | undefined, world: WorldFrame | null): FlatPose | null {
   const part = entity?.parts[0];
   if (!part || !world) return null;

@@ -1,16 +1,16 @@
-/** What the server and the page say to each other on /ws/state as JSON. Lengths in metres, angles in radians, `t` in
- * seconds of session time; places are in the frame `map`. Binary frames: frames.ts. */
+/** JSON messages between server and page on /ws/state. Lengths in metres, angles in radians, `t` in seconds of
+ * session time; places are in the frame `map`. Binary frames: frames.ts. */
 
 export type Role = "observer" | "trainee" | "instructor" | "admin";
 export interface Who { name: string; role: Role }
 
-/** `robot`: the trainee's; `graded`: the one that tasks are about, where it is another. */
+/** `robot`: the trainee's; `graded`: the robot of the tasks, if it is another. */
 export interface SessionInfo {
   name: string; mode: "live" | "recorded"; level: 1 | 2 | 3; scenario: string; robot: string; graded?: string;
   simulated: boolean; started_us: number; mapped: boolean;
 }
 export interface Controls { pause: boolean; rate: boolean; seek: boolean; end: boolean; save: boolean; step?: boolean }
-/** What an instructor may choose from. */
+/** Choices of an instructor. */
 export interface SceneInfo { scripts: string[]; lessons: string[]; doors: string[]; robot_models: string[]; agents_max?: number; briefing: string }
 /** Of a whole recording, for its seek bar. */
 export interface TimeMark { t: number; kind: string; text: string; bad: boolean }
@@ -19,10 +19,11 @@ export interface Hello { type: "hello"; protocol: number; who: Who; session: Ses
 export type ShapeKind = "box" | "sphere" | "cylinder" | "capsule";
 export type Triple = [number, number, number];
 export type Quaternion = [x: number, y: number, z: number, w: number];
-/** Size: box full lengths; sphere its radius thrice; cylinder radius, radius, height along z; capsule radius, radius, height
- * of its straight part. `at` and `turn` in the frame of the part; colour linear red, green, blue, 0..1. */
+/** Size: box full lengths; sphere its radius thrice; cylinder radius, radius, height along z; capsule radius,
+ * radius, height of its straight part. `at` and `turn` in the frame of the part; colour linear red, green, blue,
+ * 0..1. */
 export interface Shape { shape: ShapeKind; size: Triple; at: Triple; turn: Quaternion; colour: Triple }
-/** `id` is the row of the binary world frame; `form` the place of its shapes in `forms`, -1 where nobody knows them. */
+/** `id` is the row of the binary world frame; `form` the index of its shapes in `forms`, -1 if unknown. */
 export interface Part { id: number; name: string; form: number }
 export interface Entity {
   id: number; name: string; owner: "agent" | "robot" | "building"; kind: string; robot_model: string; parts: Part[];
@@ -62,7 +63,7 @@ export interface Reply { type: "reply"; request: number; ok: boolean; text: stri
 export type ServerMessage = Hello | Entities | Events | Score | Status | Injection | PoseState | Operators | Chat | Mark
   | Control | Plans | Zones | Joints | Hazard | ModelVersion | Reply;
 
-/** Commands that the server answers with a `reply` of the same `request`. */
+/** Commands that get a `reply` with the same `request`. */
 export interface Ask { type: "agent" | "script" | "lesson" | "end" | "save" | "report"; [field: string]: unknown }
 export interface Say { type: "subscribe" | "chat" | "mark" | "control" | "estop" | "estop_reset"; [field: string]: unknown }
 
@@ -72,7 +73,7 @@ const lists: Record<string, string[]> = {
   hazard: [], model: [], reply: [],
 };
 
-/** null: not a message that this page knows (a newer server may say more); throws where a known one is not as agreed. */
+/** null: unknown message (a newer server may send more); throws if a known one is invalid. */
 export function parseMessage(text: string): ServerMessage | null {
   const message: unknown = JSON.parse(text);
   if (typeof message !== "object" || message === null) throw new Error("a message is an object with a type");

@@ -1,4 +1,4 @@
-/** Questions that wait for the server's reply: each ends in a reply, in silence, or with the connection. */
+/** Pending requests: each ends with a reply, a timeout, or the end of the connection. */
 import type { Reply } from "./protocol";
 
 interface Waiting { resolve(reply: Reply): void; timer: ReturnType<typeof setTimeout> }
@@ -7,7 +7,7 @@ export class Requests {
   #next = Math.floor(Math.random() * 2 ** 31);
   #waiting = new Map<number, Waiting>();
 
-  /** `send` gets the request's number and says whether it went out. The promise always resolves; read `ok`. */
+  /** `send` gets the request's number and returns whether it was sent. The promise always resolves; read `ok`. */
   ask(send: (request: number) => boolean, words: { notConnected: string; noReply: string }, patience_ms = 5000): Promise<Reply> {
     const request = this.#next++;
     if (!send(request)) return Promise.resolve({ type: "reply", request, ok: false, text: words.notConnected });

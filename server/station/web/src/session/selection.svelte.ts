@@ -1,13 +1,13 @@
-/** What the user looks at: shared by all panels, so that a click in one shows in the others. */
+/** The user's selection, shared by all panels. */
 import type { Entity } from "./protocol";
 import { session } from "./session.svelte";
 
 class Selection {
   /** The robot whose video is shown and that is driven, by name; empty: the session's own. */
   robot = $state("");
-  /** Name of the entity that was clicked, or empty. */
+  /** Name of the selected entity, or empty. */
   entity = $state("");
-  /** Centre the views here (map, m); a new object each time. */
+  /** Centres the views here (map, m); a new object each time. */
   place = $state.raw<{ x: number; y: number } | null>(null);
 
   entityRow: Entity | undefined = $derived(session.entities.find((each) => each.name === this.entity));

@@ -1,4 +1,4 @@
-/** All that /ws/state has said, for panels to read. Panels never open a socket to it themselves. */
+/** State received on /ws/state, for panels to read. Panels never open a socket to it themselves. */
 import { strings } from "../strings.en";
 import { parseFrame, SCAN_AGENT, type PointsFrame, type ScanFrame, type WorldFrame } from "./frames";
 import { History, type Moment, type Roster } from "./history";
@@ -7,22 +7,22 @@ import { parseMessage, type Ask, type Chat, type Control, type Entity, type Hell
 import { poseOf, type FlatPose } from "./poses";
 import { Requests } from "./requests";
 
-/** Above this silence, in seconds, the page says so: the server says something each second. */
+/** s of silence above which the page shows a warning: the server sends something each second. */
 export const SILENT_S = 2.5;
 const MAX_EVENTS = 5000;
 const UNKNOWN_FORM: Shape[] = [{ shape: "box", size: [0.3, 0.3, 0.3], at: [0, 0, 0.15], turn: [0, 0, 0, 1], colour: [0.5, 0.5, 0.5] }];
 
 class Session {
   link = $state.raw<LinkState>("connecting");
-  /** performance.now() of the next try while the link is lost. */
+  /** performance.now() of the next attempt while the link is lost. */
   retryAt = $state.raw(0);
-  /** Seconds since the server last said anything, by a clock of the page; brought up to date four times a second. */
+  /** Seconds since the server's last message, by the page's clock; updated four times a second. */
   silence_s = $state.raw(0);
 
   hello = $state.raw<Hello | null>(null);
   entities = $state.raw<Entity[]>([]);
   forms = $state.raw<Shape[][]>([]);
-  /** Grows when the set of entities changes; a world frame of another table is not drawn. */
+  /** Increments when the set of entities changes; a world frame of another table is not drawn. */
   table = $state.raw(-1);
   events = $state.raw<SessionEvent[]>([]);
   score = $state.raw<Score | null>(null);
@@ -37,22 +37,22 @@ class Session {
   zones = $state.raw<Zone[]>([]);
   joints = $state.raw<Record<string, Joints>>({});
   hazard = $state.raw<Record<string, unknown> | null>(null);
-  /** Grows when the semantic model is to be fetched again. */
+  /** Increments when the semantic model has to be fetched again. */
   modelVersion = $state.raw<number | string>(0);
 
   world = $state.raw<WorldFrame | null>(null);
   /** Newest of each source: "0" SCAN, "1" MR_SCAN, "2:ENTITY" of an agent. */
   scans = $state.raw<Record<string, ScanFrame>>({});
   depth = $state.raw<PointsFrame | null>(null);
-  /** Session time that world, scans and entities are shown of, while somebody looks back; null: now. */
+  /** Session time of the world, scans and entities shown during playback; null: now. */
   back = $state.raw<number | null>(null);
-  /** performance.now() when this page last asked for another place of a recording. */
+  /** performance.now() of this page's last seek in a recording. */
   soughtAt = $state.raw(-Infinity);
   readonly history = new History();
-  /** What is now, whatever is shown. */
+  /** The current state, whatever is shown. */
   #live: Moment = { table: -1, entities: [], forms: [], world: null, scans: {} };
 
-  /** May this user place, lesson, pause, end? Only for what is shown: the server decides. */
+  /** Permission to place, inject faults, pause and end. Only for the display: the server decides. */
   instructs = $derived(this.hello?.who.role === "instructor" || this.hello?.who.role === "admin");
   drives = $derived(this.hello !== null && this.hello.who.role !== "observer");
   silent = $derived(this.link !== "open" || this.silence_s > SILENT_S);
@@ -82,7 +82,8 @@ class Session {
     this.hello = null;
   }
 
-  /** Session time now: that of the newest world, carried on by the page's clock unless paused, silent or at its end. */
+  /** Session time now: that of the newest world, extrapolated by the page's clock unless paused, silent or at its
+   * end. */
   now(): number {
     if (this.back !== null) return this.back;
     const t = this.world?.t ?? this.control?.position ?? 0;
@@ -90,36 +91,36 @@ class Session {
     return t + ((performance.now() - this.#worldArrived) / 1000) * (this.control?.rate || 1);
   }
 
-  /** A command that is answered; resolves with the server's reply, or `ok: false` and why. */
+  /** Sends a command; resolves with the server's reply, or `ok: false` and the reason. */
   ask(message: Ask): Promise<Reply> {
     return this.#requests.ask((request) => this.#link.send(JSON.stringify({ ...message, request })), strings.link);
   }
 
-  /** A message without an answer; false: not connected. */
+  /** Sends a message without a reply; false: not connected. */
   say(message: Say): boolean {
     if (message.type === "control" && message.action === "seek") this.soughtAt = performance.now();
     return this.#link.send(JSON.stringify(message));
   }
 
-  /** The shapes of a part in its own frame; what nobody knows is a small box. */
+  /** The shapes of a part in its own frame; an unknown one is a small box. */
   shapesOf(part: Part): Shape[] {
     return this.forms[part.form] ?? UNKNOWN_FORM;
   }
 
-  /** Where an entity is now (its first part, in map), or null while nobody knows. */
+  /** Pose of an entity now (its first part, in map), or null if unknown. */
   poseOf(name: string): FlatPose | null {
     return poseOf(this.entities.find((each) => each.name === name), this.world);
   }
 
-  /** Whose place is known: the session's robot's, only others', or nobody's yet. */
+  /** Which poses are known: that of the session's robot, only others', or none. */
   placed: "site" | "others" | "robot" = $derived(this.poseOf(this.hello?.session.robot ?? "") ? "robot" : this.world ? "others" : "site");
 
-  /** Where robots and agents are; doors and the like are part of the site. */
+  /** Positions of robots and agents; doors and the like are part of the site. */
   places(): FlatPose[] {
     return this.entities.flatMap((each) => (each.owner === "building" ? [] : (poseOf(each, this.world) ?? [])));
   }
 
-  /** Shows what was at `t`; null, or what is not known any more: what is now. */
+  /** Shows the state at `t`; null, or a time no longer stored: the current state. */
   lookBack(t: number | null) {
     const moment = t === null ? null : this.history.at(t);
     this.back = moment ? t : null;
@@ -129,7 +130,7 @@ class Session {
     [this.table, this.entities, this.forms] = [shown.table, shown.entities, shown.forms];
     [this.world, this.scans] = [shown.world, shown.scans];
   }
-  /** Session time now, also while somebody looks back. */
+  /** Session time now, also during playback of the past. */
   liveTime(): number {
     return this.back === null ? this.now() : (this.#live.world?.t ?? this.back);
   }
@@ -150,7 +151,7 @@ class Session {
     try {
       run();
     } catch (error) {
-      // One bad message must not stop the next: it is dropped, and said where a developer looks.
+      // A bad message must not stop the next one: it is dropped and logged to the console.
       console.error("from the server:", error);
     }
   }
@@ -199,7 +200,7 @@ class Session {
     if (this.back === null) this.#show(this.#live);
   }
 
-  /** Each connection begins with all there is: what an earlier one said is not kept beside it. */
+  /** Each connection starts with the complete state, which replaces that of earlier ones. */
   #begin(hello: Hello) {
     this.events = [];
     this.chat = [];

@@ -1,15 +1,15 @@
-/** What stands still: the semantic model, the map's picture, the robots' descriptions. Fetched once, the model again when
- * the server says that it changed. */
+/** Static content: the semantic model, the map's picture, the robots' descriptions. Fetched once; the model again
+ * when the server reports a change. */
 import { parseFrame, type PointsFrame } from "./frames";
 import type { Quaternion, Shape, Triple } from "./protocol";
 
 export interface Element {
   name: string; label: string; at: Triple; turn: Quaternion; size: Triple; confidence: number | null; virtual: boolean; part_of: string;
 }
-/** Triangles in map; three floats a vertex, three indices a triangle. */
+/** Triangles in map; three floats per vertex, three indices per triangle. */
 export interface Mesh { name: string; vertices: number[]; triangles: number[] }
 export interface Model { version: number | string; elements: Element[]; meshes: Mesh[] }
-/** Lower left corner of the picture in map, m; metres a pixel. */
+/** Lower left corner of the picture in map, m; metres per pixel. */
 export interface MapPicture { image: ImageBitmap; x: number; y: number; resolution: number }
 export interface CameraInfo { at: Triple; turn: Quaternion; width: number; height: number; fx: number; fy: number; cx: number; cy: number }
 export interface RobotInfo {
@@ -21,7 +21,7 @@ class Site {
   model = $state.raw<Model | null>(null);
   map = $state.raw<MapPicture | null>(null);
   robots = $state.raw<RobotInfo[]>([]);
-  /** The registered cloud; null: not asked for, or there is none. */
+  /** The registered cloud; null: not requested, or there is none. */
   cloud = $state.raw<PointsFrame | null>(null);
   #askedForCloud = false;
 
@@ -39,7 +39,7 @@ class Site {
     this.map = { image: await createImageBitmap(await answer.blob()), x, y, resolution };
   }
 
-  /** Much to load: once, when somebody wants to see it. False: the server has none. */
+  /** Large: loaded once, on demand. False: the server has none. */
   async fetchCloud(): Promise<boolean> {
     if (this.#askedForCloud) return true;
     this.#askedForCloud = true;
@@ -68,7 +68,7 @@ export const site = new Site();
 
 export interface Bounds { x0: number; y0: number; x1: number; y1: number }
 
-/** Smallest rectangle around the model or the map, m; null where neither is known. */
+/** Smallest rectangle around the model or the map, m; null if neither is known. */
 export function siteBounds(model: Model | null, map: MapPicture | null): Bounds | null {
   let x0 = Infinity, y0 = Infinity, x1 = -Infinity, y1 = -Infinity;
   const take = (x: number, y: number) => { x0 = Math.min(x0, x); y0 = Math.min(y0, y); x1 = Math.max(x1, x); y1 = Math.max(y1, y); };
@@ -87,12 +87,12 @@ export function siteBounds(model: Model | null, map: MapPicture | null): Bounds 
   return x1 > x0 && y1 > y0 ? { x0, y0, x1, y1 } : null;
 }
 
-/** What is known of where to look, the less before the more: each is worth another first look. */
+/** Levels of knowledge about the region of interest, in ascending order; each one resets the initial view. */
 export const known = ["nothing", "site", "others", "robot"] as const;
 export type Known = (typeof known)[number];
 
 const MARGIN_M = 7, DWARFED = 1.6;
-/** What is looked at first: the site, or of one that dwarfs them the part where robots and agents are. */
+/** The initial view: the site, or the part with robots and agents if the site is much larger. */
 export function firstBounds(site: Bounds | null, places: readonly { x: number; y: number }[]): Bounds | null {
   if (!site || !places.length) return site;
   const xs = places.map((each) => each.x), ys = places.map((each) => each.y);

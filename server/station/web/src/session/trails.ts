@@ -1,4 +1,4 @@
-/** Where robots have been in the last minute, for drawing. */
+/** Paths of robots in the last minute, for drawing. */
 import type { WorldFrame } from "./frames";
 import { poseOf } from "./poses";
 import type { Entity } from "./protocol";
@@ -10,7 +10,7 @@ export class Trails {
   readonly of = new Map<string, Trail>();
   #last = -Infinity;
 
-  /** A frame that is older than the last one (a seek) begins anew. */
+  /** A frame older than the last one (a seek) clears them. */
   take(entities: Entity[], world: WorldFrame) {
     if (world.t < this.#last) this.of.clear();
     this.#last = world.t;
@@ -27,7 +27,7 @@ export class Trails {
     if (!trail) this.of.set(name, (trail = { points: [], times: [] }));
     const n = trail.points.length;
     const moved = n ? Math.hypot(x - (trail.points[n - 2] as number), y - (trail.points[n - 1] as number)) : Infinity;
-    if (moved > JUMP_M) trail.points.length = trail.times.length = 0;  // it was put there: no way lies between
+    if (moved > JUMP_M) trail.points.length = trail.times.length = 0;  // it was repositioned: no path in between
     if (moved >= STEP_M) {
       trail.points.push(x, y);
       trail.times.push(t);

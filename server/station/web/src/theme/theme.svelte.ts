@@ -1,4 +1,4 @@
-/** Which of the schemes is shown; remembered in this browser. */
+/** The selected colour scheme; stored in this browser. */
 export type Theme = "auto" | "light" | "dark" | "contrast";
 export const themes: Theme[] = ["auto", "light", "dark", "contrast"];
 const KEY = "parhelion.theme";

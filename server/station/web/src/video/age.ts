@@ -1,21 +1,21 @@
-/** How old the picture on the screen is, and what is said of it. */
+/** Age of the displayed picture, and its text. */
 import type { Frame } from "./frame";
 
 export const warnMs = 150;
-/** No picture for so long, or one so old: it is not shown as if it were now. */
+/** Limits on silence and age above which a picture is not shown as live. */
 export const staleMs = 1000;
-/** A stamp farther off than this is of another time: a recording's. */
+/** A stamp farther off than this is from another time: a recording's. */
 const otherTimeMs = 60_000;
 
 export type Freshness = "none" | "fresh" | "late" | "stale";
 
 export interface FrameAge {
   ms: number;
-  /** `camera`: since its stamp; `server`: since the server sent it, as the camera's stamp is of another time. */
+  /** `camera`: since its stamp; `server`: since the server sent it, if the camera's stamp is from another time. */
   since: "camera" | "server";
 }
 
-/** `serverUs`: the server's clock now; undefined: not known yet. */
+/** `serverUs`: the server's clock now; undefined: unknown yet. */
 export function frameAge(frame: Pick<Frame, "stampUs" | "serverUs">, serverUs: number | undefined): FrameAge | undefined {
   if (serverUs === undefined) return undefined;
   const camera = (serverUs - frame.stampUs) / 1000;
@@ -23,16 +23,16 @@ export function frameAge(frame: Pick<Frame, "stampUs" | "serverUs">, serverUs: n
   return { ms: Math.max(0, (serverUs - frame.serverUs) / 1000), since: "server" };
 }
 
-/** `quietMs`: since the last frame was shown. `age`: of that frame now. */
+/** `quietMs`: since the last frame was displayed. `age`: of that frame now. */
 export function freshness(quietMs: number | undefined, age: FrameAge | undefined): Freshness {
   if (quietMs === undefined) return "none";
   if (quietMs > staleMs || (age && age.ms > staleMs)) return "stale";
   return age && age.ms > warnMs ? "late" : "fresh";
 }
 
-/** Where a recording stands, and since when by the page's clock. */
+/** Position of a recording, and since when by the page's clock. */
 export interface Stand { position: number; at: number }
-/** s that a step of single messages goes on at the most: nothing else is to be seen then. */
+/** Maximum length in s of a step by single messages without a new picture. */
 const stepS = 0.2;
 
 export function standing(before: Stand | null, control: { paused: boolean; position: number } | null, now: number): Stand | null {
@@ -41,13 +41,13 @@ export function standing(before: Stand | null, control: { paused: boolean; posit
   return { position: control.position, at: before && on >= 0 && on < stepS ? before.at : now };
 }
 
-/** The server says each second where it stands. */
+/** The server reports its position each second. */
 const toldMs = 1200;
-/** Is the picture of the moment where the recording stands? `soughtAt`: when this page last asked for another. */
+/** True if the picture belongs to the recording's position. `soughtAt`: time of this page's last seek. */
 export const isOfStand = (stand: Stand | null, shownAt: number | undefined, soughtAt: number): boolean =>
   stand !== null && shownAt !== undefined && shownAt > Math.max(stand.at - toldMs, soughtAt);
 
-/** The middle and the worst but one of twenty of the last while, for the panel's title. */
+/** Median and 95th percentile of recent values, for the panel's title. */
 export class AgeStatistics {
   private ages: number[] = [];
   add(ms: number): void {

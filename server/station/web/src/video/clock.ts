@@ -1,7 +1,7 @@
-/** How the server's clock stands to the page's: of the exchanges of the last while the one with the shortest way there and back
- * tells it best (Cristian's method). */
+/** Offset between the server's clock and the page's, from the recent exchange with the shortest round trip
+ * (Cristian's method). */
 
-/** us that is added to the page's milliseconds to get the server's microseconds; uncertain by half of `roundTripMs`. */
+/** us added to the page's milliseconds to get the server's microseconds; uncertain by half of `roundTripMs`. */
 export interface ClockOffset { us: number; roundTripMs: number }
 
 const keep = 20;
@@ -9,14 +9,14 @@ const keep = 20;
 export class ServerClock {
   private exchanges: ClockOffset[] = [];
 
-  /** `sentMs` and `now`: the page's clock; `serverUs`: the server's when it answered. */
+  /** `sentMs` and `now`: the page's clock; `serverUs`: the server's clock in its reply. */
   answer(sentMs: number, serverUs: number, now: number): void {
     const roundTripMs = now - sentMs;
     if (!(roundTripMs >= 0) || !Number.isFinite(serverUs)) return;
     this.exchanges.push({ us: serverUs - (sentMs + roundTripMs / 2) * 1000, roundTripMs });
     if (this.exchanges.length > keep) this.exchanges.shift();
   }
-  /** undefined: nothing is known yet. */
+  /** undefined: unknown yet. */
   offset(): ClockOffset | undefined {
     return this.exchanges.reduce<ClockOffset | undefined>(
       (best, each) => (!best || each.roundTripMs < best.roundTripMs ? each : best), undefined);

@@ -1,4 +1,4 @@
-/** One frame of /ws/video as it comes: a header, little-endian, and the picture. */
+/** One frame of /ws/video: a little-endian header and the picture. */
 
 export type FrameState = "live" | "original" | "simulated";
 
@@ -8,8 +8,8 @@ export interface Frame {
   state: FrameState;
   sequence: number;
   stampUs: number;   // of the camera, us since the epoch
-  serverUs: number;  // when the server sent it, its clock
-  drawnUs?: number;  // when the picture had been drawn and came to be coded, its clock; a server before kind 5 does not say
+  serverUs: number;  // time of sending, the server's clock
+  drawnUs?: number;  // time before encoding, the server's clock; missing from servers before kind 5
   width: number;
   height: number;
   bytes: Uint8Array;
@@ -19,7 +19,7 @@ export interface Frame {
 const headerBytes: Record<number, number> = { 4: 28, 5: 36 };
 const states: FrameState[] = ["live", "original", "simulated"];
 
-/** null: not a frame that this page knows. */
+/** null: unknown kind of frame. */
 export function readFrame(buffer: ArrayBuffer): Frame | null {
   const view = new DataView(buffer);
   const kind = buffer.byteLength ? view.getUint8(0) : 0, header = headerBytes[kind];

@@ -1,13 +1,14 @@
-/** Frames made pictures: H.264 by WebCodecs, JPEG by the browser's own decoder. Each is shown as soon as it is there; nothing queues. */
+/** Decodes frames: H.264 by WebCodecs, JPEG by the browser's own decoder. Each is displayed as soon as it is
+ * decoded, without a queue. */
 import type { Frame } from "./frame";
 
 export type Show = (picture: VideoFrame | ImageBitmap, frame: Frame) => void;
 
-/** Constrained baseline up to level 4.0, Annex B: what the server's encoder writes. */
+/** Constrained baseline up to level 4.0, Annex B: the output of the server's encoder. */
 const h264: VideoDecoderConfig = { codec: "avc1.42E028", optimizeForLatency: true };
 
 export async function canDecodeH264(): Promise<boolean> {
-  if (!("VideoDecoder" in globalThis)) return false;  // plain HTTP off localhost has none
+  if (!("VideoDecoder" in globalThis)) return false;  // not available with plain HTTP except on localhost
   try {
     return (await VideoDecoder.isConfigSupported(h264)).supported ?? false;
   } catch {
@@ -20,7 +21,7 @@ export interface PictureDecoder {
   close(): void;
 }
 
-/** `lost`: a key frame is needed to go on; `failed` : this browser cannot. */
+/** `lost`: a key frame is needed; `failed` : this browser cannot decode. */
 export function h264Decoder(show: Show, lost: () => void, failed: (why: string) => void): PictureDecoder {
   const waiting = new Map<number, Frame>();
   let needsKey = true, failures = 0;
@@ -51,7 +52,7 @@ export function h264Decoder(show: Show, lost: () => void, failed: (why: string) 
       needsKey = false;
       decoder ??= open();
       waiting.set(frame.sequence, frame);
-      // The sequence number stands for the timestamp: it finds the frame again, and strictly rises.
+      // The sequence number serves as the timestamp: it identifies the frame and increases strictly.
       decoder.decode(new EncodedVideoChunk({ type: frame.key ? "key" : "delta", timestamp: frame.sequence, data: frame.bytes }));
     },
     close() {
@@ -62,7 +63,7 @@ export function h264Decoder(show: Show, lost: () => void, failed: (why: string) 
   };
 }
 
-/** The newest waits while one is decoded; those between are dropped. */
+/** The newest frame waits while one is decoded; those between are dropped. */
 export function jpegDecoder(show: Show, failed: (why: string) => void): PictureDecoder {
   let busy = false, closed = false;
   let next: Frame | undefined;

@@ -1,4 +1,4 @@
-/** The video of one robot: its connection, its decoder, and how old the picture on the screen is. */
+/** The video of one robot: its connection, its decoder, and the age of the displayed picture. */
 import { Link, type LinkState } from "../session/link";
 import { AgeStatistics, frameAge, freshness, type FrameAge, type Freshness } from "./age";
 import { ServerClock } from "./clock";
@@ -10,17 +10,17 @@ const clockEvery = 1000, lookEvery = 100;
 export class Video {
   link = $state.raw<LinkState>("connecting");
   codec = $state<"h264" | "jpeg" | "">("");
-  /** Why the server has no picture, in words; empty: it has. */
+  /** Why the server has no picture; empty: it has one. */
   why = $state("");
   age = $state.raw<FrameAge | undefined>(undefined);
   freshness = $state<Freshness>("none");
-  /** performance.now() when the picture came to the screen. */
+  /** performance.now() when the picture was displayed. */
   shownAt = $state<number | undefined>(undefined);
   picture = $state<FrameState>("live");
   size = $state.raw<{ width: number; height: number }>({ width: 640, height: 480 });
-  /** Those that have video, as the server says. */
+  /** Robots with video, reported by the server. */
   robots = $state.raw<string[]>([]);
-  /** Of the last few seconds: ms that half and 95 of 100 pictures took from the camera's stamp to the screen. */
+  /** Of the last few seconds: median and 95th percentile in ms from the camera's stamp to the screen. */
   usual = $state.raw<{ p50: number; p95: number } | null>(null);
 
   #link: Link | undefined;
@@ -119,7 +119,7 @@ export class Video {
     const age = this.#frame && frameAge(this.#frame, this.#clock.serverUs(now));
     const before = this.freshness;
     this.freshness = freshness(quiet, age);
-    // Between two frames the age grows by itself: what is shown is that of the newest when it came, until it is stale.
+    // Increases between two frames.
     this.age = age;
     this.shownAt = this.#shownAt;
     const p50 = this.#ages.quantile(0.5), p95 = this.#ages.quantile(0.95);

@@ -1,16 +1,16 @@
-/** Many solids as one mesh of what is turned to the eye, moved and lit here: a renderer in software (SwiftShader) takes each
- * instance as a draw call of its own, ten times as long as these corners take. */
+/** Many solids as one mesh of the faces turned to the eye, transformed and lit on the CPU: a software renderer
+ * (SwiftShader) handles each instance as a draw call of its own, which takes ten times as long. */
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, LineBasicMaterial, LineSegments, Mesh } from "three";
 import type { SolidKind } from "./forms";
 import { light, solidMaterial } from "./solids";
 import type { Solids } from "./crowd";
 
-/** Four corners (x, y, z after another) and their directions; a flat face has one direction. */
+/** Four corners (x, y, z alternating) and their normals; a flat face has one normal. */
 interface Face { corners: number[]; directions: number[]; centre: [number, number, number]; middle: [number, number, number] }
 
-/** Faces that turn away by no more than this (m) stay, for the sake of two eyes. */
+/** Faces that turn away by no more than this (m) are kept, because of the two eyes in a headset. */
 const EDGE_ON_M = 0.04;
-/** What has no thickness at all (m^2) has a direction still. */
+/** A face without any thickness (m^2) still has a normal. */
 const THIN = 1e-12;
 
 export class BakedSolids implements Solids {
@@ -42,7 +42,7 @@ export class BakedSolids implements Solids {
     if ((this.#faces + solid.length) * 12 > this.#positions.length) this.#room((this.#faces + solid.length) * 2);
     const m0 = m[0] as number, m1 = m[1] as number, m2 = m[2] as number, m3 = m[3] as number, m4 = m[4] as number, m5 = m[5] as number;
     const m6 = m[6] as number, m7 = m[7] as number, m8 = m[8] as number, m9 = m[9] as number, m10 = m[10] as number, m11 = m[11] as number;
-    // Directions turn with the columns over their lengths squared.
+    // Directions transform with the columns divided by their squared lengths.
     const s0 = 1 / (m0 * m0 + m1 * m1 + m2 * m2 + THIN), s1 = 1 / (m3 * m3 + m4 * m4 + m5 * m5 + THIN), s2 = 1 / (m6 * m6 + m7 * m7 + m8 * m8 + THIN);
     const out = this.#positions, ink = this.#colours;
     for (const { corners, directions, centre, middle } of solid) {
@@ -88,7 +88,7 @@ export class BakedSolids implements Solids {
     }
   }
 
-  /** For so many faces, what is there is kept. */
+  /** Reserves space for this many faces and keeps the present ones. */
   #room(count: number) {
     const positions = new Float32Array(count * 12), colours = new Uint8Array(count * 16).fill(255);
     positions.set(this.#positions);

@@ -1,4 +1,5 @@
-/** A flat picture that hangs in the room: the robot's video with its age, or words, which no wall hides. Always turned to the wearer. */
+/** A flat panel in 3D space: the robot's video with its age, or text, in front of all walls. Always turned to the
+ * wearer. */
 import { CanvasTexture, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, type Vector3 } from "three";
 import { ageText } from "../parts/age";
 import { strings } from "../strings.en";
@@ -48,7 +49,7 @@ export function wordsBoard(lines: string[]): Board {
   return board;
 }
 
-/** The video of one robot; what is old says so, here as on the flat page. */
+/** The video of one robot; stale video is labelled as on the flat page. */
 export class VideoBoard extends Board {
   #picture = document.createElement("canvas");
   #video: Video;

@@ -1,21 +1,22 @@
-/** Where the site lies in the headset's floor space (x right, y up, z back; metres), found by holding a controller over the
- * robot, pointed as the robot looks. Both spaces are level, so it is a turn about the vertical and a shift. */
+/** Pose of the site in the headset's floor space (x right, y up, z back; metres), found by holding a controller over
+ * the robot, pointed in the robot's heading. Both spaces are level, so it is a rotation about the vertical and a
+ * translation. */
 
 export interface HeadsetPoint { x: number; y: number; z: number }
 export interface Standing { x: number; y: number; yaw: number }
-/** Headset = turn by `turn` about y, then shift; the site's z up becomes y. */
+/** Headset = rotation by `turn` about y, then translation; the site's z up becomes y. */
 export interface SiteInHeadset { turn: number; x: number; z: number }
 
-/** `pointing` need not be level; null where it points straight up or down, so that nobody knows which way. */
+/** `pointing` need not be level; null if it points straight up or down, which leaves the heading undefined. */
 export function calibrated(hand: HeadsetPoint, pointing: HeadsetPoint, robot: Standing): SiteInHeadset | null {
   if (Math.hypot(pointing.x, pointing.z) < 0.2 * Math.hypot(pointing.x, pointing.y, pointing.z)) return null;
-  // The site's x and y lie along the headset's x and -z before the turn.
+  // Before the rotation, the site's x and y are along the headset's x and -z.
   const turn = Math.atan2(-pointing.z, pointing.x) - robot.yaw;
   const u = Math.cos(turn) * robot.x - Math.sin(turn) * robot.y, v = Math.sin(turn) * robot.x + Math.cos(turn) * robot.y;
   return { turn, x: hand.x - u, z: hand.z + v };
 }
 
-/** Before anything was calibrated: the robot stands two metres ahead of the wearer and looks away. */
+/** Before a calibration: the robot is assumed two metres ahead of the wearer, facing away. */
 export const assumed = (robot: Standing): SiteInHeadset => calibrated({ x: 0, y: 0, z: -2 }, { x: 0, y: 0, z: -1 }, robot) as SiteInHeadset;
 
 /** A point of the site in the headset's space. */

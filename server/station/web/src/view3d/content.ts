@@ -1,4 +1,4 @@
-/** What is in the 3D view: the stores' contents as meshes, each layer on or off. */
+/** The 3D scene: the stores' contents as meshes, each layer on or off. */
 import { CanvasTexture, Color, Group, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, type Camera } from "three";
 import type { Layers } from "../plan/draw_site";
 import { scanStrength } from "../plan/draw_live";
@@ -18,9 +18,9 @@ import { Returns, type Shades } from "./returns";
 const inkNames = ["ground", "canvas", "floor", "wall", "thing", "door", "stairs", "zone", "real", "virtual", "robot", "planned", "predicted", "accent", "bad", "soft", "strong"] as const;
 type Inks = Record<(typeof inkNames)[number], Color>;
 
-/** Heights over the floor, m, so that flat things do not flicker. */
+/** Heights above the floor, m, so that flat objects do not flicker. */
 const MAP_Z = 0.01, ZONE_Z = 0.02, WAY_Z = 0.04;
-/** Walls are cut here, m, when they are to be looked over. */
+/** Height in m at which walls are cut when the view looks over them. */
 export const CUT_M = 1.1;
 
 export class Content {
@@ -32,7 +32,7 @@ export class Content {
   #cloud = new Returns(18, drawsBySoftware() ? 40_000 : Infinity);
   #model: ModelMeshes | null = null;
   #modelOf = "";
-  /** Height of the lowest floor, m: what reaches below it is shown on it. */
+  /** Height of the lowest floor, m: lower parts are shown on it. */
   #lowest = 0;
   #map: Mesh | null = null;
   #inks = {} as Inks;
@@ -48,13 +48,13 @@ export class Content {
     for (const name of inkNames) this.#inks[name] = new Color(this.#css[name]);
     this.crowd.setInk(this.#css);
     this.#modelOf = "";
-    // What is seen now is blue, the cloud of another day has no colour.
+    // Current measurements are blue; the cloud of another day has no colour.
     const { real, soft, canvas } = this.#inks;
     this.#shades = { depth: { low: real.clone().lerp(canvas, 0.35), high: real }, cloud: { low: soft.clone().lerp(canvas, 0.7), high: soft } };
     return this.#css;
   }
 
-  /** Before each picture; `pixels`: of a metre a metre away. */
+  /** Called before each frame; `pixels`: size of a metre at a distance of a metre. */
   update(camera: Camera, pixels: number, robot: string, layers: Layers, cut: boolean) {
     this.#standing(layers, cut);
     const { world, entities } = session;

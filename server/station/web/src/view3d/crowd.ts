@@ -1,4 +1,4 @@
-/** All robots, people and things. What is out of sight is left out, what is far away is drawn simpler. */
+/** All robots, persons and objects. Those out of sight are left out, distant ones are simplified. */
 import { Color, Frustum, Matrix4, Sphere, Vector3, type Camera, type Group } from "three";
 import { drawsBySoftware } from "../parts/graphics";
 import type { WorldFrame } from "../session/frames";
@@ -8,7 +8,8 @@ import { BakedSolids } from "./baked_solids";
 import { formOf, type Form, type Piece, type SolidKind } from "./forms";
 import { InstancedSolids } from "./instanced_solids";
 
-/** Where unit solids are put for one picture, between begin and end. `m`: columns of a 3x4 matrix to map; colours linear. */
+/** Receives the unit solids of one frame, between begin and end. `m`: columns of a 3x4 matrix to map; colours
+ * linear. */
 export interface Solids {
   readonly group: Group;
   begin(eye: { x: number; y: number; z: number }): void;
@@ -18,8 +19,8 @@ export interface Solids {
   outline(on: boolean): void;
 }
 
-/** Above so many pixels a part is drawn in full, above the second as a box for each shape, below as one box. And no more than the
- * nearest so many. */
+/** Above this many pixels a part is drawn in full, above the second value as a box for each shape, below as one box.
+ * At most the given number of nearest parts. */
 interface Detail { fullPx: number; boxesPx: number; full: number; boxes: number }
 const bySoftware: Detail = { fullPx: 14, boxesPx: 8, full: 16, boxes: 120 };
 const byCard: Detail = { fullPx: 12, boxesPx: 4, full: 1200, boxes: 4000 };
@@ -52,7 +53,7 @@ export class Crowd {
     this.#solids.outline(on);
   }
 
-  /** `pixels`: of a metre a metre away. */
+  /** `pixels`: size of a metre at a distance of a metre. */
   update(entities: Entity[], world: WorldFrame, forms: Shape[][], shapesOf: (part: Part) => Shape[], camera: Camera, pixels: number) {
     if (this.#of !== forms) {
       this.#of = forms;

@@ -1,4 +1,4 @@
-/** Lines on the floor, a metre apart, around whoever looks: where a model has no floor, motion is seen by them. */
+/** Lines on the floor, a metre apart, around the viewer: they make motion visible where a model has no floor. */
 import { BufferAttribute, BufferGeometry, LineBasicMaterial, LineSegments } from "three";
 
 const REACH_M = 15;
@@ -8,7 +8,7 @@ export class FloorGrid {
 
   constructor() {
     const ends: number[] = [];
-    // Short ones: a line that begins behind the eye is not drawn by every software GL.
+    // Short segments: some software GL does not draw a line that begins behind the eye.
     for (let k = -REACH_M; k <= REACH_M; ++k)
       for (let from = -REACH_M; from < REACH_M; ++from) ends.push(k, from, 0, k, from + 1, 0, from, k, 0, from + 1, k, 0);
     const lines = new BufferGeometry();
@@ -21,7 +21,7 @@ export class FloorGrid {
     this.object.material.color.set(css);
   }
 
-  /** The lines stay where they are on the floor. */
+  /** The lines keep their positions on the floor. */
   moveTo(x: number, y: number, z: number) {
     this.object.position.set(Math.round(x), Math.round(y), z + 0.005);
   }

@@ -1,11 +1,11 @@
-/** What a part looks like, as unit solids: in full, as a box for each shape, as one box. */
+/** Appearance of a part as unit solids: in full, as a box for each shape, as one box. */
 import { turned } from "../plan/outline";
 import type { Shape } from "../session/protocol";
 
 export type SolidKind = "box" | "cylinder" | "sphere";
-/** A unit solid's place in a part: columns of a 3x4 matrix, and its colour (linear). */
+/** A unit solid's pose in a part: columns of a 3x4 matrix, and its colour (linear). */
 export interface Piece { kind: SolidKind; matrix: Float64Array; colour: [number, number, number] }
-/** Metres: `radius` of the ball around it, `reach` from the part's origin to its farthest corner. */
+/** Metres: `radius` of its bounding sphere, `reach` from the part's origin to its farthest corner. */
 export interface Form { full: Piece[]; boxes: Piece[]; one: Piece; radius: number; reach: number }
 
 export function formOf(shapes: Shape[]): Form {

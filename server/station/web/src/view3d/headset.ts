@@ -1,4 +1,5 @@
-/** The site in a headset (WebXR): virtual things stand where they are among what is real, the video hangs over the robot. */
+/** The site in a headset (WebXR): virtual objects appear at their positions in the real environment, the video hangs
+ * over the robot. */
 import { Color, Vector3, type XRTargetRaySpace } from "three";
 import { emergencyStop, stopState } from "../drive/stop.svelte";
 import { layerNames, type LayerName } from "../layout/layers";
@@ -10,23 +11,23 @@ import type { Stage } from "./stage";
 
 export type HeadsetMode = "immersive-ar" | "immersive-vr";
 
-/** The best that this browser has; null: none. */
+/** The best mode of this browser; null: none. */
 export async function headsetMode(): Promise<HeadsetMode | null> {
   for (const mode of ["immersive-ar", "immersive-vr"] as const)
     if (await navigator.xr?.isSessionSupported(mode).catch(() => false)) return mode;
   return null;
 }
 
-/** Through glass the building is seen itself: what is drawn of it would only hide it. */
+/** Layers hidden in see-through mode, because the real building is visible. */
 const hiddenThroughGlass: LayerName[] = ["model", "labels", "map", "collision"];
 export const headsetLayers = (mode: HeadsetMode, layers: ReadonlySet<LayerName>): ReadonlySet<LayerName> =>
   new Set(layerNames.filter((name) => layers.has(name) && !(mode === "immersive-ar" && hiddenThroughGlass.includes(name))));
 
 const VIDEO_HEIGHT_M = 1.55;
-const AGAIN_MS = 1500;  // the trigger held for so long: the site is to be placed again
+const AGAIN_MS = 1500;  // trigger held for this long: the site is to be placed again
 
 export class Headset {
-  /** Whether someone said where the site lies; until then it is assumed. */
+  /** True after a calibration; until then the site's pose is assumed. */
   calibrated = false;
   place: SiteInHeadset;
   #video: VideoBoard;
@@ -59,7 +60,7 @@ export class Headset {
     }
   }
 
-  /** Must be called from a press. Throws where the headset refuses. */
+  /** Must be called in a user gesture. Throws if the headset refuses. */
   static async enter(stage: Stage, mode: HeadsetMode, robot: string, frame: () => void, left: () => void): Promise<Headset> {
     const xr = stage.renderer.xr;
     const opened = await (navigator.xr as XRSystem).requestSession(mode, { requiredFeatures: ["local-floor"] });
@@ -120,7 +121,7 @@ export class Headset {
     this.calibrated = true;
   };
 
-  /** Whoever wears it sees no button: a closed hand is the stop. */
+  /** The wearer sees no button: a closed hand is the stop. */
   #stop = () => {
     if (session.drives) emergencyStop();
   };

@@ -1,4 +1,4 @@
-/** Ways, zones, marks on the floor: all lines of the scene in one draw call. */
+/** Paths, zones, marks on the floor: all lines of the scene in one draw call. */
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, LineBasicMaterial, LineSegments } from "three";
 
 export class Lines {
@@ -17,7 +17,7 @@ export class Lines {
     this.#count = 0;
   }
 
-  /** Points x, y after another, at one height. */
+  /** Points x, y alternating, at one height. */
   way(points: ArrayLike<number>, z: number, ink: Color, closed = false) {
     const n = points.length / 2;
     for (let i = 0; i + 1 < n + (closed ? 1 : 0); ++i) {

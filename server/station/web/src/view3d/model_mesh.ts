@@ -1,4 +1,4 @@
-/** The semantic model as a few meshes: one for what stands low, one for walls (which can be cut), one for what is above. */
+/** The semantic model as a few meshes: one for low parts, one for walls (which can be cut), one for overhead parts. */
 import { BufferAttribute, BufferGeometry, Color, Group, LineBasicMaterial, LineSegments, Mesh, type ShaderMaterial } from "three";
 import { turned } from "../plan/outline";
 import type { Element, Model } from "../session/site.svelte";
@@ -7,7 +7,7 @@ import { solidMaterial, unitSolid } from "./solids";
 export interface ModelInk { floor: string; wall: string; thing: string; door: string; stairs: string; zone: string; virtual: string; canvas: string }
 type Layer = "low" | "walls" | "above";
 
-/** Higher than this (m), what nobody has named hides as much as a wall does. */
+/** Unlabelled parts higher than this (m) occlude like a wall. */
 const TALL_M = 1.6;
 
 function layerOf({ label, at, size }: Element): Layer | null {
@@ -18,7 +18,7 @@ function layerOf({ label, at, size }: Element): Layer | null {
 
 export interface ModelMeshes { group: Group; walls: ShaderMaterial; above: Group; edges: LineSegments }
 
-/** `without`: names of doors that are drawn where they really stand. */
+/** `without`: names of doors that are drawn at their measured angle. */
 export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: ModelInk): ModelMeshes {
   const colours: Record<string, Color> = {
     floor: new Color(ink.floor), wall: new Color(ink.wall), pillar: new Color(ink.wall), wall_above_door: new Color(ink.wall), door: new Color(ink.door),
@@ -35,7 +35,7 @@ export function modelMeshes(model: Model, without: ReadonlySet<string>, ink: Mod
   const group = new Group(), above = new Group();
   const plain = solidMaterial({ colours: true });
   group.add(new Mesh(mergedBoxes(parts.low, colourOf), plain), new Mesh(mergedBoxes(parts.walls, colourOf), walls), above);
-  // A ceiling would hide all; what is over a door is part of its wall.
+  // A ceiling would hide everything; parts above a door belong to its wall.
   above.add(new Mesh(mergedBoxes(parts.above.filter((each) => each.label !== "ceiling"), colourOf), plain));
   for (const mesh of model.meshes) group.add(new Mesh(triangles(mesh.vertices, mesh.triangles, colours.unknown as Color), plain));
   const edges = new LineSegments(boxEdges([...parts.low.filter((each) => each.label !== "floor"), ...parts.walls]), new LineBasicMaterial({ color: ink.canvas }));

@@ -1,10 +1,10 @@
-/** Names over the 3D view, on a flat canvas of their own: text costs the scene nothing. */
+/** Names over the 3D view, on a separate flat canvas, so that text does not slow down the scene. */
 import { Vector3, type PerspectiveCamera } from "three";
 
 export interface Name { x: number; y: number; z: number; text: string; ink: string }
 const MOST = 70;
 
-/** `picture`: what is drawn below the names; null where it lies on a canvas of its own. */
+/** `picture`: drawn below the names; null if it has a canvas of its own. */
 export function drawNames(canvas: HTMLCanvasElement, picture: HTMLCanvasElement | null, camera: PerspectiveCamera, names: Name[], halo: string) {
   const g = canvas.getContext("2d", { alpha: !picture, willReadFrequently: picture !== null });
   if (!g) return;

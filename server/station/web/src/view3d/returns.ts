@@ -1,4 +1,4 @@
-/** Scans and clouds as points; one draw call each, their buffers kept and grown. */
+/** Scans and clouds as points; one draw call each, with buffers that are reused and grow. */
 import { BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Points, ShaderMaterial } from "three";
 import type { PointsFrame, ScanFrame } from "../session/frames";
 import { fragmentShader, screenColour } from "./solids";
@@ -16,7 +16,7 @@ const vertexShader = /* glsl */ `
     if (position.z > cut) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // outside of every picture
   }`;
 
-/** Colours of points that have none of their own: at the floor, and from `HIGH_M` above it. */
+/** Colours of points without a colour: at the floor, and from `HIGH_M` above it. */
 export interface Shades { low: Color; high: Color }
 const HIGH_M = 1.6;
 
@@ -27,7 +27,7 @@ export class Returns {
   #frame: PointsFrame | null = null;
   #shades: Shades | null = null;
 
-  /** `size`: pixels of the page of a point a metre away. `most`: of more points every so many are drawn. */
+  /** `size`: page pixels of a point at a distance of a metre. `most`: larger clouds are thinned to this number. */
   constructor(size: number, private readonly most = Infinity) {
     const material = new ShaderMaterial({ vertexShader, fragmentShader, uniforms: { size: { value: size }, cut: { value: 1e6 } } });
     this.points = new Points(new BufferGeometry(), material);
@@ -39,7 +39,8 @@ export class Returns {
     this.points.visible = false;
   }
 
-  /** Of a sweep, at the laser's height: the real returns of `real`, the virtual ones of `mixed`; null hides either. */
+  /** Points of a sweep at the laser's height: the real returns of `real`, the virtual ones of `mixed`; null hides
+   * either. */
   setScan(real: ScanFrame | null, mixed: ScanFrame | null, height: number, inks: { real: Color; virtual: Color }) {
     this.#reserve((real?.ranges.length ?? 0) + (mixed?.ranges.length ?? 0));
     let n = 0;
@@ -58,7 +59,7 @@ export class Returns {
     this.#show(n);
   }
 
-  /** Nothing is done where frame and shades are those of before. `cut`: what is higher, m, is left out. */
+  /** No effect if frame and shades are unchanged. `cut`: m, higher points are left out. */
   setPoints(frame: PointsFrame | null, shades: Shades, cut: number) {
     (this.points.material as ShaderMaterial).uniforms.cut!.value = cut;
     if (frame === this.#frame && shades === this.#shades) return;
@@ -66,7 +67,7 @@ export class Returns {
     this.#shades = shades;
     this.#show(frame ? this.#paint(frame, shades) : 0);
   }
-  /** How many were put into the buffers. */
+  /** Number of points in the buffers. */
   #paint({ count, positions, colours }: PointsFrame, { low, high }: Shades): number {
     const step = Math.ceil(count / this.most) || 1, n = Math.floor(count / step), colour = new Color();
     this.#reserve(n);

@@ -1,4 +1,4 @@
-/** Unit solids and the one material that all of them share: light by the direction of a face, computed at its corners. */
+/** Unit solids and their common material: lighting by face direction, computed at the corners. */
 import { BoxGeometry, BufferGeometry, CylinderGeometry, IcosahedronGeometry, ShaderMaterial } from "three";
 import type { SolidKind } from "./forms";
 
@@ -11,12 +11,12 @@ export function unitSolid(kind: SolidKind): BufferGeometry {
   return solid;
 }
 
-/** How much of its colour a face of direction n (unit length) shows; `lightOf` says the same in the shader. */
+/** Brightness of a face with normal n (unit length); `lightOf` computes the same in the shader. */
 export function light(x: number, y: number, z: number): number {
   return 0.5 + 0.5 * Math.max(0.3 * x + 0.45 * y + 0.84 * z, 0) + 0.2 * Math.max(-0.8 * x - 0.6 * y, 0) + 0.12 * z;
 }
 
-/** Colours go to the screen's scale at corners: a root for each pixel is dear where pixels are computed by software. */
+/** Colours are converted to sRGB at corners: a root for each pixel is expensive in software rendering. */
 export const screenColour = /* glsl */ `
   vec3 screenColour(vec3 c) {
     c = clamp(c, 0.0, 1.0);
@@ -60,7 +60,7 @@ export const fragmentShader = /* glsl */ `
     gl_FragColor = vec4(shade, 1.0);
   }`;
 
-/** What is higher than `cut` (m) is pressed down to it: walls are looked over. `lit`: colours are as the screen shows them. */
+/** Parts higher than `cut` (m) are flattened to it, so that the view looks over walls. `lit`: colours are final. */
 export function solidMaterial(options: { colours?: boolean; lit?: boolean; wireframe?: boolean } = {}): ShaderMaterial {
   return new ShaderMaterial({
     vertexShader, fragmentShader, vertexColors: Boolean(options.colours || options.lit), wireframe: options.wireframe ?? false,

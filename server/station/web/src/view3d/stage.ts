@@ -1,19 +1,19 @@
-/** The canvas in three dimensions: camera, drawing when asked only, and coarser where the machine cannot keep up. */
+/** The 3D canvas: camera, drawing on demand, and a coarser resolution on slow machines. */
 import { Color, Group, MOUSE, PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3, WebGLRenderer } from "three";
 import { drawsBySoftware } from "../parts/graphics";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
-/** Pictures that take longer from being asked for to being drawn get fewer pixels, quicker ones more, ms. */
+/** Frames with a longer latency than this get fewer pixels, those with a shorter one more, ms. */
 const SLOW_MS = 33, QUICK_MS = 22;
 const COARSEST = 0.5;
-/** Pictures of news alone are at least so far apart, ms. */
+/** Minimum interval between frames for new messages alone, ms. */
 const NEWS_MS = 25;
-/** After this rest, ms, the picture is drawn once more in full. */
+/** After this rest, ms, the frame is drawn once more at full resolution. */
 const REST_MS = 250;
 
 export class Stage {
   readonly scene = new Scene();
-  /** All that lies in the frame map, z up; a headset turns it. */
+  /** Everything in the frame map, z up; a headset rotates it. */
   readonly map = new Group();
   readonly camera = new PerspectiveCamera(50, 1, 0.05, 500);
   readonly renderer: WebGLRenderer;
@@ -30,7 +30,7 @@ export class Stage {
   #rest: ReturnType<typeof setTimeout> | undefined;
   #ray = new Raycaster();
 
-  /** Draws on `canvas` and is steered by `ground`, which is as large. */
+  /** Draws on `canvas` and is controlled through `ground`, which has the same size. */
   constructor(canvas: HTMLCanvasElement, private readonly ground: HTMLElement, private readonly before: () => void, private readonly after: () => void) {
     this.renderer = new WebGLRenderer({ canvas, antialias: !drawsBySoftware(), powerPreference: "high-performance" });
     this.camera.up.set(0, 0, 1);
@@ -54,13 +54,13 @@ export class Stage {
     this.ask();
   }
 
-  /** Draws before the next screen refresh, once however often it is asked for. */
+  /** Draws before the next screen refresh, once for any number of requests. */
   ask() {
     this.#urgent = true;
     this.#request();
   }
 
-  /** For news, which come at many rates: half as often. */
+  /** For new messages, which arrive at many rates: half as often. */
   askForNews() {
     this.#request();
   }
@@ -75,7 +75,7 @@ export class Stage {
     this.ask();
   }
 
-  /** Where a point of the canvas (pixels of the page) meets the floor; null: the sky. */
+  /** Intersection of a canvas point (page pixels) with the floor; null: none. */
   onFloor(px: number, py: number, z = 0): { x: number; y: number } | null {
     const { clientWidth: width, clientHeight: height } = this.ground;
     this.#ray.setFromCamera(new Vector2((px / width) * 2 - 1, 1 - (py / height) * 2), this.camera);
@@ -92,7 +92,7 @@ export class Stage {
     this.ask();
   }
 
-  /** The eye moves with what it looks at. */
+  /** The eye moves together with its target. */
   moveTo(x: number, y: number) {
     const dx = x - this.controls.target.x, dy = y - this.controls.target.y;
     if (Math.abs(dx) + Math.abs(dy) < 1e-4) return;
@@ -138,7 +138,7 @@ export class Stage {
     ++this.drawn;
   }
 
-  /** A card that is behind lets the next picture wait, software lets this one: both are in the time since it was asked for. */
+  /** A slow GPU delays the next frame, software this one: both are included in the latency. */
   #adapt() {
     this.#took += (Math.min(100, performance.now() - this.#asked) - this.#took) * 0.1;
     const scale = this.#took > SLOW_MS ? Math.max(COARSEST, this.#scale * 0.85) : this.#took < QUICK_MS ? Math.min(1, this.#scale * 1.1) : this.#scale;
