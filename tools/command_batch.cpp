@@ -73,10 +73,10 @@ Exit run(const Arguments& arguments) {
 }  // namespace
 
 void add_batch(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("batch", "Score many sessions, a line each");
+  CLI::App* command = app.add_subcommand("batch", "Score many sessions, one line each");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("places", arguments->places, "Session logs, and folders of them")->required();
-  command->add_option("--threads", arguments->threads, "At once; default: one for each processor")
+  command->add_option("--threads", arguments->threads, "Parallel sessions; default: one for each processor")
       ->check(CLI::Range(1U, 1024U));
   command->add_option("-o,--output", arguments->output, "Table, .csv or .json; default: CSV on the terminal");
   command->add_option("--shard", arguments->shard, "Only this part of them, as 2/8, for many machines")

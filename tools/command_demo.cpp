@@ -37,7 +37,7 @@ Exit run(Arguments& arguments) {
   }
   if (!options.overwrite && std::filesystem::exists(std::filesystem::path(options.folder) / "recording.lcm"))
     return fail(options.folder +
-                " holds an earlier demo; --force makes it anew, --folder NAME goes elsewhere");
+                " contains an earlier demo; --force overwrites it, --folder NAME uses another folder");
   for (const std::string& path : {options.session, arguments.report}) {
     if (const Status writable = check_writable(path, options.overwrite); !writable)
       return fail(writable.error().message);
@@ -93,19 +93,19 @@ void add_demo(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   DemoOptions& options = arguments->options;
   command->add_flag("--headless", arguments->headless, "Without the page: ends with the recording");
-  command->add_flag("--fast", options.fast, "Headless, as fast as it can instead of at real speed");
+  command->add_flag("--fast", options.fast, "Headless, as fast as possible instead of in real time");
   command->add_option("--http", arguments->http, "ADDR:PORT of the page; port 0: any that is free")
       ->capture_default_str();
   command->add_option("--foxglove", options.foxglove,
                       "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
   command->add_option("-o,--output", options.session, "Session log; by default session.lcm in the folder");
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
-  command->add_option("--folder", options.folder, "Where logs, map, model, scenario and pictures go");
+  command->add_option("--folder", options.folder, "Folder for logs, map, model, scenario and pictures");
   command->add_option("--recording", options.recording,
                       "An MRPT rawlog or another recording with scans and odometry");
   command->add_option("--url", arguments->url, "LCM URL to publish on");
   command->add_flag("--silent", arguments->silent, "Do not publish on LCM");
-  command->add_flag("--force", options.overwrite, "Overwrite what an earlier demo left");
+  command->add_flag("--force", options.overwrite, "Overwrite the files of an earlier demo");
   command->footer(
       "Example:\n  parhelion demo\n  parhelion demo --headless --fast -o session.lcm --report report.json\n\n"
       "Prints links: whoever opens the first on this machine is the instructor, who ends it (or ^C does);\n"

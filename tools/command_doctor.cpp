@@ -50,9 +50,9 @@ void add_doctor(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("doctor", "Checks this machine: network, graphics, disk, recordings");
-  command->footer("Example:\n  parhelion doctor\n\nExit code 1 where something essential is missing (FAIL).");
+  command->footer("Example:\n  parhelion doctor\n\nExit code 1 if something essential is missing (FAIL).");
   command->add_option("--url", arguments->url, "LCM url ($LCM_DEFAULT_URL, else this machine only)");
-  command->add_option("--folder", arguments->folder, "Where sessions will be written")->capture_default_str();
+  command->add_option("--folder", arguments->folder, "Folder for sessions")->capture_default_str();
   command->callback([arguments, &exit] { exit = examine(arguments->url, arguments->folder); });
 }
 

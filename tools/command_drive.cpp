@@ -67,12 +67,12 @@ Exit run(Arguments& arguments) {
 void add_drive(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("drive", "Drive a robot with the keyboard of this terminal");
   auto arguments = std::make_shared<Arguments>();
-  command->add_option("--robot", arguments->options.robot, "Whom to drive; by default the trainee's");
-  command->add_option("--name", arguments->options.name, "Of the operator")->capture_default_str();
-  command->add_option("--speed", arguments->options.keys.speed, "m/s at the highest step")
+  command->add_option("--robot", arguments->options.robot, "Robot to drive; by default the trainee's");
+  command->add_option("--name", arguments->options.name, "Name of the operator")->capture_default_str();
+  command->add_option("--speed", arguments->options.keys.speed, "m/s at the highest speed step")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
-  command->add_option("--yaw-rate", arguments->options.keys.yaw_rate, "rad/s at the highest step")
+  command->add_option("--yaw-rate", arguments->options.keys.yaw_rate, "rad/s at the highest speed step")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   command

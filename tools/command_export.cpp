@@ -36,11 +36,12 @@ Exit run(ExportOptions& options) {
   for (const std::string& omission : report->omissions)
     std::fprintf(stderr, "parhelion export: %s\n", omission.c_str());
   if (report->unreadable > 0) {
-    std::fprintf(stderr, "parhelion export: %llu messages cannot be read and are left out, the first: %s\n",
+    std::fprintf(stderr,
+                 "parhelion export: %llu messages cannot be decoded and are left out, the first: %s\n",
                  static_cast<unsigned long long>(report->unreadable), report->first_unreadable.c_str());
   }
   if (report->damaged_bytes > 0) {
-    std::fprintf(stderr, "parhelion export: %llu bytes of %s are damaged; what they held is not in it\n",
+    std::fprintf(stderr, "parhelion export: %llu bytes of %s are damaged; their content is missing\n",
                  static_cast<unsigned long long>(report->damaged_bytes), options.log.c_str());
   }
   return report->unreadable > 0 || report->damaged_bytes > 0 ? Exit::failed : Exit::done;
@@ -49,7 +50,7 @@ Exit run(ExportOptions& options) {
 }  // namespace
 
 void add_export(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("export", "A session as MCAP, for Foxglove and Lichtblick");
+  CLI::App* command = app.add_subcommand("export", "Export a session as MCAP, for Foxglove and Lichtblick");
   auto options = std::make_shared<ExportOptions>();
   command->add_option("log", options->log, "Session log; with --raw any LCM log")->required();
   command->add_option("--mcap", options->output, "MCAP file to write")->required();
@@ -57,13 +58,13 @@ void add_export(CLI::App& app, Exit& exit) {
       ->transform(one_of(std::map<std::string, McapCompression>{
           {"zstd", McapCompression::zstd}, {"lz4", McapCompression::lz4}, {"none", McapCompression::none}}))
       ->type_name("TEXT");
-  command->add_flag("--raw", options->raw, "The LCM messages as they are, too, on lcm/CHANNEL");
+  command->add_flag("--raw", options->raw, "Also the unchanged LCM messages, on lcm/CHANNEL");
   command->add_flag("--force", options->overwrite, "Overwrite the file if it exists");
   command->footer(
       "Example:\n  parhelion export session.lcm --mcap session.mcap\n\n"
       "Scans, virtual returns, images, poses, transforms, the scene, events, score and commands become "
       "Foxglove's\n"
-      "own messages (JSON); a reader needs nothing of ours.");
+      "own messages (JSON); a reader needs nothing from Parhelion.");
   command->callback([options, &exit] { exit = run(*options); });
 }
 

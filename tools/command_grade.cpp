@@ -32,13 +32,13 @@ Exit run(const Arguments& arguments) {
 
 void add_grade(CLI::App& app, Exit& exit) {
   CLI::App* command =
-      app.add_subcommand("grade", "Score a session by its scenario's training: same log, same score");
+      app.add_subcommand("grade", "Score a session by its scenario's training; deterministic");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_flag("--json", arguments->json, "For programs: every point with its event, rule and instant");
   command->footer(
       "Example: parhelion grade session.lcm\n\n"
-      "Reads what was recorded and simulates nothing. A log that stops in the middle is graded as far as it\n"
+      "Reads the log and simulates nothing. A log that stops in the middle is graded as far as it\n"
       "goes, and the command then ends with 1.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }

@@ -27,7 +27,7 @@ bool parse_topics(const std::vector<std::string>& assignments, ImportOptions& op
     const auto equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == assignment.size()) {
       std::fprintf(stderr,
-                   "parhelion import: --topics '%s': CHANNEL=TOPIC is expected, such as SCAN=/front/scan\n",
+                   "parhelion import: --topics '%s': expected CHANNEL=TOPIC, such as SCAN=/front/scan\n",
                    assignment.c_str());
       return false;
     }
@@ -84,15 +84,15 @@ void add_import(CLI::App& app, Exit& exit) {
   command
       ->add_option("--laser", options.laser_preset, "Preset of the laser (lms-200, s3000, ...), auto or none")
       ->capture_default_str();
-  command->add_option("--laser-height", options.laser_height, "m over the floor, where IN does not say")
+  command->add_option("--laser-height", options.laser_height, "m above the floor, if IN does not contain it")
       ->capture_default_str();
   command
       ->add_option("--scan-band", arguments->band,
-                   "LOW HIGH: m over the floor; band of depth that SCAN is cut from")
+                   "LOW HIGH: m above the floor; band of the depth image for SCAN")
       ->expected(2)
       ->default_str("0.2 0.5");
   command
-      ->add_option("--frame-rate", options.frame_rate, "Hz, of numbered RGB-D frames, which carry no stamps")
+      ->add_option("--frame-rate", options.frame_rate, "Hz, of numbered RGB-D frames, which have no stamps")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->callback([arguments, &exit] {

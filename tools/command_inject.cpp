@@ -35,13 +35,13 @@ Status find_place(Bus& bus, const InjectArguments& arguments, AgentMove& command
     if (!decode(message.channel, message.payload, world)) continue;
     const auto body = std::find_if(world.bodies.begin(), world.bodies.end(),
                                    [&](const auto& each) { return each.entity == command.agent; });
-    if (body == world.bodies.end()) return Error{"nothing is called '" + command.agent + "'"};
+    if (body == world.bodies.end()) return Error{"there is no entity '" + command.agent + "'"};
     const Eigen::Vector3d p = body->T_map_body.translation();
     const Eigen::Matrix3d R = body->T_map_body.rotation();
     command.T_map_base = Transform<Map, Base>::planar(p.x(), p.y(), std::atan2(R(1, 0), R(0, 0)), p.z());
     return {};
   }
-  return Error{"no server says where it is; is `parhelion serve` running on this LCM network?"};
+  return Error{"no server has published its pose; is `parhelion serve` running on this LCM network?"};
 }
 
 /// Waits for the event with this request number.
@@ -61,7 +61,7 @@ Exit await_answer(Bus& bus, std::uint64_t request, double timeout) {
   }
   char waited[32];
   std::snprintf(waited, sizeof waited, "%g", timeout);
-  return fail("no server answered in " + std::string(waited) +
+  return fail("no server replied within " + std::string(waited) +
               " s; is `parhelion serve` running on this LCM network?");
 }
 
@@ -93,32 +93,32 @@ void add_inject(CLI::App& app, Exit& exit) {
                                          "open doors, begin scripts and faults, report a find, "
                                          "stop a robot");
   auto arguments = std::make_shared<InjectArguments>();
-  command->add_option("action", arguments->action, "What to do")
+  command->add_option("action", arguments->action, "Action")
       ->required()
       ->check(CLI::IsMember(inject_actions()));
   command->add_option(
       "--name", arguments->name,
       "The agent's name; of a report what was found; of a door, a script or a robot; the kind "
       "of a fault");
-  command->add_option("--kind", arguments->kind, "What it is")
+  command->add_option("--kind", arguments->kind, "Kind of agent")
       ->check(CLI::IsMember(names_up_to(kLastAgentKind)));
   command->add_option("--at", arguments->at, std::string("X,Y or ") + place_format);
   command->add_option("--size", arguments->size,
                       "X,Y,Z of a box, barrel or container: metres, or with units; LENGTH,D,D of a cable");
-  command->add_option("--behaviour", arguments->behaviour, "What it does")
+  command->add_option("--behaviour", arguments->behaviour, "Behaviour")
       ->check(CLI::IsMember(names_up_to(kLastBehaviourKind)));
   command
       ->add_option("--waypoint", arguments->waypoints,
                    "X,Y of a patrol or a way to go: metres, or with units; several times")
       ->take_all();
   command->add_option("--target", arguments->target,
-                      "Whom it follows, flees or blocks: an agent; the trainee's robot where none is named");
-  command->add_option("--distance", arguments->distance, "Metres that it keeps to the target")
+                      "Target of follow, flee or block: an agent; by default the trainee's robot");
+  command->add_option("--distance", arguments->distance, "Distance from the target, m")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--yields", arguments->yields, "It steps aside for a robot that comes at it");
-  command->add_flag("--leaves-doors", arguments->leaves_doors, "It pushes no doors open");
+  command->add_flag("--yields", arguments->yields, "It avoids approaching robots");
+  command->add_flag("--leaves-doors", arguments->leaves_doors, "It does not push doors open");
   command->add_option("--amount", arguments->amount,
-                      "Of a fault: s of camera_delay, share of camera_loss and laser_dropouts");
+                      "Of a fault: s of camera_delay, fraction of camera_loss and laser_dropouts");
   command->add_option("--side", arguments->side, "Of the fault dead_wheel")
       ->check(CLI::IsMember({"left", "right"}));
   command
@@ -126,15 +126,14 @@ void add_inject(CLI::App& app, Exit& exit) {
       ->check(CLI::PositiveNumber);
   command->add_option("--opening", arguments->opening,
                       "rad that a door is open; without it what the sensors see");
-  command->add_option("--rate", arguments->rate, "Pictures a second that a robot's camera sends; 0: none")
+  command->add_option("--rate", arguments->rate, "Pictures per second of a robot's camera; 0: none")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--speed", arguments->speed, "m/s")->check(CLI::Range(0.0, 5.0));
-  command->add_option("--laser", arguments->laser, "Preset of its own laser, such as lms-200");
+  command->add_option("--laser", arguments->laser, "Preset of the agent's laser, such as lms-200");
   command->add_option("--model", arguments->model, "Robot model of a robot, such as rover");
   command->add_option("--timeout", arguments->timeout, "Seconds to wait for the server")
       ->check(CLI::PositiveNumber);
-  command->add_option("--channel", arguments->channel,
-                      "Channel of this command, where the scenario gives it another name");
+  command->add_option("--channel", arguments->channel, "Channel of this command, if the scenario renames it");
   command->add_option("--url", arguments->url, "LCM URL");
   command->footer(
       "Example: parhelion inject spawn --name robot_4 --kind robot --at 2.5,1,90deg --behaviour wander "
@@ -152,7 +151,7 @@ void add_inject(CLI::App& app, Exit& exit) {
       "it)\n"
       "         parhelion inject emergency-stop    (of the trainee's robot; release-emergency-stop ends it)\n"
       "         parhelion inject reset --name trainee\n\n"
-      "reset puts a robot down where it is: upright, at rest, what broke of its arm whole again.");
+      "reset places a robot at its current position: upright, at rest, broken joints of its arm repaired.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -83,12 +83,11 @@ void add_joystick(CLI::App& app, Exit& exit) {
   auto arguments = std::make_shared<Arguments>();
   command->add_option(
       "--mapping", arguments->mapping,
-      "What its sticks and buttons mean: YAML, or `crawler` (with arm and flippers); by default those "
+      "Mapping of sticks and buttons: YAML, or `crawler` (with arm and flippers); by default that "
       "of a game pad that only drives");
-  command->add_flag("--list", arguments->list,
-                    "What is plugged in, and what its axes and buttons are called");
-  command->add_option("--robot", arguments->robot, "Whom to drive; by default the trainee's");
-  command->add_option("--name", arguments->name, "Of the operator")->capture_default_str();
+  command->add_flag("--list", arguments->list, "List the devices with the names of their axes and buttons");
+  command->add_option("--robot", arguments->robot, "Robot to drive; by default the trainee's");
+  command->add_option("--name", arguments->name, "Name of the operator")->capture_default_str();
   command->add_option("--url", arguments->url, "LCM URL");
   command->footer(
       "Example: parhelion joystick --mapping crawler\n         parhelion joystick --mapping console.yaml\n\n"

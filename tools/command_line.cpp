@@ -42,7 +42,7 @@ std::string unknown_word(const CLI::App& command, const std::vector<std::string>
     return "unknown option '" + name + "'" + suggestion(name, option_names(command));
   }
   const auto names = subcommand_names(command);
-  if (names.empty()) return "'" + rest.front() + "' is one argument too many";
+  if (names.empty()) return "'" + rest.front() + "' is an unexpected argument";
   const std::string hint = suggestion(rest.front(), names);
   return "unknown subcommand '" + rest.front() + "'" + (hint.empty() ? "; there are " + joined(names) : hint);
 }

@@ -78,7 +78,7 @@ Exit run(Arguments& arguments) {
   auto recording = open_recording(arguments.log);
   if (!recording) return fail(recording.error().message);
   if (recording->skipped_bytes() > 0)
-    std::fprintf(stderr, "parhelion play: %llu bytes of %s are damaged and are left out\n",
+    std::fprintf(stderr, "parhelion play: %llu bytes of %s are damaged and left out\n",
                  static_cast<unsigned long long>(recording->skipped_bytes()), arguments.log.c_str());
   if (arguments.options.start > recording->duration())
     return fail("--start-offset " + std::to_string(arguments.options.start) + " s; the recording is " +
@@ -137,17 +137,17 @@ Exit run(Arguments& arguments) {
 }  // namespace
 
 void add_play(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("play", "Show what was recorded; pause, seek, loop");
+  CLI::App* command = app.add_subcommand("play", "Play a recorded session; pause, seek, loop");
   auto arguments = std::make_shared<Arguments>();
   runtime::PlayOptions& options = arguments->options;
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("--rate", options.rate, "Times real time")
       ->check(CLI::Range(runtime::Player::slowest, runtime::Player::fastest))
       ->capture_default_str();
-  command->add_option("--start-offset", options.start, "s of the session to begin at")
+  command->add_option("--start-offset", options.start, "Start time in the session, s")
       ->check(CLI::NonNegativeNumber);
-  command->add_flag("--loop", options.loop, "Begin again at the end");
-  command->add_flag("--paused", options.paused, "Wait at the start");
+  command->add_flag("--loop", options.loop, "Restart at the end");
+  command->add_flag("--paused", options.paused, "Start paused");
   command->add_option("--http", arguments->http,
                       "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080: a page with a seek bar");
   command->add_option("--foxglove", arguments->foxglove,

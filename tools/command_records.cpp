@@ -25,7 +25,7 @@ struct Arguments {
 
 Result<std::string> text_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{path + ": cannot be read; is the name right?"};
+  if (!file) return Error{path + ": cannot be read; is the name correct?"};
   std::string text{std::istreambuf_iterator<char>(file), {}};
   if (file.bad()) return Error{path + ": cannot be read to its end"};
   return text;
@@ -58,7 +58,7 @@ Status grade(const Arguments& arguments) {
     const char* what = *stored == training::Records::Stored::added ? "stored"
                        : *stored == training::Records::Stored::replaced
                            ? "graded again"
-                           : "is there already, unchanged (--again)";
+                           : "is stored already, unchanged (--again)";
     std::printf("%s  %s: %.2f of %.2f points, %s%s; %s\n", trainee->pseudonym.c_str(),
                 session->scenario.c_str(), session->grade.score, session->grade.most,
                 session->grade.passed ? "passed" : "not passed",
@@ -153,11 +153,11 @@ Status import_from(const Arguments& arguments) {
   auto records = open_records(arguments.database, true);
   if (!records) return records.error();
   const auto taken = training::take(*records, *histories);
-  if (!taken) return Error{arguments.file + ": " + taken.error().message + "; nothing of it was taken"};
-  std::printf("%zu trainees and %zu sessions are new; %zu sessions were there already\n", taken->trainees,
+  if (!taken) return Error{arguments.file + ": " + taken.error().message + "; nothing was imported"};
+  std::printf("%zu trainees and %zu sessions are new; %zu sessions existed already\n", taken->trainees,
               taken->sessions, taken->present);
   if (histories->skipped > 0)
-    std::printf("%zu statements say nothing of how something went and were left out\n", histories->skipped);
+    std::printf("%zu statements have no result and were left out\n", histories->skipped);
   return {};
 }
 
@@ -198,9 +198,9 @@ Status erase(const Arguments& arguments) {
   const auto trainee = records->find(arguments.trainee);
   if (!trainee) return trainee.error();
   if (!arguments.yes)
-    return Error{"this forgets " + trainee->pseudonym + " and every session for good; give --yes if so"};
+    return Error{"this erases " + trainee->pseudonym + " and every session permanently; confirm with --yes"};
   if (const Status erased = records->erase(trainee->pseudonym); !erased) return erased;
-  std::printf("%s is erased; session logs and earlier exports are files of their own\n",
+  std::printf("%s is erased; session logs and earlier exports are separate files\n",
               trainee->pseudonym.c_str());
   return {};
 }
@@ -223,27 +223,28 @@ CLI::App* add_part(CLI::App& command, Exit& exit, const std::shared_ptr<Argument
 void add_keeping(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments>& arguments) {
   CLI::App* part = add_part(command, exit, arguments, "add", "A new trainee; prints the pseudonym",
                             "add \"Anna Schmidt\"", add);
-  part->add_option("name", arguments->trainee, "As a person is called; only the records know it")->required();
+  part->add_option("name", arguments->trainee, "Name of the person; only stored in the records")->required();
   part->add_option("--mbox-sha1sum", arguments->mbox_sha1sum,
-                   "SHA-1 of mailto:ADDRESS, by which xAPI knows a person");
+                   "SHA-1 of mailto:ADDRESS, the xAPI identifier of a person");
   part = add_part(command, exit, arguments, "grade", "Grade sessions of a trainee and store them",
                   "grade \"Anna Schmidt\" session.lcm", grade);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
   part->add_option("logs", arguments->logs, "Session logs, as serve and replay -o write them")->required();
-  part->add_flag("--again", arguments->again, "Replace the grade of a session that is there already");
-  part = add_part(command, exit, arguments, "list", "Who there is, or the sessions of one", "list", list);
+  part->add_flag("--again", arguments->again, "Replace the grade of a stored session");
+  part =
+      add_part(command, exit, arguments, "list", "List the trainees, or the sessions of one", "list", list);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym; without: all");
-  part->add_flag("--json", arguments->json, "Everything, for programs; names included");
-  part = add_part(command, exit, arguments, "next", "What a trainee should do next, and why",
+  part->add_flag("--json", arguments->json, "JSON output with everything, names included");
+  part = add_part(command, exit, arguments, "next", "The next task for a trainee, and the reason",
                   "next \"Anna Schmidt\" --course server/scenarios/programmes/course.yaml", next);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
-  part->add_option("--course", arguments->course, "Programmes whose tasks say which skills they train")
+  part->add_option("--course", arguments->course, "Programmes whose tasks list the skills that they train")
       ->required();
-  part->add_flag("--json", arguments->json, "For programs");
-  part = add_part(command, exit, arguments, "erase", "Forget a trainee, down to the bytes",
+  part->add_flag("--json", arguments->json, "JSON output");
+  part = add_part(command, exit, arguments, "erase", "Erase all data of a trainee",
                   "erase \"Anna Schmidt\" --yes", erase);
   part->add_option("trainee", arguments->trainee, "Name or pseudonym")->required();
-  part->add_flag("--yes", arguments->yes, "It is meant");
+  part->add_flag("--yes", arguments->yes, "Confirm");
 }
 
 std::string check_home_page(const std::string& text) {
@@ -262,13 +263,13 @@ void add_exchange(CLI::App& command, Exit& exit, const std::shared_ptr<Arguments
   part->add_flag(
       "--names", arguments->names,
       "With names, mail hashes and names of log files, readable by you alone; else only pseudonyms");
-  part->add_option("--home-page", arguments->home_page, "xAPI: whose accounts the pseudonyms are")
+  part->add_option("--home-page", arguments->home_page, "xAPI: home page of the pseudonymous accounts")
       ->check(check_home_page)
       ->capture_default_str();
   part->add_flag("--force", arguments->force, "Overwrite the file");
-  part = add_part(command, exit, arguments, "import", "Take over what export or another xAPI system wrote",
+  part = add_part(command, exit, arguments, "import", "Import the output of export or of another xAPI system",
                   "import statements.json", import_from);
-  part->add_option("file", arguments->file, "JSON, CSV or xAPI; all of it or, with a fault, nothing")
+  part->add_option("file", arguments->file, "JSON, CSV or xAPI; all of it or, on an error, nothing")
       ->required();
 }
 

@@ -63,8 +63,7 @@ Exit run(Arguments& arguments, const CLI::App& command) {
 }  // namespace
 
 void add_replay(CLI::App& app, Exit& exit) {
-  CLI::App* command =
-      app.add_subcommand("replay", "Run the server over a recorded log: same log, same bytes");
+  CLI::App* command = app.add_subcommand("replay", "Run the server over a recorded log; deterministic");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("log", arguments->options.log, "LCM log with inputs, or a session log")->required();
   command->add_option("--scenario", arguments->scenario, "Agents and limits; without it the session's own");
@@ -72,9 +71,9 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("-o,--output", arguments->options.session, "Session log to write (inputs and outputs)");
   command->add_option("--report", arguments->report, "JSON report to write; - for standard output");
   command->add_option("--seed", arguments->seed, "Overrides the scenario's seed");
-  command->add_option("--rate", arguments->options.rate, "Times real time; 0: as fast as it can")
+  command->add_option("--rate", arguments->options.rate, "Times real time; 0: as fast as possible")
       ->check(CLI::Range(0.0, 1e6));
-  command->add_option("--threads", arguments->options.threads, "1: draw between inputs; more: beside them")
+  command->add_option("--threads", arguments->options.threads, "1: render between inputs; more: in parallel")
       ->check(CLI::Range(1, 64));
   command->add_flag("--publish", arguments->publish, "Publish the outputs on LCM");
   command->add_option("--url", arguments->url, "LCM URL to publish on (implies --publish)");

@@ -110,11 +110,12 @@ void add_report(CLI::App& app, Exit& exit) {
   command->add_option("log", arguments->log, "Session log, as serve and replay -o write it")->required();
   command->add_option("-o,--output", arguments->output, "Page to write; - for standard output");
   command->add_option("--against", arguments->against,
-                      "A second session, shown beside the first: the same log with other agents, say");
+                      "A second session to compare with, such as the same log with other agents");
   command->add_option("--earlier", arguments->earlier, "The trainee's earlier sessions");
   command->add_option("--group", arguments->group, "Sessions of others, to compare with");
-  auto* trainee = command->add_option("--trainee", arguments->trainee,
-                                      "Whose session it is, in the records: compare with theirs and others'");
+  auto* trainee =
+      command->add_option("--trainee", arguments->trainee,
+                          "Trainee in the records: compare with their sessions and those of others");
   command->add_option("--database", arguments->database, kRecordsHelp)->needs(trainee);
   command->add_flag("--force", arguments->overwrite, "Overwrite a file that exists");
   command->footer(
@@ -122,8 +123,8 @@ void add_report(CLI::App& app, Exit& exit) {
       "         parhelion report session.lcm -o report.html --trainee \"Anna Schmidt\"\n"
       "What if: parhelion replay session.lcm --scenario other.yaml -o other.lcm\n"
       "         parhelion report session.lcm --against other.lcm -o both.html\n\n"
-      "The page holds everything that it shows and asks the network for nothing; it prints to paper, too.\n"
-      "A session whose scenario says nothing of training is shown without a score.");
+      "The page is one file and needs no network; it can also be printed.\n"
+      "A session whose scenario has no training section is shown without a score.");
   command->callback([arguments, &exit] { exit = run(*arguments); });
 }
 

@@ -152,7 +152,7 @@ Exit run_once(const Arguments& arguments, SharedStop& robot_stopped) {
     auto opened = open_foxglove(arguments.foxglove, std::move(*shown), *configuration);
     if (!opened) return fail(opened.error().message);
     foxglove = std::move(*opened);
-    options.say("for Foxglove, which asks nobody who they are: " + foxglove->address());
+    options.say("for Foxglove, without log-in: " + foxglove->address());
   }
   const auto report = runtime::serve(**bus, *configuration, options);
   if (!report) return fail(report.error().message);
@@ -235,7 +235,7 @@ Exit supervise(Arguments arguments) {
     child = 0;
     if (WIFEXITED(status)) return static_cast<Exit>(WEXITSTATUS(status));
     const std::string how = "the server died (signal " + std::to_string(WTERMSIG(status)) + ")";
-    if (asked_to_stop != 0) return fail(how + " when it was asked to stop; its session log has no end");
+    if (asked_to_stop != 0) return fail(how + " while it was stopping; its session log has no end");
     std::fprintf(stderr, "parhelion serve: %s; starting it again\n", how.c_str());
     arguments.session = session_after(arguments.session);
   }
@@ -256,22 +256,23 @@ void add_serve(CLI::App& app, Exit& exit) {
       "--http", arguments->http, "Base station for browsers at ADDR:PORT, as 127.0.0.1:8080 or [::]:8443");
   command
       ->add_option("--cloud", arguments->cloud,
-                   "The cloud that the model was made from: a layer of the page's 3D view")
+                   "The cloud that the model was built from: a layer of the page's 3D view")
       ->needs(http);
-  command->add_option("--state-folder", arguments->state,
-                      "Emergency stops that hold; accounts, certificate and saved scenarios of the base "
-                      "station; by default "
-                      "$XDG_STATE_HOME/parhelion");
+  command->add_option(
+      "--state-folder", arguments->state,
+      "Folder for active emergency stops, and accounts, certificate and saved scenarios of the base "
+      "station; by default "
+      "$XDG_STATE_HOME/parhelion");
   command->add_option("--foxglove", arguments->foxglove,
                       "ADDR:PORT (usually 8765) of a server for Foxglove and Lichtblick");
   command
       ->add_option("--real-time", arguments->real_time,
-                   "Whether what scans wait for goes before all other programs (SCHED_FIFO): on, off, or "
-                   "auto, where this user may")
+                   "Real-time priority (SCHED_FIFO) for the scan path: on, off, or "
+                   "auto, if permitted")
       ->check(CLI::IsMember({"auto", "on", "off"}))
       ->capture_default_str();
   command->add_flag("--force", arguments->overwrite, "Overwrite files that exist");
-  command->add_flag("--no-restart", arguments->once, "Do not start the server again if it dies");
+  command->add_flag("--no-restart", arguments->once, "Do not restart the server if it dies");
   command->footer(
       "Example: parhelion serve lab.yaml -o session.lcm\n"
       "         parhelion serve lab.yaml --http 127.0.0.1:8080    (open the link that it prints)");

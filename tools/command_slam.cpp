@@ -205,12 +205,12 @@ Exit run(Arguments& arguments) {
                              check_writable(arguments.summary, options.overwrite)}) {
     if (!free) return failed(free.error());
   }
-  if (localizing && !options.save_map.empty()) return usage("--save-map goes with mapping: leave --map away");
+  if (localizing && !options.save_map.empty()) return usage("--save-map is for mapping: omit --map");
   if (options.input.empty() && (!options.output.empty() || !arguments.summary.empty()))
-    return usage("-o and --summary go with --log");
+    return usage("-o and --summary need --log");
   if (!options.input.empty() && options.output.empty() && options.save_map.empty() &&
       arguments.summary.empty()) {
-    return usage("--log without -o, --save-map or --summary would leave nothing behind");
+    return usage("--log needs -o, --save-map or --summary");
   }
   return options.input.empty() ? live(arguments) : over_log(arguments);
 }
@@ -229,11 +229,11 @@ void add_slam(CLI::App& app, Exit& exit) {
                       ".simplemap or ROS map YAML to localize in; without it a map is built");
   command->add_option("--start", arguments->start, std::string(place_format) + "; without it: anywhere");
   command->add_option("--save-map", options.save_map, "PREFIX: writes PREFIX.simplemap, .yaml, .pgm, .png");
-  command->add_option("--resolution", options.slam.resolution, "m a cell, of the grid map")
+  command->add_option("--resolution", options.slam.resolution, "m per cell of the grid map")
       ->capture_default_str();
   command->add_flag("--causal", options.causal,
-                    "Mapping: what a live run would have said, not the final trajectory");
-  command->add_option("--seed", options.slam.seed, "Seed of whatever is random")->capture_default_str();
+                    "Mapping: the estimates of a live run, not the final trajectory");
+  command->add_option("--seed", options.slam.seed, "Random seed")->capture_default_str();
   command->add_option("--pose-delay", arguments->delay, "Arrival of a pose after its scan, over a log")
       ->capture_default_str();
   command->add_option("--robot", options.robot, "Robot description, instead of the one on ROBOT");

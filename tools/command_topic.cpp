@@ -60,7 +60,7 @@ Exit listen_to_bus(const Arguments& arguments, const std::function<bool(const Me
     idle();
   }
   if ((*bus)->dropped() > 0) {
-    std::fprintf(stderr, "parhelion topic: %llu messages were dropped here: too many to be looked at\n",
+    std::fprintf(stderr, "parhelion topic: %llu messages were dropped: too many to process\n",
                  static_cast<unsigned long long>((*bus)->dropped()));
   }
   return Exit::done;
@@ -118,7 +118,7 @@ Exit list(const Arguments& arguments) {
                 static_cast<double>(channel.bytes()) / static_cast<double>(channel.count()));
   }
   if (channels.empty()) {
-    std::fprintf(stderr, "parhelion topic list: nothing was heard%s\n",
+    std::fprintf(stderr, "parhelion topic list: no messages received%s\n",
                  arguments.log.empty() ? "; is the sender on the same url and ttl?" : "");
   }
   return exit;
@@ -162,7 +162,7 @@ Exit hz(const Arguments& arguments) {
     latest.clear();
   });
   if (whole.empty()) {
-    std::fprintf(stderr, "parhelion topic hz: nothing was heard\n");
+    std::fprintf(stderr, "parhelion topic hz: no messages received\n");
     return exit;
   }
   if (arguments.log.empty()) std::printf("whole time:\n");
@@ -179,10 +179,10 @@ CLI::App* add(CLI::App& topic, const char* name, const char* what, Exit (*run)(c
       command->add_option("--url", arguments->url, "LCM url ($LCM_DEFAULT_URL, else this machine only)");
   command->add_option("--log", arguments->log, "An LCM log instead of the bus")->excludes(url);
   auto* seconds = command->add_option("--seconds", arguments->seconds,
-                                      run == list ? "Listens for so long (2 on the bus, a log to its end)"
-                                                  : "Ends after so long (at ^C, or at the log's end)");
+                                      run == list ? "Duration, s (2 on the bus, a log to its end)"
+                                                  : "Duration, s (until ^C, or the log's end)");
   seconds->check(CLI::PositiveNumber);
-  if (run == echo) command->add_option("-n,--count", arguments->count, "Ends after so many messages");
+  if (run == echo) command->add_option("-n,--count", arguments->count, "Number of messages");
   command->callback([arguments, run, seconds, &exit] {
     if (run == list && arguments->log.empty() && seconds->count() == 0) arguments->seconds = 2;
     exit = run(*arguments);
@@ -193,7 +193,7 @@ CLI::App* add(CLI::App& topic, const char* name, const char* what, Exit (*run)(c
 }  // namespace
 
 void add_topic(CLI::App& app, Exit& exit) {
-  CLI::App* topic = app.add_subcommand("topic", "What is on the bus, or in a log: list, echo, hz");
+  CLI::App* topic = app.add_subcommand("topic", "Show messages on the bus or in a log: list, echo, hz");
   topic->require_subcommand(1);
   topic->footer("Example:\n  parhelion topic list --log session.lcm");
   add(*topic, "list", "Channels with type, count, rate and size", list, exit)
@@ -201,7 +201,7 @@ void add_topic(CLI::App& app, Exit& exit) {
   add(*topic, "echo", "Prints messages, decoded by their fingerprint", echo, exit)
       ->footer(
           "Example:\n  parhelion topic echo MR_EVENTS\n  parhelion topic echo SCAN -n 1 --log session.lcm");
-  add(*topic, "hz", "Rate, jitter and what seems to be missing", hz, exit)
+  add(*topic, "hz", "Rate, jitter and estimated losses", hz, exit)
       ->footer("Example:\n  parhelion topic hz MR_SCAN --seconds 10");
 }
 

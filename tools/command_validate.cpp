@@ -18,7 +18,7 @@ constexpr const char* footer =
     "Example:\n  parhelion validate lab.yaml drive.lcm\n  parhelion validate --briefing lesson.yaml\n\n"
     "Prints one line per file, for a log one more per channel. Errors go to stderr with file and line, "
     "channel or offset;\n"
-    "exit code 1 where there are any.";
+    "exit code 1 if there are any.";
 
 /// For a person; the scenario has passed the checks.
 void print_briefing(const std::string& path) {
@@ -31,7 +31,7 @@ void print_briefing(const std::string& path) {
                             : files->robot     ? files->robot->name
                                                : "the robot";
   const std::string text = training::briefing(scenario, robot);
-  std::printf("%s", text.empty() ? "no 'training' in it: there is nothing to brief\n" : text.c_str());
+  std::printf("%s", text.empty() ? "the scenario has no 'training': there is no briefing\n" : text.c_str());
 }
 
 Exit run(const std::vector<std::string>& paths, bool with_briefing) {
@@ -58,8 +58,7 @@ void add_validate(CLI::App& app, Exit& exit) {
   command->footer(footer);
   command->add_option("FILE", *paths, "Files to check")->required();
   auto with_briefing = std::make_shared<bool>(false);
-  command->add_flag("--briefing", *with_briefing,
-                    "Print what the trainee of a scenario is told before the start");
+  command->add_flag("--briefing", *with_briefing, "Print the briefing of a scenario's trainee");
   command->callback([paths, with_briefing, &exit] { exit = run(*paths, *with_briefing); });
 }
 

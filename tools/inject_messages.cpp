@@ -105,9 +105,9 @@ Result<InstructorCommand> fault(const InjectArguments& arguments) {
   auto command = named_fault(arguments);
   if (!command) return command.error();
   const bool wheel = command->kind == Lesson::Kind::dead_wheel;
-  if (wheel && arguments.side.empty()) return Error{"which side's wheels? give --side left or --side right"};
+  if (wheel && arguments.side.empty()) return Error{"expected --side left or --side right"};
   if (!wheel && !arguments.amount)
-    return Error{"how much? give --amount: s of camera_delay, a share of what is lost"};
+    return Error{"expected --amount: s of camera_delay, else the lost fraction"};
   command->amount = wheel ? 0 : *arguments.amount;
   command->right = arguments.side == "right";
   if (arguments.lasting > 0) command->duration = arguments.lasting;
@@ -122,7 +122,7 @@ Result<InstructorCommand> end_fault(const InjectArguments& arguments) {
 }
 
 Result<InstructorCommand> camera(const InjectArguments& arguments) {
-  if (!arguments.rate) return Error{"how many pictures a second? give --rate, 0 for none"};
+  if (!arguments.rate) return Error{"expected --rate, pictures per second, 0 for none"};
   return InstructorCommand(CameraRate{.agent = arguments.name, .rate = *arguments.rate});
 }
 

@@ -77,7 +77,7 @@ Status JoystickConsole::send(const station::JoystickCommand& command, WallTime n
   sent_ = now;
   const bool speaks = command.armed || released || now - armed_until_ < driving_timing::stop_duration;
   if (command.armed) armed_until_ = now;
-  if (command.armed != armed_) say(command.armed ? "drives" : "released: stopped");
+  if (command.armed != armed_) say(command.armed ? "drives" : "dead-man released: stopped");
   armed_ = command.armed;
   if (!speaks) return console_.beat(stamp);
   if (Status sent = console_.command(command.twist, stamp); !sent) return sent;

@@ -85,7 +85,7 @@ std::string KeyboardConsole::line(WallTime now) const {
   if (!refused_.empty()) return refused_;
   const Twist2 twist = keys_.twist(now);
   char text[160];
-  std::snprintf(text, sizeof text, "  %+.2f m/s %+.2f rad/s (goes out: %+.2f %+.2f)  speed %d/%d", twist.vx,
+  std::snprintf(text, sizeof text, "  %+.2f m/s %+.2f rad/s (applied: %+.2f %+.2f)  speed %d/%d", twist.vx,
                 twist.wz, view_.command().vx, view_.command().wz, keys_.step(),
                 station::KeyboardDrive::steps);
   return (robot != nullptr ? robot->name : "no robot yet: is `parhelion serve` running?") + text +

@@ -27,7 +27,7 @@ std::string gigabytes(double bytes) {
 
 MachineCheck check_multicast(const std::string& url) {
   const auto bus = open_network_bus(url);
-  if (bus) return {"multicast route", Verdict::ok, "LCM's own message came back", ""};
+  if (bus) return {"multicast route", Verdict::ok, "LCM's own message was received", ""};
   const std::string& message = bus.error().message;
   const auto remedy = message.find("; ");
   return {"multicast route", Verdict::fail, message.substr(0, remedy),
@@ -54,7 +54,8 @@ MachineCheck check_big_messages(const std::string& url) {
     const auto received = (*bus)->receive(message, milliseconds(200));
     came += received && *received && message.payload == payload;
   }
-  const std::string finding = std::to_string(came) + " of " + std::to_string(sent) + " of 300 kB came back";
+  const std::string finding =
+      std::to_string(came) + " of " + std::to_string(sent) + " of 300 kB were received";
   if (came == sent) return {name, Verdict::ok, finding, ""};
   return {name, came == 0 ? Verdict::fail : Verdict::warn, finding,
           "see receive buffer; camera images would be lost"};
@@ -78,12 +79,12 @@ MachineCheck check_disk(const std::filesystem::path& folder) {
   struct statvfs found {};
   if (statvfs(folder.c_str(), &found) != 0) {
     return {"disk", Verdict::fail, folder.string() + ": " + std::strerror(errno),
-            "start where sessions can be written"};
+            "run it in a writable folder"};
   }
   const double free = static_cast<double>(found.f_bavail) * static_cast<double>(found.f_frsize);
   const std::string finding = gigabytes(free) + " free in " + folder.string();
   if (free < 1e9)
-    return {"disk", Verdict::fail, finding, "make room: a session with video writes 2 MB a second"};
+    return {"disk", Verdict::fail, finding, "free some space: a session with video writes 2 MB a second"};
   if (free < 10e9) return {"disk", Verdict::warn, finding, "an hour of session with video takes about 8 GB"};
   return {"disk", Verdict::ok, finding, ""};
 }
@@ -94,13 +95,13 @@ MachineCheck check_processors() {
   const int count = sched_getaffinity(0, sizeof allowed, &allowed) == 0 ? CPU_COUNT(&allowed) : 1;
   const std::string finding = std::to_string(count) + (count == 1 ? " processor" : " processors");
   if (count >= 2) return {"processors", Verdict::ok, finding, ""};
-  return {"processors", Verdict::warn, finding, "two are needed for scans in time beside video"};
+  return {"processors", Verdict::warn, finding, "scans in time beside video need two"};
 }
 
 MachineCheck check_real_time() {
   const runtime::RealTimeScope scope(runtime::RealTime::on);
-  if (scope.holds()) return {"real-time", Verdict::ok, "scans go before other programs", ""};
-  return {"real-time", Verdict::warn, "scans wait for other programs where cores are few",
+  if (scope.holds()) return {"real-time", Verdict::ok, "scans have priority over other programs", ""};
+  return {"real-time", Verdict::warn, "scans have normal priority, which delays them on few cores",
           runtime::RealTimeScope::remedy()};
 }
 
@@ -108,7 +109,7 @@ MachineCheck check_recording(const std::filesystem::path& rawlog) {
   std::error_code error;
   if (std::filesystem::is_regular_file(rawlog, error))
     return {"recording for demo", Verdict::ok, rawlog.string(), ""};
-  return {"recording for demo", Verdict::warn, rawlog.string() + " is not here",
+  return {"recording for demo", Verdict::warn, rawlog.string() + " is missing",
           "apt-get install mrpt-common; only `parhelion demo` needs it"};
 }
 
@@ -117,7 +118,7 @@ MachineCheck check_shipped_files() {
   std::error_code error;
   if (std::filesystem::is_regular_file(preset, error))
     return {"shipped files", Verdict::ok, preset.string(), ""};
-  return {"shipped files", Verdict::fail, preset.string() + " is not here",
+  return {"shipped files", Verdict::fail, preset.string() + " is missing",
           "install again, or set PARHELION_SHARE to where share/parhelion is"};
 }
 

@@ -38,7 +38,7 @@ MachineCheck failed(const char* finding) { return {"EGL without display", Verdic
 
 MachineCheck check_egl() {
   const Library egl;
-  if (egl.handle == nullptr) return failed("libEGL.so.1 is not here");
+  if (egl.handle == nullptr) return failed("libEGL.so.1 is missing");
   const auto get_proc = egl.find<void (*(*)(const char*))()>("eglGetProcAddress");
   const auto initialize = egl.find<unsigned (*)(Handle, std::int32_t*, std::int32_t*)>("eglInitialize");
   const auto terminate = egl.find<unsigned (*)(Handle)>("eglTerminate");

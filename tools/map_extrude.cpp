@@ -38,7 +38,7 @@ Status run(const Arguments& arguments) {
     if (const Status free = check_writable(path, arguments.overwrite); !free) return free;
   }
   if (!arguments.picture.empty() && std::filesystem::path(arguments.picture).extension() != ".png")
-    return Error{arguments.picture + ": pictures are PNG; give it a name that ends in .png"};
+    return Error{arguments.picture + ": expected a name that ends in .png"};
   const auto map = pose::load_ros_map(arguments.map);
   if (!map) return map.error();
   const auto model = semantic::extrude(*map, arguments.options);
@@ -76,7 +76,7 @@ void add_map_extrude(CLI::App& map, Exit& exit) {
       ->capture_default_str();
   command
       ->add_option("--min-support", arguments->options.min_support,
-                   "Cells that a group needs where no robot can come near")
+                   "Minimum cells of a group that no robot can approach")
       ->capture_default_str();
   command->add_flag("--ceiling", arguments->options.ceiling, "Add a ceiling");
   command->add_option("--picture", arguments->picture, "Picture of map and model (PNG)");

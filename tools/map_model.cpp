@@ -61,8 +61,7 @@ Status check_outputs(const Arguments& a) {
   const auto ends = [](const std::string& path, const char* extension) {
     return path.empty() || fs::path(path).extension() == extension;
   };
-  if (!ends(a.picture, ".png"))
-    return Error{a.picture + ": pictures are PNG; give it a name that ends in .png"};
+  if (!ends(a.picture, ".png")) return Error{a.picture + ": expected a name that ends in .png"};
   if (!ends(a.gltf, ".gltf")) return Error{a.gltf + ": expected a name that ends in .gltf"};
   if (!ends(a.labelled, ".ply")) return Error{a.labelled + ": the labelled cloud is written as .ply"};
   return {};
@@ -75,7 +74,7 @@ Result<std::optional<SemanticModel>> old_model(const Arguments& a) {
   if (a.keep.empty() && !again) return std::optional<SemanticModel>{};
   auto old = load_model(a.keep.empty() ? a.output : a.keep);
   if (!old) {
-    return Error{old.error().message + "\nIts corrections cannot be kept: mend it, or move it away"};
+    return Error{old.error().message + "\nIts corrections cannot be kept: repair or move it"};
   }
   return std::optional<SemanticModel>{std::move(*old)};
 }
@@ -149,7 +148,7 @@ Status run(const Arguments& a) {
   if (map_id->empty() && *old) built->model.map_id = (*old)->map_id;
   const std::string yaml = to_yaml(built->model);
   if (const auto again = parse_model(yaml, a.output); !again)
-    return Error{"the model that was made does not pass its own check:\n" + again.error().message};
+    return Error{"internal error: the model fails its validation:\n" + again.error().message};
   if (Status status = write_text(a.output, yaml, a.overwrite); !status) return status;
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (!a.summary.empty()) {
@@ -184,15 +183,15 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("CLOUD", a.cloud, "Registered cloud (.ply, .pcd, .xyz, .3d)")->required();
   command.add_option("-o,--output", a.output, "Model to write (YAML; - is standard output)")->required();
   command.add_option("--keep", a.keep,
-                     "Model whose corrections are kept (default: MODEL itself, if it is there)");
+                     "Model whose corrections are kept (default: MODEL itself, if it exists)");
   command.add_option("--gltf", a.gltf, "The model for viewers (glTF 2.0)");
   command.add_option("--picture", a.picture, "Plan and 3D view (PNG)");
-  command.add_option("--summary", a.summary, "What was found (JSON; - is standard output)");
+  command.add_option("--summary", a.summary, "Summary (JSON; - is standard output)");
   command.add_option("--stages", a.model.segmentation.stages,
                      "Folder for a picture of each stage and the net as a graph");
   command.add_option("--labelled", a.labelled, "The levelled cloud with a label per point (PLY)");
   command.add_option("--slice", a.slice, "PREFIX of a 2D map at laser height (ROS map YAML and PGM)");
-  command.add_option("--slice-height", a.slice_height, "Height of the slice over the floor, m")
+  command.add_option("--slice-height", a.slice_height, "Height of the slice above the floor, m")
       ->check(CLI::Range(0.02, 10.0))
       ->capture_default_str();
   command.add_flag("--floor-to-zero", a.model.floor_to_zero,
@@ -200,14 +199,14 @@ void add_options(CLI::App& command, Arguments& a) {
   command.add_option("--unit", a.read.unit, "Unit of the file: m, cm, mm (default: by format)")
       ->transform(one_of(units))
       ->type_name("TEXT");
-  CLI::Option* flip = command.add_flag("--flip", a.flip, "The cloud is upside down: turn it over");
-  command.add_flag("--no-flip", a.no_flip, "It is the right way up, whatever it looks like")->excludes(flip);
-  command.add_option("--memory", a.memory, "Memory that may be used, GB (default: what is available)")
+  CLI::Option* flip = command.add_flag("--flip", a.flip, "The cloud is upside down: rotate it");
+  command.add_flag("--no-flip", a.no_flip, "The cloud is upright: skip the check")->excludes(flip);
+  command.add_option("--memory", a.memory, "Memory limit, GB (default: available memory)")
       ->check(CLI::Range(0.001, 1e6));
   command.add_option("--threads", a.model.segmentation.threads, "Threads; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_flag("--force", a.overwrite, "Overwrite what is there; corrections in MODEL are kept");
+  command.add_flag("--force", a.overwrite, "Overwrite existing files; corrections in MODEL are kept");
 }
 
 }  // namespace

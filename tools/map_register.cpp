@@ -89,12 +89,12 @@ Result<cloud::RegisteredSequence> fuse(const std::vector<cloud::ScanToRegister>&
   cloud::RegisteredSequence sequence;
   cloud::PointCloud<Cloud>& cloud = sequence.cloud;
   for (std::size_t i = 0; i < scans.size(); ++i) {
-    if (!scans[i].has_guess) return Error{scans[i].name + ": has no pose that could be trusted"};
+    if (!scans[i].has_guess) return Error{scans[i].name + ": has no pose"};
     const cloud::PointCloud<Cloud> placed = cloud::transformed(scans[i].guess, scans[i].cloud);
     cloud.points.insert(cloud.points.end(), placed.points.begin(), placed.points.end());
     cloud.scans.resize(cloud.size(), static_cast<std::uint16_t>(i));
     cloud.viewpoints.push_back(scans[i].guess.translation());
-    sequence.scans.push_back({scans[i].guess, true, "its pose was trusted", 0, 0, 0});
+    sequence.scans.push_back({scans[i].guess, true, "placed by its pose", 0, 0, 0});
   }
   return sequence;
 }
@@ -170,10 +170,10 @@ void add_options(CLI::App& command, Arguments& arguments) {
       {"paper", cloud::IcpMethod::paper}};
   command.add_option("SCANS", arguments.scans, "Scans, folders of scans, LCM logs")->required();
   command.add_option("-o,--output", arguments.output, "Cloud to write (.ply or .pcd)")->required();
-  command.add_option("--summary", arguments.summary, "What became of each scan (JSON; - is standard output)");
+  command.add_option("--summary", arguments.summary, "Result of each scan (JSON; - is standard output)");
   command.add_option(
       "--guess", arguments.guess,
-      "Where the second scan is in the first: X,Y,Z,YAW (m, degrees); or a FILE of one line a scan: "
+      "Pose of the second scan in the first: X,Y,Z,YAW (m, degrees); or a FILE with one line per scan: "
       "x y z yaw, or 16 numbers of a matrix by rows");
   command
       .add_option("--unit", arguments.source.read.unit, "Unit of the files: m, cm, mm (default: by format)")
@@ -198,16 +198,15 @@ void add_options(CLI::App& command, Arguments& arguments) {
       ->type_name("TEXT");
   command
       .add_option("--iterations", arguments.registration.max_iterations,
-                  "Most rounds of ICP for a scan; still moving then, it counts as failed")
+                  "Maximum ICP iterations per scan; without convergence it counts as failed")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command.add_option("--threads", arguments.registration.threads, "Threads; 0: all")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_flag("--trust-poses", arguments.trust_poses,
-                   "Fuse the scans where their poses say, without ICP");
+  command.add_flag("--trust-poses", arguments.trust_poses, "Merge the scans at their poses, without ICP");
   command.add_flag("--keep-going", arguments.keep_going,
-                   "Write the cloud though a scan could not be registered");
+                   "Write the cloud even if a scan could not be registered");
   command.add_flag("--force", arguments.overwrite, "Overwrite CLOUD and summary");
 }
 

@@ -25,8 +25,7 @@ struct Arguments {
 Status run(const Arguments& a) {
   if (const Status free = check_writable(a.output, a.overwrite); !free) return free;
   const fs::path path = a.output;
-  if (path.extension() != ".png")
-    return Error{a.output + ": pictures are PNG; give it a name that ends in .png"};
+  if (path.extension() != ".png") return Error{a.output + ": expected a name that ends in .png"};
   const auto model = load_model(a.model);
   if (!model) return model.error();
   const ModelPicture what = a.plan ? ModelPicture::plan : a.solid ? ModelPicture::solid : ModelPicture::both;

@@ -30,7 +30,7 @@ Result<double> parse_yaw(const std::string& text) {
   const auto bare = yaml::parse_number(text);
   if (!bare) return yaml::parse_quantity(text, Quantity::angle);
   if (*bare == 0) return 0.0;
-  return Error{"a yaw needs its unit: " + text + "deg or " + text + "rad?"};
+  return Error{"a yaw needs a unit: " + text + "deg or " + text + "rad?"};
 }
 
 template <int n>

@@ -23,7 +23,7 @@ Result<training::Records> open_records(const std::string& chosen, bool create) {
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::error_code failed;
   if (create && !folder.empty()) std::filesystem::create_directories(folder, failed);
-  if (failed) return Error{folder.string() + ": cannot be made: " + failed.message()};
+  if (failed) return Error{folder.string() + ": cannot be created: " + failed.message()};
   return training::Records::open(path, create);
 }
 

@@ -30,7 +30,7 @@ Status rank_programme(training::Records& records, const Arguments& arguments) {
   if (!places) return places.error();
   if (places->empty())
     return Error{"no session of scenario '" + arguments.scenario +
-                 "' is in the records; `parhelion records list TRAINEE` shows what is"};
+                 "' is in the records; `parhelion records list TRAINEE` lists them"};
   Json json = Json::array();
   for (std::size_t i = 0; i < places->size(); ++i) {
     const auto& [trainee, best, sessions] = (*places)[i];
@@ -103,7 +103,7 @@ Status rank(const Arguments& arguments) {
 }  // namespace
 
 void add_ranking(CLI::App& records, Exit& exit) {
-  CLI::App* command = records.add_subcommand("ranking", "Who stands where, in a course or in one programme");
+  CLI::App* command = records.add_subcommand("ranking", "Ranking in a course or in one programme");
   auto arguments = std::make_shared<Arguments>();
   command->add_option("--database", arguments->database, kRecordsHelp);
   auto* which = command->add_option_group("which")->require_option(1);
@@ -111,7 +111,7 @@ void add_ranking(CLI::App& records, Exit& exit) {
                     "By programmes passed, then by points, with the course's ranks");
   which->add_option("--scenario", arguments->scenario, "By the best session of the scenario of this name");
   command->add_flag("--names", arguments->names, "With names; else only pseudonyms");
-  command->add_flag("--json", arguments->json, "For programs");
+  command->add_flag("--json", arguments->json, "JSON output");
   command->footer("Example: parhelion records ranking --course server/scenarios/programmes/course.yaml");
   command->callback([arguments, &exit] {
     const Status done = rank(*arguments);

@@ -81,7 +81,7 @@ Status apply_guess(const std::string& text, std::vector<cloud::ScanToRegister>& 
   const auto pose = numbers && numbers->size() == 4 ? to_pose(*numbers) : std::nullopt;
   if (!pose) return Error{"--guess " + text + ": expected X,Y,Z,YAW (m, degrees) or a file that exists"};
   if (scans.size() != 2) {
-    return Error{"--guess " + text + ": says where the second of two scans is, there are " +
+    return Error{"--guess " + text + ": is for the second of two scans, there are " +
                  std::to_string(scans.size()) + "; give a file with a line for each"};
   }
   scans[1].guess = *pose;

@@ -71,7 +71,7 @@ class LogScans {
     if (Status status = each_event([this](const Message& event) { return take_scan(event); }); !status)
       return status;
     for (auto& [channel, sweep] : sweeps_) finish(sweep);
-    if (damaged_ > 0) note(std::to_string(damaged_) + " damaged events passed over");
+    if (damaged_ > 0) note(std::to_string(damaged_) + " damaged events skipped");
     if (without_pose_ > 0) note(std::to_string(without_pose_) + " images or scan lines left out: no pose");
     if (opened_.scans.size() > before) return {};
     return Error{name_ + ": no 3D scan in it: no DEPTH image and no scan line that has a pose"};
@@ -134,7 +134,7 @@ class LogScans {
       return Error{name_ + ": has no poses (POSE_COV or POSE); `parhelion slam --log` adds them"};
     }
     if (!options_.tilt_joint.empty() && !joints_.contains(options_.tilt_joint)) {
-      return Error{name_ + ": JOINT_STATE never names the joint " + options_.tilt_joint};
+      return Error{name_ + ": JOINT_STATE never contains the joint " + options_.tilt_joint};
     }
     find_sweeps();
     return {};

@@ -31,7 +31,7 @@ Eigen::Vector3d up_of(const std::vector<RgbdPose>& poses) {
 Eigen::Matrix3d level_axes(const RgbdFolder& folder, const std::string& name,
                            std::vector<std::string>& notes) {
   if (!folder.down)
-    notes.push_back(name + ": no gravity-direction.txt beside the frames: up is what the cameras agree on");
+    notes.push_back(name + ": no gravity-direction.txt beside the frames: up is estimated from the cameras");
   const Eigen::Vector3d up = folder.down ? Eigen::Vector3d(-*folder.down) : up_of(folder.poses);
   return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }

@@ -67,7 +67,7 @@ class LogSlam {
       return {options_.input.string() + ": holds no event on " + options_.scan_channel +
               " that can be read; is it the right channel?"};
     }
-    return {options_.input.string() + ": SLAM said nothing on " + std::to_string(report_.scans) +
+    return {options_.input.string() + ": SLAM gave no estimate for " + std::to_string(report_.scans) +
             " scans: no " + options_.odometry_channel + " came before any of them, or all scans were empty"};
   }
 
@@ -190,7 +190,7 @@ Status check_raw_channel(const std::string& channel) {
   if (channel.rfind("MR_", 0) != 0) return {};
   return Error{
       "channel " + channel +
-      " carries virtual returns or commands; SLAM is fed the raw scan and odometry only (SCAN, ODOMETRY)"};
+      " contains virtual returns or commands; SLAM gets the raw scan and odometry only (SCAN, ODOMETRY)"};
 }
 
 }  // namespace parhelion::tools

@@ -32,7 +32,7 @@ class SlamLogWriter {
     status.values.emplace_back("pose_delay_ms", options_.pose_delay.seconds() * 1e3);
     status.notes.emplace_back("slam", said_.mapping ? "mapping" : "localization");
     status.notes.emplace_back("trajectory", said_.causal
-                                                ? "causal: what a live run says"
+                                                ? "causal: as in a live run"
                                                 : "final: computed with later scans, not for injection");
     status.notes.emplace_back("map_id", said_.map_id);
     return status;

@@ -44,7 +44,7 @@ Status save_map_files(const pose::Slam& slam, const std::filesystem::path& prefi
     if (Status saved = slam.save_simplemap(part + ".simplemap"); !saved) return saved;
     // MRPT does not check that its last bytes reach the disk.
     if (!GzipFile::intact(part + ".simplemap"))
-      return Error{prefix.string() + ".simplemap: could not be written whole: is there room on the disk?"};
+      return Error{prefix.string() + ".simplemap: could not be written completely: is the disk full?"};
     const pose::GridMap map = slam.grid_map();
     if (Status saved = pose::save_ros_map(map, part); !saved) return saved;
     return draw_map(map, name, part + ".png");

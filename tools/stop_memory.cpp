@@ -40,15 +40,16 @@ bool StopMemory::holds() const { return access(path_.c_str(), F_OK) == 0 || errn
 
 Status StopMemory::keep(bool holds) {
   const auto failed = [&] {
-    return Error{path_.string() + ": " + std::strerror(errno) + "; a server that is started again " +
-                 (holds ? "does not know that the robot is stopped" : "stops the robot again")};
+    return Error{path_.string() + ": " + std::strerror(errno) + "; a restarted server " +
+                 (holds ? "does not keep the robot stopped" : "stops the robot again")};
   };
   if (holds) {
     if (Status made = station::make_private_folder(path_.parent_path()); !made) return made;
     errno = 0;
     std::ofstream file(path_);
     file << "An emergency stop of the robot '" << robot_
-         << "' holds. Release it at the base station, or by: parhelion inject release-emergency-stop --name "
+         << "' is active. Release it at the base station, or with: parhelion inject release-emergency-stop "
+            "--name "
          << robot_ << "\n";
     if (!file.flush()) return failed();
   } else if (unlink(path_.c_str()) != 0 && errno != ENOENT) {

@@ -25,7 +25,7 @@ Status check_writable(const fs::path& path, bool overwrite) {
     return Error{path.string() + ": cannot be overwritten: " + std::strerror(errno)};
   const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
   if (!fs::is_directory(folder, ignored))
-    return Error{path.string() + ": there is no folder " + folder.string() + "; make it first"};
+    return Error{path.string() + ": there is no folder " + folder.string() + "; create it first"};
   if (access(folder.c_str(), W_OK | X_OK) != 0)
     return Error{path.string() + ": the folder " + folder.string() +
                  " cannot be written: " + std::strerror(errno)};

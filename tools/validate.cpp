@@ -46,7 +46,7 @@ Validation validate_scenario(const std::string& path) {
     return validation;
   }
   if (!files->robot)
-    validation.notes.push_back("names no robot description: serve and replay take the one on channel ROBOT");
+    validation.notes.push_back("names no robot description: serve and replay use the one on channel ROBOT");
   const auto configuration = tick::configure(files->scenario, files->robot ? *files->robot : any_robot(),
                                              files->model, files->robot_models);
   const Status begun = configuration ? runtime::check_start(*configuration, path) : configuration.error();
@@ -67,7 +67,7 @@ Validation validate_course(const std::string& path) {
     if (!scenario)
       validation.errors.push_back(scenario.error().message);
     else if (!scenario->training)
-      validation.errors.push_back(programme.scenario + ":1: says nothing of training: it is no programme");
+      validation.errors.push_back(programme.scenario + ":1: has no training section: it is no programme");
   }
   return validation;
 }

@@ -191,7 +191,7 @@ class LogCheck {
     if (!decode(message.channel, message.payload, robot_message)) return;
     const auto robot = parse_robot_description(robot_message.yaml, message.channel);
     const Status usable = robot ? tick::check_robot(*robot) : robot.error();
-    if (!usable) note_on_robot_ = "replay will want --robot FILE: " + usable.error().message;
+    if (!usable) note_on_robot_ = "replay will need --robot FILE: " + usable.error().message;
   }
 
   void refuse(ChannelCount& count, const std::string& why) {

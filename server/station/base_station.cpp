@@ -39,14 +39,14 @@ void add_video(const VideoCounts& counts, MetricsText& text) {
   const auto count = [&text](const char* name, const char* help, std::uint64_t value) {
     text.counter(name, help, static_cast<double>(value));
   };
-  count("parhelion_video_pictures_total", "Pictures that came and somebody wanted.", counts.pictures);
-  count("parhelion_video_refused_total", "Pictures that could not be read.", counts.refused);
-  count("parhelion_video_coded_total", "Pictures coded as H.264.", counts.coded);
-  count("parhelion_video_keys_total", "Key pictures among them.", counts.keys);
+  count("parhelion_video_pictures_total", "Pictures received for at least one viewer.", counts.pictures);
+  count("parhelion_video_refused_total", "Pictures that could not be decoded.", counts.refused);
+  count("parhelion_video_coded_total", "Pictures encoded as H.264.", counts.coded);
+  count("parhelion_video_keys_total", "Key frames among them.", counts.keys);
   count("parhelion_video_bytes_total", "Bytes of H.264.", counts.bytes);
   count("parhelion_video_sent_total", "Pictures sent, over all pages.", counts.sent);
-  count("parhelion_video_left_out_total", "Pictures left out, over all pages.", counts.left_out);
-  text.counter("parhelion_video_coding_seconds_total", "Time spent on coding.", counts.coding_s);
+  count("parhelion_video_left_out_total", "Pictures skipped, over all pages.", counts.left_out);
+  text.counter("parhelion_video_coding_seconds_total", "Encoding time.", counts.coding_s);
 }
 
 }  // namespace
@@ -180,7 +180,7 @@ std::string BaseStation::invitation() const {
   std::string text = "base station at " + address() + "\n";
   if (!fingerprint().empty()) text += "  certificate SHA-256 " + fingerprint() + "\n";
   if (const std::string setup = setup_link(); !setup.empty())
-    text += "  nobody has an account yet; make the first one (once): " + setup + "\n";
+    text += "  there is no account yet; create the first one (once): " + setup + "\n";
   return text;
 }
 

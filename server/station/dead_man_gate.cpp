@@ -30,11 +30,11 @@ bool DeadManGate::pass(const PageStamp& stamp, PageClock& clock, WallTime now, c
   const auto most = clock.most_age(stamp.at, now);
   if (age > driving_timing::command_lateness || (most && *most > driving_timing::command_max_age)) {
     hold_back();
-    why = "the command came too late: stopped; let go and press again";
+    why = "the command was too late: stopped; release and press again";
     return false;
   }
   if (rearm_) {
-    why = "let go and press again: nothing moves by itself after a stop";
+    why = "release and press again: nothing moves by itself after a stop";
     return false;
   }
   held_ = true;

@@ -114,7 +114,8 @@ void InstructorDesk::receive(WebClient& client, std::string_view text, WallTime 
   if (const double more = cost(message->kind) - 1; more == 0 || page->allowance >= more + spared) {
     page->allowance -= more;
   } else {
-    const Status refused = Error{std::string("too fast: two a second of '") + to_string(message->kind) + "'"};
+    const Status refused =
+        Error{std::string("too many messages: at most two a second of '") + to_string(message->kind) + "'"};
     note(client.who(), client.remote(), to_string(message->kind), refused);
     return answer(client, request, refused, {});
   }
@@ -131,8 +132,8 @@ void InstructorDesk::receive(WebClient& client, std::string_view text, WallTime 
 }
 
 Status InstructorDesk::send(WebClient& client, PageMessage message, WallTime now) {
-  if (feed_.recorded()) return Error{"this is a recording: nothing can be placed or told any more"};
-  if (asked_.size() >= most_unanswered) return Error{"the server does not answer"};
+  if (feed_.recorded()) return Error{"this is a recording: it accepts no commands"};
+  if (asked_.size() >= most_unanswered) return Error{"the server does not reply"};
   const std::string what = summary(message);
   set_request(message.command, {runtime::wall_now().ns}, ++next_request_);
   encode(message.command, payload_);
@@ -159,7 +160,7 @@ void InstructorDesk::look(WallTime now) {
       ++asked;
       continue;
     }
-    const Status silent = Error{"the server has not answered in 3 s"};
+    const Status silent = Error{"the server has not replied within 3 s"};
     note(asked->second.who, asked->second.remote, asked->second.what, silent);
     if (Page* page = feed_.pages().find(asked->second.client))
       answer(*page->client, asked->second.request, silent, {});
@@ -169,7 +170,7 @@ void InstructorDesk::look(WallTime now) {
 
 Result<std::string> InstructorDesk::obey(WebClient& client, const PageMessage& message) {
   const auto stop = [&](bool on) -> Result<std::string> {
-    if (!options_.emergency_stop) return Error{"nothing is driven from this server"};
+    if (!options_.emergency_stop) return Error{"this server drives no robot"};
     const Status done = options_.emergency_stop(on, message.name, client.who());
     if (!done) return done.error();
     return std::string(on ? "stopped" : "released");
@@ -192,7 +193,7 @@ Result<std::string> InstructorDesk::obey(WebClient& client, const PageMessage& m
 Result<std::string> InstructorDesk::control(const PageMessage& message) {
   const SessionControls& controls = options_.controls;
   const auto done = [](const auto& able, auto... value) -> Result<std::string> {
-    if (!able) return Error{"this session cannot do that"};
+    if (!able) return Error{"not available in this session"};
     if (const Status status = able(value...); !status) return status.error();
     return std::string();
   };
@@ -230,7 +231,7 @@ Result<std::string> InstructorDesk::say(WebClient& client, const PageMessage& me
   for (const Page& page : feed_.pages().all()) {
     if (is_for(line, page.client->who())) page.client->send(text, false);
   }
-  if (!kept) return Error{"said, but not kept: " + kept.error().message};
+  if (!kept) return Error{"sent, but not stored: " + kept.error().message};
   return std::string();
 }
 
@@ -238,7 +239,7 @@ Result<std::string> InstructorDesk::mark(const WebClient& client, const PageMess
   const MarkLine line{feed_.t(feed_.now()), client.who().name, message.text};
   const Status kept = notes_.add(line, runtime::wall_now());
   feed_.pages().tell(mark_json(line));
-  if (!kept) return Error{"marked, but not kept: " + kept.error().message};
+  if (!kept) return Error{"marked, but not stored: " + kept.error().message};
   return std::string();
 }
 

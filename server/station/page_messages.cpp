@@ -256,7 +256,7 @@ Result<PageMessage> read_page_message(std::string_view text, std::uint64_t& requ
   if (text.size() > kLongestPageMessage)
     return Error{"a message of " + std::to_string(text.size()) + " bytes; expected at most " +
                  std::to_string(kLongestPageMessage)};
-  if (too_deep(text)) return Error{"a message that nests deeper than any of ours"};
+  if (too_deep(text)) return Error{"a message with too deep nesting"};
   const Json message = Json::parse(text, nullptr, false);
   if (!message.is_object()) return Error{"expected a JSON object"};
   if (const auto given = message.find("request"); given != message.end() && given->is_number_unsigned())

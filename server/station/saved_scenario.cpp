@@ -14,7 +14,7 @@ std::string absolute(const std::string& path) {
 
 Status write_new(const std::string& path, const std::string& text) {
   std::FILE* file = std::fopen(path.c_str(), "wxe");
-  if (file == nullptr && errno == EEXIST) return Error{path + " is there already; choose another name"};
+  if (file == nullptr && errno == EEXIST) return Error{path + " exists already; choose another name"};
   if (file == nullptr) return Error{path + ": " + std::strerror(errno)};
   const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
   if (std::fclose(file) == 0 && written) return {};
@@ -24,7 +24,7 @@ Status write_new(const std::string& path, const std::string& text) {
 }  // namespace
 
 Result<SavedScenario> save_scenario(StateFeed& feed, const std::string& folder, const std::string& name) {
-  if (folder.empty()) return Error{"this session keeps no scenarios: no folder was given for them"};
+  if (folder.empty()) return Error{"this session cannot save scenarios: it has no folder for them"};
   std::error_code fault;
   std::filesystem::create_directories(folder, fault);
   if (fault) return Error{folder + ": " + fault.message()};

@@ -11,15 +11,15 @@ Result<SessionNotes> SessionNotes::open(const std::string& path) {
   if (path.empty()) return notes;
   notes.file_.reset(std::fopen(path.c_str(), "ae"));
   if (!notes.file_)
-    return Error{path + ": what people say cannot be kept here: " + std::strerror(errno) +
-                 "; expected a folder that can be written"};
+    return Error{path + ": chat and marks cannot be stored here: " + std::strerror(errno) +
+                 "; expected a writable folder"};
   return notes;
 }
 
 Status SessionNotes::write(const std::string& by, const std::string& json, WallTime now) {
   if (!file_) return {};
   std::size_t& said = said_[by];
-  if (said + json.size() > most_said) return Error{"'" + by + "' has said all that is kept of one person"};
+  if (said + json.size() > most_said) return Error{"'" + by + "' has reached the limit for one person"};
   said += json.size();
   const std::string line = "{\"at_us\":" + std::to_string(now.utime()) + "," + json.substr(1) + "\n";
   const bool written = std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size();

@@ -91,7 +91,7 @@ std::string StateFeed::entities() const {
 
 std::string StateFeed::status_text() const {
   ServerStatus shown = status_;
-  if (!deaf_.empty()) shown.notes.emplace_back("bus", "the base station hears nothing: " + deaf_);
+  if (!deaf_.empty()) shown.notes.emplace_back("bus", "the base station receives nothing: " + deaf_);
   return status_json(shown, sensors_.states(options_.clock()));
 }
 

@@ -224,8 +224,8 @@ void Station::Running::add_socket(HttpServer& server) {
   SocketHandler handler;
   handler.opened = [this](std::shared_ptr<WebClient> client) { mailbox.put(PageOpened{std::move(client)}); };
   handler.received = [this](WebClient& client, std::string_view bytes, bool binary) {
-    if (binary) return client.close(1003, "text is expected here");
-    if (!mailbox.put(PageSaid{client.id(), std::string(bytes)})) client.close(1013, "too much waits");
+    if (binary) return client.close(1003, "expected text");
+    if (!mailbox.put(PageSaid{client.id(), std::string(bytes)})) client.close(1013, "too many messages");
   };
   handler.closed = [this](WebClient& client) { mailbox.put(PageClosed{client.id()}); };
   server.on_socket("/ws/state", Access::logged_in(), std::move(handler));
@@ -260,7 +260,7 @@ void Station::set_report(std::string json_text, std::string page) {
 
 void Station::add_metrics(MetricsText& text) {
   const std::lock_guard lock(running_->published.mutex);
-  text.gauge("parhelion_pages", "Pages that look at the session",
+  text.gauge("parhelion_pages", "Pages that show the session",
              static_cast<double>(running_->published.pages));
   for (const auto& [name, value] : running_->published.status)
     text.gauge("parhelion_status", "Figures of MR_STATUS, by their names", value, {{"name", name}});

@@ -158,7 +158,7 @@ std::uint64_t TappedBus::dropped() const { return shared_->network->dropped(); }
 
 std::unique_ptr<Bus> TappedBus::tap() {
   const std::lock_guard lock(shared_->mutex);
-  if (std::exchange(shared_->tapped, true)) throw std::logic_error("a bus has one tap: share that one");
+  if (std::exchange(shared_->tapped, true)) throw std::logic_error("a bus has one tap: share it");
   return std::make_unique<Tap>(shared_);
 }
 

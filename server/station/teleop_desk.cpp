@@ -72,8 +72,8 @@ void TeleopDesk::received(WebClient& client, std::string_view bytes, bool binary
   const Status halted = page.halt(now());
   refuse(page, halted ? Status(request.error()) : halted);
   if (!page.is_too_faulty()) return;
-  let_go(page, true, "the page sends what cannot be read");
-  client.close(1008, "too many messages that cannot be read");
+  let_go(page, true, "the page sends invalid messages");
+  client.close(1008, "too many invalid messages");
 }
 
 Status TeleopDesk::act(TeleopPage& page, const TeleopRequest& request) {
@@ -179,8 +179,8 @@ void TeleopDesk::set_robots(std::vector<TeleopRobot> robots) {
   for (auto& [id, page] : pages_) {
     const std::string driven = page->robot();
     if (!driven.empty() && find(driven) == nullptr) {
-      let_go(*page, false, "it is gone");
-      refuse(*page, Error{"robot '" + driven + "' is gone: somebody took it out"});
+      let_go(*page, false, "it was removed");
+      refuse(*page, Error{"robot '" + driven + "' was removed"});
     }
     page->set_robots(robots_);
   }
@@ -207,7 +207,7 @@ void TeleopDesk::turn() {
     const std::string robot = page->robot();
     refuse(*page, page->watch(now()));
     if (page->robot() == robot) continue;
-    audit(page->who(), "drives " + robot + " no more: nothing was heard from the page");
+    audit(page->who(), "drives " + robot + " no more: no message from the page");
     tell_driven(robot, true);
   }
   repeat_orders(steady);

@@ -51,7 +51,7 @@ Status TeleopPage::drive(const TeleopRobot& robot, TeleopInstant now) {
 
 Status TeleopPage::pass(DeadManGate& gate, const PageStamp& stamp, TeleopInstant now, bool& passed) {
   passed = false;
-  if (robot().empty()) return Error{"choose a robot first: nothing is driven from here"};
+  if (robot().empty()) return Error{"select a robot first: this page drives none"};
   const char* why = nullptr;
   passed = gate.pass(stamp, clock_, now.steady, why);
   if (why == nullptr) return {};
@@ -123,13 +123,13 @@ Status TeleopPage::let_go(bool lost, const std::string& why, TeleopInstant now) 
 Status TeleopPage::watch(TeleopInstant now) {
   if (robot().empty()) return {};
   if (now.steady - heard_ >= driving_timing::page_lost) {
-    const std::string why = "nothing was heard from the page for 2 s";
+    const std::string why = "no message from the page for 2 s";
     if (Status gone = let_go(true, why, now); !gone) return gone;
-    return Error{why + ": stopped; choose the robot again"};
+    return Error{why + ": stopped; select the robot again"};
   }
   if (wheels_.fell_silent(now.steady) || arm_.fell_silent(now.steady)) {
     if (Status halted = halt(now); !halted) return halted;
-    return Error{"nothing was heard from the page for 0.3 s: stopped; let go and press again"};
+    return Error{"no message from the page for 0.3 s: stopped; release and press again"};
   }
   if (now.steady < stop_until_)
     return now.steady - stop_said_ < driving_timing::command_period ? Status{} : say_stop(now);

@@ -85,7 +85,7 @@ void TeleopDesk::repeat_orders(WallTime now) {
 
 Status TeleopDesk::hold(const std::string& robot, const std::string& by) {
   if (!robot.empty() && find(robot) == nullptr) return Error{"emergency stop: no robot '" + robot + "'"};
-  if (robots_.empty()) return Error{"emergency stop: no robot is known yet"};
+  if (robots_.empty()) return Error{"emergency stop: there is no robot yet"};
   Status all;
   bool news = false;
   for (const TeleopRobot& each : robots_) {
@@ -115,7 +115,7 @@ Status TeleopDesk::stop(const std::string& robot, const std::string& by) {
 Status TeleopDesk::reset(const std::string& robot, const std::string& by) {
   const std::lock_guard lock(mutex_);
   if (!robot.empty() && held_.count(robot) == 0)
-    return Error{"no emergency stop of '" + robot + "' is there to reset"};
+    return Error{"no emergency stop of '" + robot + "' is active"};
   Status all;
   for (auto stop = held_.begin(); stop != held_.end();) {
     if (!robot.empty() && stop->first != robot) {

@@ -113,7 +113,7 @@ Status check_keys(const Json& message, const KeysOfKind& kind) {
   };
   for (const auto& [key, value] : message.items()) {
     if (key != "type" && !is_among(key, kind.needed) && !is_among(key, kind.allowed))
-      return Error{"'" + key.substr(0, longest_name) + "' is no key of '" + kind.word + "'"};
+      return Error{"'" + key.substr(0, longest_name) + "' is not a key of '" + kind.word + "'"};
   }
   return {};
 }

@@ -85,7 +85,7 @@ TEST(CommandLine, AnUnknownOptionIsNamedWithTheNearestOne) {
   EXPECT_THAT(ran.output,
               HasSubstr("parhelion slam: unknown option '--savemap', did you mean '--save-map'?"));
   EXPECT_THAT(say({"--verison"}).output, HasSubstr("unknown option '--verison', did you mean '--version'?"));
-  EXPECT_THAT(say({"doctor", "now"}).output, HasSubstr("'now' is one argument too many"));
+  EXPECT_THAT(say({"doctor", "now"}).output, HasSubstr("'now' is an unexpected argument"));
 }
 
 TEST(CommandLine, PlacesTakeUnitsAndRefuseAYawThatDoesNotSayWhichItIs) {

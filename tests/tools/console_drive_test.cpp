@@ -1,6 +1,6 @@
-// All that the entrance scenario asks for and more, with nothing but a console in the hand: keys typed into a
-// terminal, or the sticks and buttons of a game pad. The operator looks at the world and presses; the console
-// says the rest on the bus. Else SDL renames main.
+// The whole entrance scenario, driven by a simulated operator with a console only: keys typed into a
+// terminal, or the sticks and buttons of a game pad. The operator reads the world; the console publishes the
+// commands. SDL_MAIN_HANDLED: otherwise SDL renames main.
 #define SDL_MAIN_HANDLED
 #include <SDL2/SDL.h>
 

@@ -1,5 +1,5 @@
 // SDL's own virtual joystick drives the simulated robot of a level 1 session.
-// Else SDL renames main.
+// Otherwise SDL renames main.
 #define SDL_MAIN_HANDLED
 #include "tools/joystick_console.hpp"
 

@@ -43,7 +43,7 @@ TEST_F(RecordsCommand, ATraineeIsAddedGradedListedExportedAndErased) {
   EXPECT_EQ(graded.exit, 0);
   EXPECT_THAT(graded.output, AllOf(HasSubstr(pseudonym + "  lesson: 93.00 of 100.00 points, passed; stored"),
                                    Not(HasSubstr("Anna"))));
-  EXPECT_THAT(say({"records", "grade", pseudonym, log}).output, HasSubstr("is there already"));
+  EXPECT_THAT(say({"records", "grade", pseudonym, log}).output, HasSubstr("is stored already"));
   EXPECT_THAT(say({"records", "grade", pseudonym, log, "--again"}).output, HasSubstr("graded again"));
   EXPECT_THAT(say({"records", "list"}).output, AllOf(HasSubstr("2 sessions"), HasSubstr("Anna Schmidt")));
   EXPECT_THAT(say({"records", "list", "Anna Schmidt"}).output, HasSubstr("lesson-2.lcm"));

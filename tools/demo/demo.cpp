@@ -97,7 +97,7 @@ Status Demo::import() {
   options.robot_name = "real_robot";
   if (!std::filesystem::exists(options.input)) {
     return Error{options.input.string() +
-                 ": not there; it is in Debian's package mrpt-common (apt-get install mrpt-common)"};
+                 ": missing; it is in Debian's package mrpt-common (apt-get install mrpt-common)"};
   }
   const auto report = import_recording(options, progress("import"));
   if (!report) return report.error();
@@ -248,7 +248,7 @@ Status Demo::draw() {
 Result<DemoResult> Demo::run() {
   std::error_code failed;
   std::filesystem::create_directories(options_.folder, failed);
-  if (failed) return Error{options_.folder + ": cannot be made: " + failed.message()};
+  if (failed) return Error{options_.folder + ": cannot be created: " + failed.message()};
   result_.session = options_.session.empty()
                         ? (std::filesystem::path(options_.folder) / "session.lcm").string()
                         : options_.session;

@@ -67,7 +67,7 @@ Training lesson(const std::string& robot) {
 Status add_driven_lesson(const pose::GridMap& map, const std::string& robot, Scenario& scenario) {
   const auto agent = std::find_if(scenario.agents.begin(), scenario.agents.end(),
                                   [&](const AgentDefinition& each) { return each.name == robot; });
-  if (agent == scenario.agents.end()) return Error{"no agent " + robot + " to be driven"};
+  if (agent == scenario.agents.end()) return Error{"no agent " + robot + " to drive"};
   const Eigen::Vector2d from = agent->T_map_base.translation().head<2>();
   double best = 0, best_yaw = 0;
   for (int i = 0; i < headings; ++i) {

@@ -101,7 +101,7 @@ Result<std::unique_ptr<station::BaseStation>> open_station(const tick::Configura
   base.address = options.http;
   base.folder = std::filesystem::path(options.folder) / "station";
   base.open_bus = [&hub] { return Result<std::unique_ptr<Bus>>(hub.connect()); };
-  base.why_not_driven = "it is a recording: it drives as it did";
+  base.why_not_driven = "it is a recording and repeats its recorded drive";
   station::StationOptions& station = base.station;
   station.configuration = std::make_shared<const tick::Configuration>(configuration);
   station.notes = std::filesystem::path(options.session).replace_extension(".notes.jsonl").string();

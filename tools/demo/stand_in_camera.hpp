@@ -1,4 +1,4 @@
-// A camera for a recording that has none: its pictures are rendered from the model, and say so.
+// A camera for a recording that has none: its pictures are rendered from the model and marked as such.
 #pragma once
 
 #include <functional>
@@ -13,9 +13,9 @@ namespace parhelion::tools {
 /// A 640x480 camera of 75 degrees at the front of a robot, looking ahead and slightly down.
 CameraDescription stand_in_camera(double height);
 
-/// Copies the log `in` to `out` with CAMERA at `rate` Hz wherever POSE_COV tells where the robot was, and
-/// with the camera in its ROBOT description. Arrival: 5 ms after the image's stamp. Returns the number of
-/// images. `camera` shows the model.
+/// Copies the log `in` to `out` with CAMERA at `rate` Hz wherever POSE_COV gives the robot's pose, and with
+/// the camera in its ROBOT description. Arrival: 5 ms after the image's stamp. Returns the number of images.
+/// `camera` renders the model.
 Result<std::uint64_t> add_stand_in_camera(const std::string& in, const std::string& out, bool overwrite,
                                           render::VirtualCamera& camera, double rate,
                                           const std::function<void(double done, double total)>& progress);

@@ -1,4 +1,4 @@
-// Looks on while a log is replayed, and keeps what the demo's two pictures show.
+// Observes the replay of a log and keeps the content of the demo's two pictures.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@
 
 namespace parhelion::tools {
 
-/// One augmented scan in the map, and the world in which it was answered.
+/// One augmented scan in the map, and the world at its time.
 struct WitnessedScan {
   std::vector<Eigen::Vector2d> real_returns, virtual_returns;  ///< m, map
   Transform<Map, Laser> T_map_laser;

@@ -17,7 +17,7 @@ std::uint32_t little_endian(const std::uint8_t* p) {
 
 Status inflate_bz2(std::span<const std::uint8_t> bytes, std::uint32_t size, std::vector<std::uint8_t>& out) {
   bz_stream stream{};
-  if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return Error{"bzip2 can't start"};
+  if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return Error{"bzip2 cannot be initialized"};
   // bzip2's interface has no const.
   stream.next_in = reinterpret_cast<char*>(const_cast<std::uint8_t*>(bytes.data()));
   stream.avail_in = static_cast<unsigned>(bytes.size());
@@ -47,7 +47,7 @@ Status inflate_bz2(std::span<const std::uint8_t> bytes, std::uint32_t size, std:
 Status inflate_lz4(std::span<const std::uint8_t> bytes, std::uint32_t size, std::vector<std::uint8_t>& out) {
   LZ4F_decompressionContext_t context = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&context, LZ4F_VERSION)) != 0)
-    return Error{"lz4 can't start"};
+    return Error{"lz4 cannot be initialized"};
   std::size_t taken = 0, hint = 1;
   bool failed = false;
   while (hint != 0 && !failed && taken < bytes.size() && out.size() <= size) {
@@ -112,7 +112,7 @@ Status inflate_chunk(const std::string& compression, std::span<const std::uint8_
   } else if (compression == "lz4") {
     done = inflate_lz4(bytes, size, out);
   } else {
-    return Error{"its compression is '" + compression.substr(0, 20) + "'; none, bz2 or lz4 is expected"};
+    return Error{"its compression is '" + compression.substr(0, 20) + "'; expected none, bz2 or lz4"};
   }
   if (done.ok() && out.size() != size) {
     return Error{"it holds " + std::to_string(out.size()) + " bytes, " + std::to_string(size) +

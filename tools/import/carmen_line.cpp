@@ -34,7 +34,7 @@ class Words {
     const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (code != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
       fail("word " + std::to_string(next_) + " (" + what + ") is '" + std::string(text.substr(0, 40)) +
-           "', a number was expected");
+           "', expected a number");
     }
     return value;
   }
@@ -42,7 +42,7 @@ class Words {
     const double value = number(what);
     if (value >= 0 && value <= most_beams && value == std::floor(value))
       return static_cast<std::size_t>(value);
-    fail(std::string(what) + " is no count");
+    fail(std::string(what) + " is not a count");
     return 0;
   }
   /// All numbers must be present before any is read, so that a wrong count is found at once.

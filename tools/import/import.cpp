@@ -94,12 +94,12 @@ std::vector<std::string> findings(const ImportReport& report) {
     }
   }
   if (report.ahead > 0) {
-    lines.push_back(grouped(report.ahead) + " stamps far ahead of what came before, first at " +
+    lines.push_back(grouped(report.ahead) + " stamps far ahead of the previous ones, first at " +
                     report.ahead_first + " by " + seconds_text(report.ahead_first_by) +
-                    "; these events arrive with the ones before them");
+                    "; these events get the arrival time of the previous ones");
   }
   for (const std::string& place : report.leaps)
-    lines.push_back("time leaps ahead before " + place + " and stays there");
+    lines.push_back("time jumps ahead before " + place + " and stays there");
   for (const auto& [kind, count] : report.left_out)
     lines.push_back("left out " + grouped(count) + " x " + kind);
   for (const std::string& note : report.notes) lines.push_back("note: " + note);

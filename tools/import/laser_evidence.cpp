@@ -86,7 +86,7 @@ RangeConvention LaserEvidence::convention(std::vector<std::string>& notes) const
   convention.range_max = range_max;
   if (range_max <= 0) {
     convention.range_max = longest_;
-    notes.push_back("maximum range is the longest seen, " + length_text(longest_));
+    notes.push_back("maximum range is the longest observed, " + length_text(longest_));
   }
   std::uint64_t most = 0;
   const auto candidate = [&](std::uint64_t count, Sentinel kind, float value) {
@@ -114,7 +114,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
     if (loaded) {
       laser = *loaded;
       laser.preset = preset;
-      if (options.laser_preset == "auto") notes.push_back("laser recognised as " + preset + " by its beams");
+      if (options.laser_preset == "auto") notes.push_back("laser recognized as " + preset + " by its beams");
     } else {
       notes.push_back("preset " + preset + " not found: noise and beam timing are unknown");
     }
@@ -125,7 +125,7 @@ Result<LaserDescription> LaserEvidence::describe(const ImportOptions& options,
     laser.convention.range_min = shortest_ > 0 ? std::min(preset_range_min, shortest_) : preset_range_min;
   }
   laser.T_base_laser = T_base_laser.value_or(Transform<Base, Laser>());
-  if (!T_base_laser) notes.push_back("the laser's place is not in the source: assumed above base_link");
+  if (!T_base_laser) notes.push_back("the laser's pose is not in the source: assumed above base_link");
   if (!height_known) {
     notes.push_back("the laser's height is not in the source: " + length_text(options.laser_height) +
                     " assumed");

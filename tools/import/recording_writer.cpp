@@ -190,7 +190,7 @@ Result<ImportReport> RecordingWriter::finish() {
   if (const Status synced = state_->log->sync(); !synced) return synced.error();
   std::error_code failed;
   std::filesystem::rename(state_->partial, state_->report.output, failed);
-  if (failed) return Error{state_->report.output + ": can't be given its name: " + failed.message()};
+  if (failed) return Error{state_->report.output + ": cannot be renamed to it: " + failed.message()};
   state_->finished = true;
   return std::move(state_->report);
 }

@@ -85,7 +85,7 @@ RobotDescription describe(const ImportOptions& options, const Wanted& wanted, co
     camera.T_base_optical = placement.T_base_depth;
     camera.range_min = placement.depth_min;
     camera.range_max = placement.depth_max;
-    camera.source = folder.cameras.source + "; range as seen";
+    camera.source = folder.cameras.source + "; observed range";
   }
   robot.source += "; " + joined(notes);
   return robot;

@@ -49,7 +49,7 @@ Result<std::vector<double>> numbers(const Row& row, std::size_t first, std::size
     const auto [end, code] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
     if (cell.empty() || code != std::errc() || end != cell.data() + cell.size()) {
       return Error{row.place + ": column " + std::to_string(i + 1) + " is '" + cell.substr(0, 40) +
-                   "', a number was expected"};
+                   "', expected a number"};
     }
     values.push_back(value);
   }
@@ -195,7 +195,7 @@ Result<RgbdCameras> read_rgbd_cameras(const fs::path& folder, RgbdFolder::Layout
                  "other: kapture_sensors.txt and kapture_rigs.txt are expected"};
   }
   if (layout == RgbdFolder::Layout::seven_scenes) {
-    notes.push_back("nothing says how colour stands to depth: taken as registered");
+    notes.push_back("no transform between colour and depth: assumed registered");
   }
   return cameras;
 }

@@ -218,7 +218,7 @@ Result<std::vector<double>> read_numbers(const fs::path& path) {
       const auto value = to_number(word);
       if (!value) {
         return Error{path.string() + ":" + std::to_string(line) + ": '" + word.substr(0, 40) +
-                     "' is no number"};
+                     "' is not a number"};
       }
       numbers.push_back(*value);
     }

@@ -36,9 +36,9 @@ LaserDescription describe_depth_scan(const CameraIntrinsics& camera, const Depth
   laser.angle_step = options.step;
   char text[240];
   std::snprintf(text, sizeof text,
-                "derived: no laser, cut out of DEPTH between %g and %g m over the floor; nearest point of "
+                "derived: no laser, from DEPTH between %g and %g m above the floor; nearest point of "
                 "each bearing, +inf "
-                "where the band was seen through, NaN where nothing is known",
+                "if the band is free, NaN if unknown",
                 options.low, options.high);
   laser.source = text;
   return laser;

@@ -9,7 +9,7 @@ namespace parhelion::tools::ros {
 namespace {
 
 static_assert(std::endian::native == std::endian::little,
-              "ROS serialises little-endian; bytes are copied as they are");
+              "ROS serializes little-endian; bytes are copied unchanged");
 
 /// Consumes values from the front. After the first mismatch all values are zero, and its offset is kept.
 class Cursor {

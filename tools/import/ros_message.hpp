@@ -75,8 +75,7 @@ struct Twist {  ///< geometry_msgs/Twist
   Twist2 twist;
 };
 
-struct Imu {  ///< sensor_msgs/Imu, without its covariances; no orientation where the sensor says that it has
-              ///< none
+struct Imu {  ///< sensor_msgs/Imu, without its covariances; no orientation if the sensor has none
   Header header;
   std::optional<Eigen::Quaterniond> orientation;
   Eigen::Vector3d angular_velocity, linear_acceleration;

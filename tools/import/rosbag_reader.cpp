@@ -222,7 +222,7 @@ Result<bool> BagReader::next(BagMessage& message) {
     if (!record) {
       const bool more = s.resynchronize();
       return s.damage(where,
-                      more ? "a record can't be read; going on at byte " + std::to_string(s.position)
+                      more ? "a record can't be read; resuming at byte " + std::to_string(s.position)
                            : "a record can't be read and none follows: the bag is cut off or damaged here");
     }
     if (record->op == Op::connection) s.add_connection(*record);

@@ -176,7 +176,7 @@ Result<bool> TextLines::next(std::string& line) {
       return true;
     }
     if (s.damaged)
-      return s.damage("the compressed data is damaged or cut off here; what follows can't be read");
+      return s.damage("the compressed data is damaged or truncated here; the rest can't be read");
     if (s.at_end) break;
     if (s.buffer.size() - s.taken > longest_line) return s.damage("a line longer than 16 MiB");
     searched = s.buffer.size() - s.taken;

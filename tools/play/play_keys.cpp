@@ -83,8 +83,8 @@ void PlayKeys::to_mark(bool forward) {
 }
 
 const char* play_help() {
-  return "  space            pause, go on\n"
-         "  right arrow      paused: one message on; playing: 10 s on\n"
+  return "  space            pause, resume\n"
+         "  right arrow      paused: next message; playing: 10 s forward\n"
          "  left arrow       10 s back\n"
          "  up, down arrow   a tenth faster, slower\n"
          "  ] or Tab, [      next, previous mark: collisions, tasks, penalties\n"

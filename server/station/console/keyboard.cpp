@@ -182,11 +182,11 @@ double KeyboardDrive::joint_speed(WallTime now) const {
 }
 
 const char* keyboard_help() {
-  return "  w s a d, arrows   forward, backward, turn left, right (held: goes on)\n"
+  return "  w s a d, arrows   forward, backward, turn left, right (hold to continue)\n"
          "  q e z c           arcs: forward left, right, backward left, right\n"
          "  space             stop\n"
          "  + -               faster, slower\n"
-         "  [ ]               choose a joint; r f move it up, down\n"
+         "  [ ]               select a joint; r f move it up, down\n"
          "  Tab               drive the next robot\n"
          "  ? x               this help; end\n";
 }

@@ -66,7 +66,7 @@ Status OperatorConsole::drive(const std::string& robot, SensorTime now) {
     std::string known;
     for (const DrivenRobot& each : robots_) known += (known.empty() ? "" : ", ") + each.name;
     return Error{"no robot '" + robot + "'; there " +
-                 (known.empty() ? "is none yet: is `parhelion serve` running?" : "are " + known)};
+                 (known.empty() ? "is no robot yet: is `parhelion serve` running?" : "are " + known)};
   }
   if (robot != driven_) {
     if (Status stopped = stop(now); !stopped) return stopped;

@@ -20,7 +20,7 @@ Result<std::unique_ptr<RawTerminal>> RawTerminal::open(int file) {
   auto state = std::make_unique<State>();
   state->file = file;
   if (isatty(file) == 0 || tcgetattr(file, &state->before) != 0)
-    return Error{"standard input is no terminal: run it in one"};
+    return Error{"standard input is not a terminal: run it in one"};
   termios raw = state->before;
   // No line buffering and no echo. ^C arrives as a key, so that the robot is stopped before the end.
   raw.c_lflag &= static_cast<tcflag_t>(~(ICANON | ECHO | ISIG | IEXTEN));
@@ -28,7 +28,7 @@ Result<std::unique_ptr<RawTerminal>> RawTerminal::open(int file) {
   raw.c_cc[VMIN] = 0;
   raw.c_cc[VTIME] = 0;
   if (tcsetattr(file, TCSANOW, &raw) != 0)
-    return Error{std::string("the terminal does not hand over single keys: ") + std::strerror(errno)};
+    return Error{std::string("the terminal cannot be set to raw mode: ") + std::strerror(errno)};
   return std::unique_ptr<RawTerminal>(new RawTerminal(std::move(state)));
 }
 

@@ -139,7 +139,7 @@ void FoxgloveServer::Running::received(WebClient& socket, std::string_view text,
   if (client == clients.end()) return;
   const json message = binary ? json() : json::parse(text, nullptr, false);
   if (!message.is_object() || !message.contains("op") || !message["op"].is_string())
-    return complain(socket, "expected a JSON object with 'op'; this server takes no binary messages");
+    return complain(socket, "expected a JSON object with 'op'; this server accepts no binary messages");
   const std::string op = message["op"];
   if (op == "subscribe" && message.contains("subscriptions") && message["subscriptions"].is_array())
     return subscribe(client->second, message["subscriptions"]);
@@ -148,7 +148,7 @@ void FoxgloveServer::Running::received(WebClient& socket, std::string_view text,
       if (id.is_number_unsigned()) client->second.subscriptions.erase(id.get<std::uint32_t>());
     return;
   }
-  complain(socket, "'" + op.substr(0, 40) + "' is nothing that this server does; it only shows");
+  complain(socket, "'" + op.substr(0, 40) + "' is not supported; this server is read-only");
 }
 
 void FoxgloveServer::Running::subscribe(Client& client, const json& subscriptions) {

@@ -21,7 +21,7 @@ Result<Texts> parse_texts(std::string_view text, const std::vector<std::string>&
   for (const auto& [key, value] : json.items()) {
     const bool known =
         std::count(wanted.begin(), wanted.end(), key) + std::count(allowed.begin(), allowed.end(), key) > 0;
-    if (!known) return Error{"there is a key too many"};
+    if (!known) return Error{"there is an unknown key"};
     if (!value.is_string()) return Error{key + ": expected text"};
     texts[key] = value.get<std::string>();
     if (texts[key].size() > longest_text) return Error{key + ": too long"};

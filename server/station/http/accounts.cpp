@@ -44,12 +44,12 @@ Status Accounts::load() {
   if (stat(file_.c_str(), &attributes) != 0 && errno == ENOENT) return {};
   if ((attributes.st_mode & 077) != 0) {
     return Error{file_.string() +
-                 ": others may read or write it; chmod 600 it, and consider its passwords known"};
+                 ": other users can read or write it; chmod 600 it, and change its passwords"};
   }
   std::ifstream stream(file_);
   const auto json = nlohmann::json::parse(stream, nullptr, false);
   const Error broken{file_.string() +
-                     ": not a file of accounts; put back a copy, or remove it to set up anew"};
+                     ": not a file of accounts; restore a copy, or remove it to set it up again"};
   if (!json.is_object() || !json.contains("accounts") || !json["accounts"].is_array()) return broken;
   for (const auto& entry : json["accounts"]) {
     if (!entry.is_object()) return broken;
@@ -109,14 +109,14 @@ Status Accounts::put(const std::string& name, std::optional<Role> role, std::opt
   Account& account = known == changed.end() ? changed[name] : known->second;
   if (role) account.role = *role;
   if (hash) account.hash = std::move(*hash);
-  if (!has_admin(changed)) return Error{"'" + name + "' is the only admin; make another one first"};
+  if (!has_admin(changed)) return Error{"'" + name + "' is the only admin; create another one first"};
   return keep(std::move(changed));
 }
 
 Status Accounts::put_first(const std::string& name, std::string hash) {
   if (const Status fine = check_account_name(name); !fine) return fine;
   const std::lock_guard lock(mutex_);
-  if (!accounts_.empty()) return Error{"it has been set up already; log in"};
+  if (!accounts_.empty()) return Error{"the first account exists already; log in"};
   return keep({{name, {Role::admin, std::move(hash)}}});
 }
 
@@ -124,7 +124,7 @@ Status Accounts::remove(const std::string& name) {
   const std::lock_guard lock(mutex_);
   Table changed = accounts_;
   if (changed.erase(name) == 0) return Error{"there is no account '" + name + "'"};
-  if (!has_admin(changed)) return Error{"'" + name + "' is the only admin; make another one first"};
+  if (!has_admin(changed)) return Error{"'" + name + "' is the only admin; create another one first"};
   return keep(std::move(changed));
 }
 

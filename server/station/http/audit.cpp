@@ -48,7 +48,7 @@ Result<std::unique_ptr<Audit>> Audit::open(std::filesystem::path file, std::func
   audit->descriptor_ = open_for_adding(audit->file_);
   if (audit->descriptor_ < 0) {
     return Error{audit->file_.string() + ": cannot be written: " + std::strerror(errno) +
-                 "; who does what must be on record"};
+                 "; the audit log is required"};
   }
   struct stat attributes {};
   if (fstat(audit->descriptor_, &attributes) == 0)

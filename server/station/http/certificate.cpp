@@ -47,7 +47,7 @@ Result<Certificate> read_certificate(const std::filesystem::path& path) {
   Certificate certificate(PEM_read_bio_X509(memory.get(), nullptr, nullptr, nullptr));
   if (!certificate) {
     return Error{path.string() +
-                 ": not a certificate in PEM; put back a copy, or remove it and its key for a new one"};
+                 ": not a certificate in PEM; restore a copy, or remove it and its key for a new one"};
   }
   return certificate;
 }
@@ -104,7 +104,7 @@ Status make_certificate(const std::filesystem::path& certificate, const std::fil
   const bool has_certificate = std::filesystem::exists(certificate), has_key = std::filesystem::exists(key);
   if (has_certificate != has_key) {
     return Error{(has_key ? key : certificate).string() + " is there without " +
-                 (has_key ? certificate : key).string() + "; put back both, or remove both for new ones"};
+                 (has_key ? certificate : key).string() + "; restore both, or remove both for new ones"};
   }
   if (has_certificate) {
     const Result<Certificate> known = read_certificate(certificate);

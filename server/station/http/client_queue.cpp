@@ -13,7 +13,7 @@ void ClientQueue::send(std::shared_ptr<const std::string> bytes, bool binary, in
   const std::size_t size = bytes->size();
   if (slot < 0) {
     if (in_order_ + size + overhead > limit_) {
-      request_close(1013, "too slow: " + std::to_string(in_order_) + " bytes wait");
+      request_close(1013, "reads too slowly: " + std::to_string(in_order_) + " bytes wait");
       return;
     }
     in_order_ += size + overhead;

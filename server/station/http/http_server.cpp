@@ -36,10 +36,10 @@ Status set_up_tls(net::asio::ssl::context& context, const HttpOptions& options) 
   context.set_options(SSL_OP_NO_RENEGOTIATION | net::asio::ssl::context::default_workarounds, error);
   SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
   context.use_certificate_chain_file(options.certificate, error);
-  if (error) return Error{options.certificate + ": " + error.message() + "; a certificate in PEM is wanted"};
+  if (error) return Error{options.certificate + ": " + error.message() + "; expected a certificate in PEM"};
   context.use_private_key_file(options.key, net::asio::ssl::context::pem, error);
   if (error)
-    return Error{options.key + ": " + error.message() + "; the certificate's private key in PEM is wanted"};
+    return Error{options.key + ": " + error.message() + "; expected the certificate's private key in PEM"};
   return {};
 }
 
@@ -63,10 +63,10 @@ struct HttpServer::Implementation {
     const auto address = net::asio::ip::make_address(wanted == "localhost" ? "127.0.0.1" : wanted, error);
     if (error)
       return Error{"'" + core.options.address +
-                   "' is no address of an interface; expected one like 127.0.0.1"};
+                   "' is not an address of an interface; expected one like 127.0.0.1"};
     core.encrypted = !core.options.certificate.empty();
     if (!core.encrypted && !core.options.open_to_all && !address.is_loopback()) {
-      return Error{"plain HTTP is for this machine alone; give a certificate to be reached at " +
+      return Error{"plain HTTP works for this machine alone; give a certificate to listen on " +
                    core.options.address};
     }
     const tcp::endpoint endpoint(address, core.options.port);

@@ -120,8 +120,9 @@ void LoginDesk::set_up(const HttpRequest& request, const Answer& answer) {
   if (!may_try(request, "the first account", answer)) return;
   if (!accounts_.empty() || token_digest(message->token) != token_digest(setup_token_)) {
     say(request, "make the first account", "refused", "not with this link");
-    return answer(
-        refusal(403, "this link has been used, or it is from an earlier start; see what the server prints"));
+    return answer(refusal(
+        403,
+        "this link has been used, or it is from an earlier start; see the link that the server printed"));
   }
   for (const Status& fine : {check_account_name(message->name), check_password(message->password)}) {
     if (!fine) return answer(refusal(400, fine.error().message));
@@ -144,7 +145,7 @@ void LoginDesk::change_password(const HttpRequest& request, const Answer& answer
     return answer(refusal(400, fine.error().message));
   const std::string name = request.who->name;
   if (accounts_.hash(name).empty())
-    return answer(refusal(403, "you came by a link: there is no password to change"));
+    return answer(refusal(403, "you are logged in by a link: there is no password to change"));
   if (!may_try(request, name, answer)) return;
   later(answer, [this, request, answer, name, given = *message] {
     if (!password_matches(accounts_.hash(name), given.old_password)) {
@@ -216,7 +217,7 @@ HttpResponse LoginDesk::enter(const HttpRequest& request) {
   }
   if (!who) {
     say(request, "enter by a link", "refused", "unknown link");
-    return refusal(403, "this link is from an earlier start; see what the server prints");
+    return refusal(403, "this link is from an earlier start; see the link that the server printed");
   }
   // A client that already has the role keeps its name, so that other tabs of this browser go on.
   const bool is_in = request.who && request.who->role == who->role;
@@ -244,8 +245,8 @@ bool LoginDesk::may_try(const HttpRequest& request, const std::string& name, con
   }
   if (wait.ns == 0) return true;
   const std::string left = std::to_string(static_cast<long>(std::ceil(wait.seconds())));
-  say(request, "try a password of " + name, "refused", "too many tries; wait " + left + " s");
-  HttpResponse response = refusal(429, "too many tries; wait " + left + " s");
+  say(request, "try a password of " + name, "refused", "too many attempts; wait " + left + " s");
+  HttpResponse response = refusal(429, "too many attempts; wait " + left + " s");
   response.headers = {{"Retry-After", left}};
   answer(response);
   return false;
@@ -253,7 +254,7 @@ bool LoginDesk::may_try(const HttpRequest& request, const std::string& name, con
 
 void LoginDesk::later(const Answer& answer, std::function<void()> task) {
   if (work_.take(std::move(task))) return;
-  HttpResponse response = refusal(503, "many log in at once; try again");
+  HttpResponse response = refusal(503, "too many log-ins at once; try again");
   response.headers = {{"Retry-After", "1"}};
   answer(response);
 }

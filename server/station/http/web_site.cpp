@@ -52,13 +52,11 @@ struct WebSite::Parts {
     MetricsText text;
     const HttpCounts counts = server->counts();
     const auto real = [](std::uint64_t count) { return static_cast<double>(count); };
-    text.gauge("parhelion_http_connections", "Connections that are open.", real(counts.connections));
-    text.gauge("parhelion_http_clients", "WebSockets and picture streams that are open.",
-               real(counts.clients));
-    text.gauge("parhelion_http_sessions", "Sessions that are logged in.",
-               static_cast<double>(desk->sessions()));
-    text.counter("parhelion_http_accepted_total", "Connections taken.", real(counts.accepted));
-    text.counter("parhelion_http_requests_total", "Requests read.", real(counts.requests));
+    text.gauge("parhelion_http_connections", "Open connections.", real(counts.connections));
+    text.gauge("parhelion_http_clients", "Open WebSockets and picture streams.", real(counts.clients));
+    text.gauge("parhelion_http_sessions", "Log-in sessions.", static_cast<double>(desk->sessions()));
+    text.counter("parhelion_http_accepted_total", "Accepted connections.", real(counts.accepted));
+    text.counter("parhelion_http_requests_total", "Received requests.", real(counts.requests));
     text.counter("parhelion_http_refused_total", "Requests, messages and connections refused.",
                  real(counts.refused));
     text.counter("parhelion_http_sent_bytes_total", "Bytes sent.", real(counts.sent_bytes));

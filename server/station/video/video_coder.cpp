@@ -17,7 +17,7 @@ Status to_bgr(const Image& image, std::vector<std::uint8_t>& bgr) {
   const std::size_t height = static_cast<std::size_t>(std::max(image.height, 0));
   const std::size_t stride = static_cast<std::size_t>(std::max(image.row_stride, 0));
   if (!gray && !rgb && image.format != PixelFormat::bgr)
-    return Error{"image: a pixel format that is no picture; expected JPEG, RGB, BGR or gray"};
+    return Error{"image: unsupported pixel format; expected JPEG, RGB, BGR or gray"};
   if (stride < width * (gray ? 1 : 3) || image.bytes.size() < stride * height)
     return Error{"image: fewer bytes than pixels"};
   bgr.resize(3 * width * height);

@@ -51,9 +51,10 @@ VideoFrame VideoSource::shown(const Waiting& picture, SensorTime session, Sensor
   frame.state = picture.original || reason != nullptr                              ? PictureState::original
                 : simulated_ || picture.image.find_metadata("stand-in") != nullptr ? PictureState::simulated
                                                                                    : PictureState::live;
-  why_ = reason != nullptr  ? text_of(*reason)
-         : picture.original ? "the server sends no pictures: this is the camera's own, with nothing drawn in"
-                            : "";
+  why_ = reason != nullptr ? text_of(*reason)
+         : picture.original
+             ? "the server sends no pictures: this is the camera's own, without virtual objects"
+             : "";
   frame.sequence = ++sequence_;
   const Duration age = age_.add(picture.image.stamp, session, now);
   frame.stamp_us = (wall - age).utime();
@@ -71,13 +72,13 @@ VideoStatus VideoSource::status(WallTime now) const {
   status.why = fault.empty() ? why_ : fault;
   if (!shown_) {
     status.state = VideoStatus::State::none;
-    if (fault.empty()) status.why = "no picture has come on " + channel_ + " yet";
+    if (fault.empty()) status.why = "no picture on " + channel_ + " yet";
     return status;
   }
   const Duration allowed = std::clamp(Duration{periods * period_.ns}, stale_after, longest_wait);
   status.state = now - *shown_ < allowed ? VideoStatus::State::live : VideoStatus::State::stale;
   if (status.state == VideoStatus::State::stale && fault.empty())
-    status.why = "no picture comes on " + channel_ + " any more";
+    status.why = "no picture on " + channel_ + " any more";
   return status;
 }
 

@@ -90,7 +90,7 @@ Result<VideoRequest> read_video_request(std::string_view text) {
   request.kind = VideoRequest::Kind::ack;
   const double sequence = number(message, "sequence");
   if (!(sequence >= 0 && sequence <= 4294967295.0 && sequence == std::floor(sequence)))
-    return Error{"'ack': expected 'sequence', as a frame's header had it"};
+    return Error{"'ack': expected 'sequence' from a frame's header"};
   request.sequence = static_cast<std::uint32_t>(sequence);
   return request;
 }

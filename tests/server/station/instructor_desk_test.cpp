@@ -232,7 +232,7 @@ TEST_F(InstructorDeskTest, WhatWasPlacedIsSavedAsAScenarioThatReadsBack) {
   EXPECT_NEAR(saved->agents[0].T_map_base.translation().x(), 1.5, 1e-9);
   EXPECT_EQ(saved->agents[1].behaviour.kind, BehaviourKind::go);
   desk_->receive(*page, R"({"type":"save","request":3,"name":"placed"})", now());
-  EXPECT_THAT(page->newest("reply")["text"].get<std::string>(), HasSubstr("there already"));
+  EXPECT_THAT(page->newest("reply")["text"].get<std::string>(), HasSubstr("exists already"));
 }
 
 TEST_F(InstructorDeskTest, APageThatTalksWithoutEndIsClosed) {

@@ -27,7 +27,7 @@ TEST_F(TeleopDeskTest, StopsAfterSilenceAndDoesNotStartAgainByItself) {
   const auto stopped = heard()[channel::teleop];
   ASSERT_FALSE(stopped.empty());
   EXPECT_FALSE(moves(stopped));
-  EXPECT_NE(page->texts("refused").back().find("let go and press again"), std::string::npos);
+  EXPECT_NE(page->texts("refused").back().find("release and press again"), std::string::npos);
   twist(*page, 0.5);
   EXPECT_FALSE(moves(heard()[channel::teleop]));
   say(*page, R"({"type":"release"})");

@@ -90,7 +90,7 @@ TEST_F(TeleopDeskTest, LetsGoOfARobotThatIsGone) {
   desk_->set_robots({robots()[0]});
   EXPECT_EQ(heard()[agent_teleop].back(), 0);
   EXPECT_TRUE(desk_->driving().empty());
-  EXPECT_NE(page->texts("refused").back().find("'robot_2' is gone"), std::string::npos);
+  EXPECT_NE(page->texts("refused").back().find("'robot_2' was removed"), std::string::npos);
   twist(*page, 0.5);
   EXPECT_TRUE(heard().empty());
 }

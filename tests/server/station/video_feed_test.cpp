@@ -237,7 +237,7 @@ TEST_F(VideoFeedTest, ShowsAnAgentsCamera) {
   EXPECT_EQ(seen[0].server_us - seen[0].stamp_us, 80'000);
   pass(0.6);
   EXPECT_NE(page->texts().back().find(R"("state":"stale")"), std::string::npos);
-  EXPECT_NE(page->texts().back().find("no picture comes on MR_AGENT_robot_2_CAMERA"), std::string::npos);
+  EXPECT_NE(page->texts().back().find("no picture on MR_AGENT_robot_2_CAMERA"), std::string::npos);
 }
 
 TEST_F(VideoFeedTest, ShowsAnAgentsCameraOnTheChannelThatItIsRenamedTo) {

@@ -24,7 +24,7 @@ class ClientSession : public OpenClient, public std::enable_shared_from_this<Cli
 
   void check(std::chrono::steady_clock::time_point now) override {
     if (stuck_since_ && now - *stuck_since_ > span(core_.options.write_time)) {
-      refuse("takes nothing any more");
+      refuse("does not read any more");
       return finish();
     }
     if (start_.request.session.empty()) return;

@@ -67,17 +67,17 @@ class Connection : public std::enable_shared_from_this<Connection> {
     request_.accept_encoding = text(header[http::field::accept_encoding]);
 
     const auto target = parse_target(text(header.target()));
-    if (!target) return refuse(400, "the path is not one of this server");
+    if (!target) return refuse(400, "invalid path");
     request_.path = target->path;
     request_.query = target->query;
     const Routes::Found found = core_.routes.find(request_.method, request_.path);
     const SocketRoute* socket = found.route ? std::get_if<SocketRoute>(&found.route->target) : nullptr;
     const bool any_origin = socket && socket->terms.any_origin;
     if (!any_origin && !core_.hosts.knows(host_))
-      return refuse(421, "asked for under a name that is not this server's");
+      return refuse(421, "the Host header does not name this server");
     if (unencrypted_) return send_elsewhere(text(header.target()));
     if (!found.route) {
-      return found.methods.empty() ? answer(refusal(404, "there is nothing here"))
+      return found.methods.empty() ? answer(refusal(404, "no such page"))
                                    : answer({.status = 405,
                                              .body = R"({"error":"not with this method"})",
                                              .headers = {{"Allow", found.methods}}});
@@ -96,7 +96,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     route_ = found.route;
     if (socket) return open_socket(*socket);
-    if (websocket::is_upgrade(header)) return refuse(400, "this path is no WebSocket");
+    if (websocket::is_upgrade(header)) return refuse(400, "this path is not a WebSocket");
     if (const auto* stream = std::get_if<StreamRoute>(&route_->target)) return open_stream(*stream);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](error_code error, std::size_t bytes) {
@@ -122,7 +122,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
           if (const auto self = to.lock()) self->answer(std::move(response));
         });
       }
-      ~Late() { give(refusal(503, "no answer; try again")); }
+      ~Late() { give(refusal(503, "no reply; try again")); }
     };
     const auto late = std::make_shared<Late>();
     late->mailbox = core_.mailbox;
@@ -140,8 +140,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     }
     const std::string protocol =
         chosen_protocol(text(header[http::field::sec_websocket_protocol]), route.terms.protocols);
-    if (!route.terms.protocols.empty() && protocol.empty())
-      return refuse(400, "no subprotocol that is known here");
+    if (!route.terms.protocols.empty() && protocol.empty()) return refuse(400, "no supported subprotocol");
     std::make_shared<SocketSession>(core_, client_start(), route.handler, std::move(stream_))
         ->accept(parser_->get(), protocol);
   }

@@ -214,7 +214,7 @@ TEST(ServerOptions, ThatDoNotWorkAreSaid) {
     return server ? std::string("opened") : server.error().message;
   };
   EXPECT_NE(said({.address = "0.0.0.0"}).find("give a certificate"), std::string::npos);
-  EXPECT_NE(said({.address = "base"}).find("no address"), std::string::npos);
+  EXPECT_NE(said({.address = "base"}).find("not an address"), std::string::npos);
   EXPECT_NE(said({.certificate = "/nowhere/c.pem", .key = "/nowhere/k.pem"}).find("/nowhere/c.pem"),
             std::string::npos);
   EXPECT_NE(said({.certificate = "c.pem"}).find("belong together"), std::string::npos);
